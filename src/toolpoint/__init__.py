@@ -1,0 +1,33 @@
+"""toolpoint: machine-tool dynamics from the hammer test to the chatter limit.
+
+Names below are loaded on first use, so that importing the package is quick and needs no display.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from toolpoint._check import ToolpointError, ToolpointWarning
+
+__version__ = "0.1.0"
+
+_NOUNS = ("Dof", "Frf", "Modes", "Record", "SecondOrderSystem", "StateSpace")
+_ROOMS = ("spatial", "vibration", "kinematics", "bodies", "joints", "cutting", "machine", "studies", "io", "plot", "app")
+
+if TYPE_CHECKING:
+    from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
+
+__all__ = ["Dof", "Frf", "Modes", "Record", "SecondOrderSystem", "StateSpace", "ToolpointError", "ToolpointWarning"]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _NOUNS:
+        return getattr(importlib.import_module("toolpoint.vibration"), name)
+    if name in _ROOMS:
+        return importlib.import_module(f"toolpoint.{name}")
+    raise AttributeError(f"module 'toolpoint' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_NOUNS, *_ROOMS})

@@ -1,0 +1,121 @@
+"""Dof: the label of one degree of freedom, a point and a direction, shared by all nouns."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats
+
+AXES = ("x", "y", "z", "rx", "ry", "rz")
+DIRECTIONS = tuple(sign + axis for sign in "+-" for axis in AXES)
+
+
+@dataclass(frozen=True, order=True)
+class Dof:
+    """One degree of freedom: a point and a direction.
+
+    Parameters
+    ----------
+    point : str or int
+        Name or number of the point.
+    direction : str
+        One of ``+x -x +y -y +z -z +rx -rx +ry -ry +rz -rz`` (``x`` is read as ``+x``), or, with `vector`, any label.
+    vector : 3 floats, optional
+        Unit direction in the machine frame for a direction off the axes.
+    """
+
+    point: str | int
+    direction: str
+    vector: tuple[float, float, float] | None = field(default=None)
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.point, (str, int)) or self.point == "":
+            fail("Dof.point", repr(self.point), "must be a name or a number")
+        if self.vector is not None:
+            self._check_vector()
+            return
+        direction = self.direction if self.direction[:1] in "+-" else "+" + self.direction
+        if direction not in DIRECTIONS:
+            fail("Dof.direction", repr(self.direction), "must be one of +x .. -rz", "or give a unit vector and a label")
+        object.__setattr__(self, "direction", direction)
+
+    def _check_vector(self) -> None:
+        vector = floats("Dof.vector", self.vector, (3,))  # type: ignore[arg-type]
+        length = float(np.linalg.norm(vector))
+        if abs(length - 1) > 1e-6:
+            fail("Dof.vector", f"length {length:g}", "must be a unit vector", "divide it by its length")
+        object.__setattr__(self, "vector", tuple(float(v) for v in vector))
+
+    @classmethod
+    def parse(cls, text: str) -> Dof:
+        """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number."""
+        point, separator, direction = text.rpartition(":")
+        if not separator or not point:
+            fail("Dof", repr(text), "must read point:direction", "for example tool:+x")
+        return cls(int(point) if point.lstrip("-").isdigit() else point, direction)
+
+    @property
+    def is_rotation(self) -> bool:
+        """Whether the direction is a rotation."""
+        return self.vector is None and "r" in self.direction
+
+    @property
+    def unit(self) -> FloatArray:
+        """Unit twist (v, w) of the direction, shape (6,)."""
+        twist = np.zeros(6)
+        if self.vector is not None:
+            twist[:3] = self.vector
+        else:
+            twist[AXES.index(self.direction[1:])] = -1.0 if self.direction[0] == "-" else 1.0
+        return twist
+
+    def __str__(self) -> str:
+        return f"{self.point}:{self.direction}"
+
+
+def dofs(labels: Iterable[Dof | str]) -> tuple[Dof, ...]:
+    """Return labels as Dofs; text is read by `Dof.parse`."""
+    if isinstance(labels, (str, Dof)):
+        labels = [labels]
+    return tuple(label if isinstance(label, Dof) else Dof.parse(label) for label in labels)
+
+
+def checked_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple[Dof, ...]:
+    """Return labels as Dofs after checking their number; repeated labels are refused."""
+    result = dofs(labels)
+    if len(result) != length:
+        fail(name, f"{len(result)} labels for {length} rows", "must be one label for each")
+    if len(set(result)) != length:
+        repeated = next(dof for dof in result if result.count(dof) > 1)
+        fail(name, f"{repeated} appears twice", "labels must differ", "name the points apart or remove one")
+    return result
+
+
+def positions(name: str, wanted: Iterable[Dof | str | int], labels: Sequence[Dof]) -> list[int]:
+    """Return the places of the wanted labels (or plain indices) in `labels`."""
+    if isinstance(wanted, (str, Dof, int)):
+        wanted = [wanted]
+    return [_position(name, one, labels) for one in wanted]
+
+
+def _position(name: str, wanted: Dof | str | int, labels: Sequence[Dof]) -> int:
+    if isinstance(wanted, (int, np.integer)):
+        if not -len(labels) <= wanted < len(labels):
+            fail(name, f"index {wanted}", f"must be within 0 .. {len(labels) - 1}")
+        return int(wanted) % len(labels)
+    dof = wanted if isinstance(wanted, Dof) else Dof.parse(wanted)
+    if dof not in labels:
+        known = ", ".join(str(label) for label in labels[:6]) + (" ..." if len(labels) > 6 else "")
+        fail(name, f"no {dof}", f"must be one of {known}")
+    return list(labels).index(dof)
+
+
+def summary(labels: Sequence[Dof]) -> str:
+    """Return a short count of labels for a repr, e.g. ``131x3`` for 131 points with three directions each."""
+    points = {label.point for label in labels}
+    if len(labels) > 1 and len(points) > 1 and len(labels) % len(points) == 0 and len(labels) != len(points):
+        return f"{len(points)}x{len(labels) // len(points)}"
+    return str(len(labels))

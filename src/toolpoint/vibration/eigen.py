@@ -1,0 +1,245 @@
+r"""Natural frequencies and shapes of a SecondOrderSystem: undamped, viscous and structurally damped, any batch.
+
+All solutions are those of a symmetric pencil, so left and right vectors are the same and are scaled by one product:
+:math:`\phi^T M \phi = 1` (unit modal mass) or :math:`\phi^T (2 s M + C) \phi = 1` (modal A). Vectors of repeated roots
+are made orthogonal in that product. Source: Ewins, Modal Testing, 2nd ed., section 2.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import null_space, sqrtm
+
+from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
+from toolpoint.vibration.modes import Modes
+from toolpoint.vibration.system import SecondOrderSystem
+
+RIGID_TOLERANCE = 1e-9
+REPEATED_TOLERANCE = 1e-7
+
+
+def undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
+    """Return the real modes of M and K, mass-normalised, lowest first; batched over poses.
+
+    Viscous damping enters as the diagonal of the modal damping matrix (exact for proportional damping), structural
+    damping likewise when there is no viscous one; `notes` says so where terms beside the diagonal were left out.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+        Needs a positive definite mass and a symmetric stiffness.
+    modes : int, optional
+        How many of the lowest modes to return; all where left out.
+    """
+    squares, vectors = mass_normalised(system.mass, system.stiffness)
+    keep = system.size if modes is None else min(count("modes", modes), system.size)
+    squares, vectors = squares[..., :keep], vectors[..., :keep]
+    omega = np.sqrt(_cleaned(squares, system))
+    ratio, kind, notes = _diagonal_damping(system, vectors, omega)
+    return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", kind,
+                 **_participation(system, vectors), notes=(*system.notes, *notes))
+
+
+def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return eigenvalues w^2 and vectors with phi^T M phi = 1 of K phi = w^2 M phi, ascending, batched."""
+    try:
+        lower = np.linalg.cholesky(mass)
+    except np.linalg.LinAlgError:
+        fail("mass", "a mass matrix that is not positive definite", "every coordinate needs inertia",
+             "condense massless coordinates or give them a small mass")
+    inverse = np.linalg.inv(lower)
+    scaled = inverse @ stiffness @ np.swapaxes(inverse, -1, -2)
+    squares, vectors = np.linalg.eigh((scaled + np.swapaxes(scaled, -1, -2)) / 2)
+    return squares, np.swapaxes(inverse, -1, -2) @ vectors
+
+
+def _cleaned(squares: FloatArray, system: SecondOrderSystem) -> FloatArray:
+    # Rounding leaves rigid modes at about 1e-16 of the largest eigenvalue of either sign; a truly negative one is an
+    # unstable (buckled, or upside-down) configuration and must not be hidden.
+    scale = np.abs(system.stiffness).max(axis=(-1, -2)) / np.abs(system.mass).max(axis=(-1, -2))
+    top = np.maximum(np.abs(squares).max(axis=-1), scale)
+    limit = RIGID_TOLERANCE * 1e-3 * top[..., None]
+    if (squares < -1e3 * limit).any():
+        fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative for modes",
+             "the configuration is statically unstable: look at preload, gravity and free directions")
+    return np.where(np.abs(squares) <= limit, 0.0, np.maximum(squares, 0.0))
+
+
+def _diagonal_damping(
+    system: SecondOrderSystem, vectors: FloatArray, omega: FloatArray
+) -> tuple[FloatArray, str, tuple[str, ...]]:
+    viscous, structural = system.damping, system.structural_damping
+    if viscous is not None and structural is not None and np.any(structural) and np.any(viscous):
+        fail("undamped", "viscous and structural damping together", "modes carry one kind of damping",
+             "convert one with damping.equivalent_viscous(system)")
+    matrix = structural if structural is not None and np.any(structural) else viscous
+    if matrix is None:
+        return np.zeros_like(omega), "viscous", ()
+    modal = np.swapaxes(vectors, -1, -2) @ matrix @ vectors
+    diagonal = np.diagonal(modal, axis1=-2, axis2=-1)
+    power = 2 if matrix is structural else 1
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(omega > 0, diagonal / (2 * omega**power), 0.0)
+    beside = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max() if modal.size else 0.0
+    coupled = beside > 1e-6 * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300)
+    note = ("modal damping: coupling of modes by damping is left out; use complex_modes or a direct solution",)
+    return ratio, "structural" if matrix is structural else "viscous", note if coupled else ()
+
+
+def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, object]:
+    same = system.inputs == system.outputs and np.array_equal(
+        system.input_map, np.swapaxes(system.output_map, -1, -2))  # type: ignore[arg-type]
+    if same:
+        return {}
+    return {"participation": np.swapaxes(system.input_map, -1, -2) @ vectors, "input_dofs": system.inputs}  # type: ignore
+
+
+def complex_modes(system: SecondOrderSystem, modes: int | None = None) -> Modes:
+    """Return the complex modes of a damped system, batched over poses.
+
+    Viscous damping: modal A scaling; pairs of real poles appear as two modes with damping ratio 1 (overdamped), a
+    simple real pole at zero as frequency 0 with damping ratio 1. Structural damping: unit modal mass with complex
+    shapes, K + i D as it stands. Rigid-body modes that no damping touches come first, with unit modal mass.
+
+    Raises ToolpointError for viscous and structural damping together, an unsymmetric (gyroscopic) damping matrix, or a
+    defective pencil (critical damping of a coordinate), for which modes do not exist.
+    """
+    structural = system.structural_damping is not None and bool(np.any(system.structural_damping))
+    viscous = system.damping is not None and bool(np.any(system.damping))
+    if structural and viscous:
+        fail("complex_modes", "viscous and structural damping together", "must be one kind",
+             "use frequency_response.direct, or damping.equivalent_viscous(system)")
+    keep = None if modes is None else count("modes", modes)
+    solve = _structural if structural else _viscous
+    if not system.poses:
+        return solve(system, keep)
+    singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None
+    if singles is None:
+        fail("complex_modes", f"pose axes {system.poses}", "must be one axis of poses", "reshape the poses first")
+    return _stacked(singles)
+
+
+def _stacked(parts: list[Modes]) -> Modes:
+    if len({part.count for part in parts}) > 1:
+        raise ToolpointError("complex_modes: the number of poles differs from pose to pose (overdamped modes in some); "
+                             "solve these poses one by one, or ask for a smaller number of modes")
+    first = parts[0]
+    stack = (lambda name: np.stack([getattr(part, name) for part in parts]))
+    more = {} if first.participation is None else {"participation": stack("participation"),
+                                                   "input_dofs": first.input_dofs}
+    return Modes(stack("frequency"), stack("damping_ratio"), stack("shape"), first.dofs, first.scaling, first.damping,
+                 **more, notes=first.notes)  # type: ignore[arg-type]
+
+
+def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
+    stiffness = system.stiffness + 1j * system.structural_damping  # type: ignore[operator]
+    squares, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
+    order = np.argsort(squares.real)[:keep]
+    squares, vectors = squares[order], vectors[:, order]
+    top = float(np.abs(squares).max())
+    squares = np.where(np.abs(squares) <= RIGID_TOLERANCE * top, 0.0, squares)
+    if (squares.real < 0).any():
+        fail("stiffness", f"eigenvalue {squares.real.min():g}", "must have a positive real part")
+    vectors = orthogonalised(vectors, squares, lambda x, y: x.T @ system.mass @ y)
+    omega = np.sqrt(squares.real)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        ratio = np.where(omega > 0, squares.imag / (2 * squares.real), 0.0)
+    return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", "structural",
+                 **_participation(system, vectors), notes=system.notes)  # type: ignore[arg-type]
+
+
+def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
+    poles, vectors, rigid = viscous_pencil(system)
+    omega, ratio = np.abs(poles), np.zeros(poles.size)
+    moving = omega > 0
+    ratio[moving] = -poles.real[moving] / omega[moving]
+    ratio[~moving] = 1.0
+    shape = np.concatenate([rigid + 0j, vectors], axis=1)
+    frequency = np.concatenate([np.zeros(rigid.shape[1]), omega / (2 * np.pi)])[:keep]
+    ratio = np.concatenate([np.zeros(rigid.shape[1]), ratio])[:keep]
+    shape = shape[:, :keep]
+    return Modes(frequency, ratio, system.output_map @ shape, system.outputs, "modal A", "viscous",
+                 **_participation(system, shape), notes=system.notes)  # type: ignore[arg-type]
+
+
+def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArray, FloatArray]:
+    """Return upper and real poles, their vectors with phi^T (2 s M + C) phi = 1, and the undamped rigid-body modes.
+
+    The rigid-body modes (null space of K and C, unit modal mass) are removed before the eigenvalue problem: their
+    double pole at zero is defective, and no modal A exists for it.
+    """
+    mass, stiffness = system.mass, system.stiffness
+    damping = np.zeros_like(mass) if system.damping is None else system.damping
+    if np.abs(damping - damping.T).max() > 1e-8 * max(float(np.abs(damping).max()), 1e-300):
+        fail("damping", "an unsymmetric matrix", "complex modes need a symmetric one",
+             "gyroscopic systems: use frequency_response.direct or state_space.physical")
+    rigid, basis = _rigid_split(mass, damping, stiffness)
+    m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
+    n = m.shape[0]
+    companion = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(m, k), -np.linalg.solve(m, c)]])
+    poles, states = np.linalg.eig(companion)
+    top = float(np.abs(poles).max(initial=0.0))
+    poles = np.where(np.abs(poles) <= RIGID_TOLERANCE * top, 0.0, poles)
+    poles = np.where(np.abs(poles.imag) <= 1e-12 * np.abs(poles), poles.real + 0j, poles)
+    upper = poles.imag >= 0
+    poles, vectors = poles[upper], states[:n, upper]
+    order = np.lexsort((-poles.real, np.abs(poles)))
+    poles, vectors = poles[order], vectors[:, order]
+
+    def product(left: ComplexArray, right: ComplexArray, s_left: ComplexArray, s_right: ComplexArray) -> ComplexArray:
+        return left.T @ c @ right + (s_left[:, None] + s_right[None, :]) * (left.T @ m @ right)
+
+    vectors = _scaled_viscous(vectors, poles, product)
+    return poles, basis @ vectors, rigid
+
+
+def _rigid_split(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    scale = float(np.abs(stiffness).max()) or 1.0
+    both = np.concatenate([stiffness / scale, damping / (float(np.abs(damping).max()) or 1.0)])
+    rigid = null_space(both, rcond=RIGID_TOLERANCE)
+    if rigid.shape[1] == 0:
+        return rigid, np.eye(mass.shape[0])
+    gram = np.linalg.cholesky(rigid.T @ mass @ rigid)
+    rigid = np.linalg.solve(gram, rigid.T).T
+    return rigid, null_space(rigid.T @ mass)
+
+
+def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: object) -> ComplexArray:
+    result = vectors.astype(complex)
+    for cluster in clusters(poles):
+        part, s = vectors[:, cluster], poles[cluster]
+        result[:, cluster] = part @ _inverse_root(product(part, part, s, s))  # type: ignore[operator]
+    return result
+
+
+def orthogonalised(vectors: ComplexArray, values: ComplexArray, product: object) -> ComplexArray:
+    """Return vectors scaled so that the bilinear product of each cluster of equal values is the identity."""
+    result = vectors.astype(complex)
+    for cluster in clusters(values):
+        part = vectors[:, cluster]
+        result[:, cluster] = part @ _inverse_root(product(part, part))  # type: ignore[operator]
+    return result
+
+
+def clusters(values: ComplexArray | FloatArray, tolerance: float = REPEATED_TOLERANCE) -> list[list[int]]:
+    """Return groups of indices whose values agree within `tolerance` of their size; values sorted by magnitude."""
+    groups: list[list[int]] = []
+    for i, value in enumerate(values):
+        for group in reversed(groups[-4:]):
+            if abs(value - values[group[0]]) <= tolerance * max(abs(value), abs(values[group[0]])):
+                group.append(i)
+                break
+        else:
+            groups.append([i])
+    return groups
+
+
+def _inverse_root(gram: ComplexArray) -> ComplexArray:
+    if gram.shape == (1, 1):
+        root = np.sqrt(gram + 0j)
+    else:
+        root = np.asarray(sqrtm((gram + gram.T) / 2))
+    if abs(np.linalg.det(root)) == 0 or np.linalg.cond(root) > 1e7:
+        fail("complex_modes", "a defective root (critical damping of a coordinate)", "its modes do not exist",
+             "change the damping a little, or use frequency_response.direct")
+    return np.linalg.inv(root)

@@ -1,0 +1,215 @@
+r"""Frequency responses: by direct solution, by modal sum, and what the modal sum leaves out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail, floats, increasing, nonnegative, one_of
+from toolpoint.vibration.dof import Dof, positions
+from toolpoint.vibration.frf import QUANTITIES, Frf
+from toolpoint.vibration.modes import Modes
+from toolpoint.vibration.system import SecondOrderSystem
+
+Labels = Iterable["Dof | str | int"] | None
+_CHUNK = 4_000_000
+
+
+def direct(system: SecondOrderSystem, frequency: FloatArray, quantity: str = "receptance") -> Frf:
+    r"""Return :math:`H = L (K + i D + i \omega C - \omega^2 M)^{-1} B`, exact for any damping.
+
+    Parameters
+    ----------
+    system : SecondOrderSystem
+        Any batch of poses.
+    frequency : (n_f,) floats
+        Hz, increasing.
+    quantity : str
+        ``receptance``, ``mobility`` or ``accelerance``.
+
+    Raises
+    ------
+    ToolpointError
+        Where the dynamic stiffness is singular (an undamped resonance exactly on a line, a rigid body at 0 Hz).
+    """
+    frequency = nonnegative("frequency", increasing("frequency", floats("frequency", np.atleast_1d(frequency))))
+    one_of("quantity", quantity, QUANTITIES)
+    outputs, inputs = len(system.outputs), len(system.inputs)
+    values = np.empty((*system.poses, frequency.size, outputs, inputs), complex)
+    per_line = max(1, int(np.prod(system.poses, dtype=int)) * system.size**2)
+    step = max(1, _CHUNK // per_line)
+    for start in range(0, frequency.size, step):
+        lines = slice(start, start + step)
+        values[..., lines, :, :] = _solved(system, 2 * np.pi * frequency[lines])
+    return Frf(frequency, values, system.outputs, system.inputs, notes=system.notes).converted_to(quantity)
+
+
+def _solved(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
+    at = omega[:, None, None]
+
+    def lines(matrix: FloatArray) -> FloatArray:
+        return matrix[..., None, :, :]
+
+    z = lines(system.stiffness) - at**2 * lines(system.mass) + 0j
+    if system.damping is not None:
+        z += 1j * at * lines(system.damping)
+    if system.structural_damping is not None:
+        z += 1j * lines(system.structural_damping)
+    right = np.broadcast_to(lines(system.input_map), (*z.shape[:-1], len(system.inputs)))  # type: ignore[arg-type]
+    try:
+        return lines(system.output_map) @ np.linalg.solve(z, right)  # type: ignore[arg-type]
+    except np.linalg.LinAlgError:
+        fail("frequency", f"a singular dynamic stiffness within {omega[0] / 6.2832:g} .. {omega[-1] / 6.2832:g} Hz",
+             "must have no undamped resonance or rigid-body motion on a line", "add damping or move the lines")
+
+
+def modal(
+    modes: Modes, frequency: FloatArray, outputs: Labels = None, inputs: Labels = None, quantity: str = "receptance"
+) -> Frf:
+    """Return the sum of the modes' responses (formulas: see `Modes`), with their residuals; batched over poses.
+
+    Parameters
+    ----------
+    modes : Modes
+        Any scaling that fixes a response.
+    frequency : (n_f,) floats
+        Hz, increasing.
+    outputs, inputs : labels or indices, optional
+        All of the modes' where left out.
+    """
+    frequency = nonnegative("frequency", increasing("frequency", floats("frequency", np.atleast_1d(frequency))))
+    rows = list(range(len(modes.dofs))) if outputs is None else positions("outputs", outputs, modes.dofs)
+    driven = modes.input_dofs or modes.dofs
+    columns = list(range(len(driven))) if inputs is None else positions("inputs", inputs, driven)
+    source = modes.shape if modes.participation is None else modes.participation
+    left, right = modes.shape[..., rows, :], source[..., columns, :]
+    omega = 2 * np.pi * frequency
+    if frequency[0] == 0 and modes.is_rigid.any():
+        fail("frequency", "a line at 0 Hz", "rigid-body modes have no response there", "start above 0 Hz")
+    values = _sum(modes, left, right, omega)
+    values = values + _residuals(modes, rows, columns, omega)
+    result = Frf(frequency, values, tuple(modes.dofs[i] for i in rows), tuple(driven[i] for i in columns),
+                 notes=modes.notes)
+    return result.converted_to(quantity)
+
+
+def _sum(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArray) -> ComplexArray:
+    outputs, inputs = left.shape[-2], right.shape[-2]
+
+    def term(factors: ComplexArray, l: ComplexArray, r: ComplexArray) -> ComplexArray:  # noqa: E741
+        # One matrix product over modes for all output-input pairs: (n_f, n_modes) @ (n_modes, n_o n_i).
+        residues = np.swapaxes(l[..., :, None, :] * r[..., None, :, :], -1, -3)
+        residues = np.swapaxes(residues, -1, -2).reshape(*residues.shape[:-3], residues.shape[-3], -1)
+        return (factors @ residues).reshape(*factors.shape[:-1], outputs, inputs)
+
+    if modes.scaling == "unit modal mass":
+        return term(_real_factors(modes, omega), left, right)
+    if modes.scaling == "unscaled" and modes.participation is None:
+        fail("modes", "unscaled shapes without participation", "must carry a scale to give a response",
+             "identify with a driving point, or give `participation`")
+    first, second = _pole_factors(modes, omega)
+    return term(first, left, right) + term(second, left.conj(), right.conj())
+
+
+def _real_factors(modes: Modes, omega: FloatArray) -> ComplexArray:
+    w = modes.omega[..., None, :]
+    zeta = modes.damping_ratio[..., None, :]
+    at = omega[:, None]
+    loss = 2 * zeta * w * at if modes.damping == "viscous" else 2 * zeta * w * w
+    # 1 / (a + i b) written out: numpy's complex division is several times slower than two real ones.
+    real = w * w - at * at
+    with np.errstate(divide="ignore", invalid="ignore"):
+        scale = 1.0 / (real * real + loss * loss)
+    if not np.isfinite(scale).all():
+        fail("frequency", "a line exactly on an undamped resonance", "must lie beside it", "add damping or move the lines")
+    factors = np.empty(scale.shape, complex)
+    factors.real, factors.imag = real * scale, -loss * scale
+    return factors
+
+
+def _pole_factors(modes: Modes, omega: FloatArray) -> tuple[ComplexArray, ComplexArray]:
+    s, at = modes.poles[..., None, :], 1j * omega[:, None]
+    rigid = modes.is_rigid[..., None, :]
+    single = (np.abs(s.imag) <= 1e-12 * np.abs(s)) & ~rigid
+    with np.errstate(divide="ignore", invalid="ignore"):
+        first = np.where(rigid, 1 / at**2, 1 / (at - s))
+        second = np.where(rigid | single, 0.0, 1 / (at - s.conj()))
+    return first, second
+
+
+def _residuals(modes: Modes, rows: list[int], columns: list[int], omega: FloatArray) -> ComplexArray | float:
+    total: ComplexArray | float = 0.0
+    at = np.ix_(rows, columns)
+    if modes.upper_residual is not None:
+        total = total + modes.upper_residual[at]
+    if modes.lower_residual is not None:
+        if omega[0] == 0:
+            fail("frequency", "a line at 0 Hz", "the lower residual is infinite there", "start above 0 Hz")
+        total = total - modes.lower_residual[at] / omega[:, None, None] ** 2
+    return total
+
+
+@dataclass(frozen=True)
+class Truncation:
+    """What a modal sum with a part of the modes leaves out.
+
+    Parameters
+    ----------
+    static : (n_outputs, n_inputs) floats
+        Static receptance of the modes left out, m/N.
+    error : float
+        Largest error of the plain sum over the band, relative to the largest response in it.
+    corrected_error : float
+        The same when the static residual is added to the sum.
+    frequency : float
+        Lowest natural frequency left out, Hz (infinite if none).
+    """
+
+    static: FloatArray
+    error: float
+    corrected_error: float
+    frequency: float
+
+    def __str__(self) -> str:
+        return (f"modes above {self.frequency:.4g} Hz left out: largest error {100 * self.error:.3g} % of the largest "
+                f"response, {100 * self.corrected_error:.3g} % with the static residual")
+
+
+def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -> Truncation:
+    """Return the exact truncation error of the lowest `modes` of an (undamped) system over a band (one pose).
+
+    All modes of the system are computed; `modes` must be its lowest ones. The errors are those of the modes left out,
+    evaluated line by line without damping, related to the largest response of the modes kept, with their damping.
+    """
+    from toolpoint.vibration.eigen import undamped
+
+    if system.poses:
+        fail("truncation", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
+    every = undamped(replace(system, damping=None, structural_damping=None))
+    rest = every.selected(range(modes.count, every.count))
+    kept = modal(modes, frequency).values
+    if rest.count == 0:
+        return Truncation(np.zeros(kept.shape[-2:]), 0.0, 0.0, float("inf"))
+    left = rest.shape
+    right = rest.shape if rest.participation is None else rest.participation
+    static = (left / rest.omega**2) @ right.T
+    missing = _sum(rest, left, right, 2 * np.pi * floats("frequency", np.atleast_1d(frequency)))
+    scale = float(np.abs(kept).max())
+    return Truncation(static, float(np.abs(missing).max()) / scale, float(np.abs(missing - static).max()) / scale,
+                      float(rest.frequency[0]))
+
+
+def with_static_residual(modes: Modes, system: SecondOrderSystem) -> Modes:
+    """Return the modes with the static receptance of those left out as upper residual: L K^-1 B - sum phi phi^T/w^2.
+
+    Needs a system without rigid-body modes (one pose); the mode-acceleration correction of Craig, Kurdila, section 11.4.
+    """
+    if system.poses:
+        fail("with_static_residual", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
+    if modes.scaling != "unit modal mass" or modes.is_rigid.any():
+        fail("modes", repr(modes), "must have unit modal mass and no rigid-body mode")
+    static = system.output_map @ np.linalg.solve(system.stiffness, system.input_map)  # type: ignore[arg-type,operator]
+    right = modes.shape if modes.participation is None else modes.participation
+    return replace(modes, upper_residual=static - (modes.shape / modes.omega**2) @ right.T)

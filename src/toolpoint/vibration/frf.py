@@ -1,0 +1,218 @@
+"""Frf: frequency responses between labelled inputs and outputs."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import (
+    ComplexArray,
+    FloatArray,
+    ToolpointError,
+    complexes,
+    fail,
+    floats,
+    increasing,
+    nonnegative,
+    one_of,
+    scalar,
+)
+from toolpoint.vibration.dof import Dof, checked_labels, dofs, positions, summary
+
+QUANTITIES = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
+_ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+
+
+@dataclass(frozen=True, eq=False)
+class Frf:
+    """Frequency responses, time factor exp(+i w t).
+
+    Parameters
+    ----------
+    frequency : (n_f,) floats
+        Hz, strictly increasing, not negative.
+    values : (..., n_f, n_outputs, n_inputs) complex
+        SI: m/N, m/s/N or m/s^2/N (rad and N m for rotational Dofs). Leading axes are poses.
+    outputs, inputs : sequences of Dof
+        Labels of the responses and of the forces.
+    quantity : str
+        ``receptance``, ``mobility`` or ``accelerance``.
+    coherence : like `values`, real, optional
+        0 .. 1.
+    variance : like `values`, real, optional
+        Variance E|e|^2 of each line, in the unit of the values squared.
+    decay : float
+        Decay rate (1/s) that an exponential window added to the ring-down; identified poles are corrected by it.
+    notes : sequence of str
+        Doubts and remarks that travel with the data.
+
+    Raises
+    ------
+    ToolpointError
+        For wrong shapes, values that are not finite, a frequency axis that does not increase, repeated labels.
+    """
+
+    frequency: FloatArray
+    values: ComplexArray
+    outputs: tuple[Dof, ...]
+    inputs: tuple[Dof, ...]
+    quantity: str = "receptance"
+    coherence: FloatArray | None = None
+    variance: FloatArray | None = None
+    decay: float = 0.0
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        frequency = nonnegative("Frf.frequency", increasing("Frf.frequency", floats("Frf.frequency", self.frequency)))
+        values = complexes("Frf.values", self.values, (frequency.size, None, None))
+        put(self, "frequency", frequency)
+        put(self, "values", values)
+        put(self, "outputs", checked_labels("Frf.outputs", self.outputs, values.shape[-2]))
+        put(self, "inputs", checked_labels("Frf.inputs", self.inputs, values.shape[-1]))
+        one_of("Frf.quantity", self.quantity, QUANTITIES)
+        put(self, "coherence", _beside("Frf.coherence", self.coherence, values))
+        put(self, "variance", _beside("Frf.variance", self.variance, values))
+        if self.coherence is not None and self.coherence.max(initial=0.0) > 1 + 1e-9:
+            fail("Frf.coherence", f"value {self.coherence.max():g}", "must be within 0 .. 1")
+        put(self, "decay", scalar("Frf.decay", self.decay))
+        put(self, "notes", tuple(self.notes))
+
+    @property
+    def unit(self) -> str:
+        """SI unit of the values."""
+        return QUANTITIES[self.quantity]
+
+    @property
+    def omega(self) -> FloatArray:
+        """Angular frequency, rad/s, shape (n_f,)."""
+        return 2 * np.pi * self.frequency
+
+    def converted_to(self, quantity: str) -> Frf:
+        """Return the same responses as receptance, mobility or accelerance (multiplied by (i w)^k).
+
+        A line at 0 Hz cannot be integrated: it is refused with the remedy to cut it away first.
+        """
+        one_of("quantity", quantity, QUANTITIES)
+        power = _ORDER[quantity] - _ORDER[self.quantity]
+        if power == 0:
+            return self
+        if power < 0 and self.frequency[0] == 0:
+            fail("converted_to", f"{self.quantity} with a line at 0 Hz", f"{quantity} divides by the frequency",
+                 "cut the line away first, for example frf.between(0.1, ...)")
+        factor = ((1j * self.omega) ** power)[:, None, None]
+        variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
+        return replace(self, values=self.values * factor, quantity=quantity, variance=variance)
+
+    def between(self, low: float, high: float) -> Frf:
+        """Return the lines with low <= frequency <= high (Hz)."""
+        keep = (self.frequency >= low) & (self.frequency <= high)
+        if not keep.any():
+            fail("between", f"{low:g} .. {high:g} Hz", f"must overlap {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz")
+        return self._of(keep, slice(None), slice(None))
+
+    def selected(
+        self, outputs: Iterable[Dof | str | int] | None = None, inputs: Iterable[Dof | str | int] | None = None
+    ) -> Frf:
+        """Return the responses between these outputs and inputs (labels or indices), in the order asked for."""
+        rows = list(range(len(self.outputs))) if outputs is None else positions("outputs", outputs, self.outputs)
+        columns = list(range(len(self.inputs))) if inputs is None else positions("inputs", inputs, self.inputs)
+        return self._of(slice(None), rows, columns)
+
+    def _of(self, lines: object, rows: object, columns: object) -> Frf:
+        def part(array: FloatArray | ComplexArray | None) -> FloatArray | ComplexArray | None:
+            return None if array is None else array[..., lines, :, :][..., rows, :][..., columns]  # type: ignore[index]
+
+        def labels(have: tuple[Dof, ...], at: object) -> tuple[Dof, ...]:
+            return have if isinstance(at, slice) else tuple(have[i] for i in at)  # type: ignore[attr-defined]
+
+        return replace(
+            self, frequency=self.frequency[lines], values=part(self.values), coherence=part(self.coherence),  # type: ignore
+            variance=part(self.variance), outputs=labels(self.outputs, rows), inputs=labels(self.inputs, columns),  # type: ignore
+        )
+
+    def at_pose(self, index: int) -> Frf:
+        """Return the responses of one pose of a batch."""
+        if self.values.ndim == 3:
+            fail("at_pose", "a single pose", "must be a batch")
+        pick = (lambda a: None if a is None else a[index])
+        return replace(self, values=self.values[index], coherence=pick(self.coherence), variance=pick(self.variance))
+
+    def interpolated(self, frequency: FloatArray) -> Frf:
+        """Return the values at other frequencies inside the measured range (linear in real and imaginary part)."""
+        wanted = increasing("frequency", floats("frequency", frequency))
+        if wanted[0] < self.frequency[0] or wanted[-1] > self.frequency[-1]:
+            fail("frequency", f"{wanted[0]:g} .. {wanted[-1]:g} Hz",
+                 f"must lie within {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz", "nothing is extrapolated")
+        low = np.clip(np.searchsorted(self.frequency, wanted, side="right") - 1, 0, max(self.frequency.size - 2, 0))
+        high = np.minimum(low + 1, self.frequency.size - 1)
+        span = np.where(high > low, self.frequency[high] - self.frequency[low], 1.0)
+        part = ((wanted - self.frequency[low]) / span)[:, None, None]
+        values = self.values[..., low, :, :] * (1 - part) + self.values[..., high, :, :] * part
+        return replace(self, frequency=wanted, values=values, coherence=None, variance=None)
+
+    def noted(self, note: str) -> Frf:
+        """Return the same responses with one more remark."""
+        return replace(self, notes=(*self.notes, note))
+
+    def __repr__(self) -> str:
+        band = f"{self.frequency[0]:g}..{self.frequency[-1]:g} Hz, {self.frequency.size} lines"
+        poses = "" if self.values.ndim == 3 else f"{'x'.join(map(str, self.values.shape[:-3]))} poses, "
+        return (f"Frf({poses}{summary(self.outputs)} outputs, {summary(self.inputs)} inputs, {band}, "
+                f"{self.quantity} {self.unit})")
+
+
+def _beside(name: str, array: FloatArray | None, values: ComplexArray) -> FloatArray | None:
+    if array is None:
+        return None
+    checked = nonnegative(name, floats(name, array))
+    if checked.shape != values.shape:
+        fail(name, f"shape {checked.shape}", f"must be that of the values, {values.shape}")
+    return checked
+
+
+def joined(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
+    """Return one Frf from several over the same frequency lines, side by side along `outputs` or `inputs`.
+
+    Raises ToolpointError where frequency lines, quantity, the other labels or the window decay differ.
+    """
+    frfs = list(parts)
+    if not frfs:
+        fail("joined", "no parts", "must be at least one Frf")
+    one_of("axis", axis, ("outputs", "inputs"))
+    first, along, other = frfs[0], (-2 if axis == "outputs" else -1), ("inputs" if axis == "outputs" else "outputs")
+    for number, frf in enumerate(frfs[1:], start=1):
+        if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
+            fail("joined", f"part {number} has other frequency lines ({frf!r} beside {first!r})", "must be the same lines",
+                 "interpolate it first: frf.interpolated(frequency)")
+        for what in ("quantity", "decay", other):
+            if getattr(frf, what) != getattr(first, what):
+                fail("joined", f"part {number} has {what} {getattr(frf, what)}", f"must be {getattr(first, what)}")
+    stacked = {
+        name: None if any(getattr(frf, name) is None for frf in frfs)
+        else np.concatenate([getattr(frf, name) for frf in frfs], axis=along)
+        for name in ("values", "coherence", "variance")
+    }
+    labels = tuple(label for frf in frfs for label in getattr(frf, axis))
+    notes = tuple(dict.fromkeys(note for frf in frfs for note in frf.notes))
+    return replace(first, **stacked, **{axis: labels}, notes=notes)  # type: ignore[arg-type]
+
+
+def relative(frf: Frf, plus: str | int, minus: str | int, directions: Iterable[str] = ("x", "y", "z")) -> Frf:
+    """Return the responses of point `plus` relative to point `minus` under equal and opposite forces.
+
+    With T = [I, -I] over the two points' directions, G = T H T^T: what a cutting process between tool and table sees.
+    The labels of the result carry the point ``"plus-minus"``, e.g. ``tool-table:+x``.
+    """
+    ways = list(directions)
+    labels = [Dof(point, way) for point in (plus, minus) for way in ways]
+    try:
+        pick = frf.selected(labels, labels)
+    except ToolpointError as error:
+        raise ToolpointError(f"relative: both points are needed among outputs and inputs ({error})") from None
+    sign = np.concatenate([np.eye(len(ways)), -np.eye(len(ways))], axis=1)
+    values = sign @ pick.values @ sign.T
+    new = dofs([Dof(f"{plus}-{minus}", way) for way in ways])
+    return Frf(pick.frequency, values, new, new, pick.quantity, decay=pick.decay, notes=pick.notes)
