@@ -1,0 +1,99 @@
+"""Body: mass, damping and stiffness in the body's own frame, with the interfaces where joints and points hold on.
+
+A body's coordinates are the six of its frame, the twist (v, w) in its own axes, then its modal coordinates, if any.
+A rigid body has no modal coordinates; a reduced elastic one brings them with the motion they give to each interface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, symmetric
+from toolpoint.bodies.inertia import MassProperties
+
+
+@dataclass(frozen=True, eq=False)
+class Interface:
+    """A place on a body where a joint, a load or a sensor holds on.
+
+    Parameters
+    ----------
+    position : (3,) floats
+        In the body's frame, m.
+    participation : (6, n_modal) floats, optional
+        Twist (v, w) of the place, in the body's axes and about the place, per modal coordinate; none for a rigid body.
+    """
+
+    position: FloatArray
+    participation: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "position", floats("Interface.position", self.position, (3,)))
+        if self.participation is not None:
+            object.__setattr__(self, "participation", floats("Interface.participation", self.participation, (6, None)))
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A rigid or reduced elastic body in its own frame.
+
+    Parameters
+    ----------
+    mass : (6 + n_modal, 6 + n_modal) floats
+        Symmetric, about the frame's origin.
+    stiffness, damping : (n_modal, n_modal) floats, optional
+        Of the modal coordinates.
+    interfaces : mapping of name to Interface
+    """
+
+    mass: FloatArray
+    stiffness: FloatArray | None = None
+    damping: FloatArray | None = None
+    interfaces: Mapping[str, Interface] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        mass = symmetric("Body.mass", floats("Body.mass", self.mass, (None, None)))
+        modal = mass.shape[-1] - 6
+        if modal < 0:
+            fail("Body.mass", f"shape {mass.shape}", "must be at least (6, 6)")
+        put(self, "mass", mass)
+        zero = np.zeros((modal, modal))
+        for name in ("stiffness", "damping"):
+            value = getattr(self, name)
+            put(self, name, symmetric(f"Body.{name}", floats(f"Body.{name}", zero if value is None else value,
+                                                             (modal, modal))))
+        for name, place in self.interfaces.items():
+            if place.participation is not None and place.participation.shape[1] != modal:
+                fail(f"Body.interfaces[{name!r}]", f"{place.participation.shape[1]} modal columns", f"must be {modal}")
+        put(self, "interfaces", dict(self.interfaces))
+
+    @property
+    def modal_count(self) -> int:
+        """Number of modal coordinates."""
+        return int(self.mass.shape[-1]) - 6
+
+    @classmethod
+    def rigid(cls, properties: MassProperties) -> Body:
+        """Return a rigid body with these mass properties."""
+        return cls(properties.spatial)
+
+    def participation(self, interface: str | None) -> FloatArray:
+        """Return the participation of an interface, shape (6, n_modal), zero for a rigid body.
+
+        On an elastic body every joint, load and point must name an interface: the motion elsewhere is not known.
+        """
+        if self.modal_count == 0:
+            return np.zeros((6, 0))
+        if interface is None or interface not in self.interfaces:
+            known = ", ".join(self.interfaces) or "none"
+            fail("interface", repr(interface), f"an elastic body needs one of its interfaces ({known})")
+        value = self.interfaces[interface].participation
+        return np.zeros((6, self.modal_count)) if value is None else value
+
+    def __repr__(self) -> str:
+        kind = "rigid" if self.modal_count == 0 else f"{self.modal_count} modal coordinates"
+        return f"Body({kind}, mass {self.mass[0, 0]:.6g} kg, {len(self.interfaces)} interfaces)"

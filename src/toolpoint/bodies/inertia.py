@@ -1,0 +1,104 @@
+"""Mass properties of a rigid body: given, moved, combined, and as a 6x6 spatial inertia."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, ToolpointError, fail, floats, positive, symmetric
+from toolpoint.spatial.rotation import skew
+
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class MassProperties:
+    """Mass, centre of mass and inertia of a rigid body in its own frame.
+
+    Parameters
+    ----------
+    mass : float
+        kg, above zero.
+    centre : (3,) floats
+        Centre of mass, m.
+    inertia : (3, 3) floats
+        Inertia tensor about the centre of mass, kg m^2 (products of inertia enter with their minus sign).
+
+    Raises
+    ------
+    ToolpointError
+        For a mass that is not positive, an unsymmetric inertia, or principal moments that no body can have (negative,
+        or the largest above the sum of the two others).
+    """
+
+    mass: float
+    centre: FloatArray
+    inertia: FloatArray
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "mass", positive("mass", self.mass))
+        put(self, "centre", floats("centre", self.centre, (3,)))
+        inertia = symmetric("inertia", floats("inertia", self.inertia, (3, 3)))
+        put(self, "inertia", inertia)
+        fault = inertia_fault(inertia)
+        if fault:
+            raise ToolpointError(f"inertia: {fault}")
+
+    def moved(self, transform: FloatArray) -> MassProperties:
+        """Return the properties seen from another frame: transform (4, 4) carries body coordinates to it."""
+        r, t = transform[:3, :3], transform[:3, 3]
+        return MassProperties(self.mass, r @ self.centre + t, r @ self.inertia @ r.T)
+
+    def about(self, point: ArrayLike) -> FloatArray:
+        """Return the inertia tensor about a point (m), kg m^2, by the parallel-axis theorem, shape (3, 3)."""
+        arm = skew(self.centre - floats("point", point, (3,)))
+        return self.inertia - self.mass * arm @ arm
+
+    @property
+    def spatial(self) -> FloatArray:
+        """Spatial inertia about the frame's origin for twists (v, w), shape (6, 6)."""
+        first = self.mass * skew(self.centre)
+        return np.block([[self.mass * np.eye(3), -first], [first, self.about(np.zeros(3))]])
+
+    def __repr__(self) -> str:
+        return f"MassProperties({self.mass:.6g} kg at {np.array2string(self.centre, precision=4)} m)"
+
+
+def inertia_fault(inertia: FloatArray) -> str:
+    """Return why no rigid body can have this inertia tensor, or an empty text."""
+    moments = np.linalg.eigvalsh(inertia)
+    slack = _ROUNDING * max(float(np.abs(moments).max()), 1e-300)
+    if moments[0] < -slack:
+        return f"principal moments {_three(moments)} kg m^2; none may be negative"
+    if moments[2] > moments[0] + moments[1] + slack:
+        return (f"principal moments {_three(moments)} kg m^2; the largest must not exceed the sum of the two others "
+                "(triangle inequality); check units and the sign of the products of inertia")
+    return ""
+
+
+def _three(values: FloatArray) -> str:
+    return ", ".join(f"{v:.6g}" for v in values)
+
+
+def combined(*parts: MassProperties) -> MassProperties:
+    """Return the mass properties of several bodies fixed to each other, all given in one frame."""
+    if not parts:
+        fail("combined", "no parts", "must be at least one")
+    mass = sum(part.mass for part in parts)
+    centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
+    return MassProperties(mass, centre, sum((part.about(centre) for part in parts), np.zeros((3, 3))))
+
+
+def without(whole: MassProperties, part: MassProperties) -> MassProperties:
+    """Return what is left of a body when a part of it is taken away, both given in one frame.
+
+    Raises ToolpointError where the rest is no possible body: the part is heavier, or does not fit inside.
+    """
+    mass = whole.mass - part.mass
+    if mass <= 0:
+        fail("part", f"mass {part.mass:g} kg", f"must be below that of the whole, {whole.mass:g} kg")
+    centre = (whole.mass * whole.centre - part.mass * part.centre) / mass
+    return MassProperties(mass, centre, whole.about(centre) - part.about(centre))

@@ -1,0 +1,129 @@
+r"""Linear joint: each of six directions is locked, elastic or free; or full 6x6 stiffness and damping matrices."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats, one_of, symmetric
+
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+STATES = ("locked", "elastic", "free")
+
+
+@dataclass(frozen=True, eq=False)
+class LinearJoint:
+    r"""Stiffness and damping of an interface, in its own frame, for small relative motion (v, w) of child to parent.
+
+    Parameters
+    ----------
+    states : 6 str
+        ``locked``, ``elastic`` or ``free`` for x, y, z, rx, ry, rz.
+    stiffness : (6, 6) floats, optional
+        N/m, N, N m/rad; rows and columns of directions that are not elastic must be zero.
+    damping : (6, 6) floats, optional
+        N s/m and so on; rows and columns of locked directions must be zero.
+    structural_damping : (6, 6) floats, optional
+        Imaginary part of the complex stiffness, e.g. loss factor times stiffness.
+    """
+
+    states: tuple[str, ...]
+    stiffness: FloatArray | None = None
+    damping: FloatArray | None = None
+    structural_damping: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        states = tuple(one_of("LinearJoint.states", state, STATES) for state in self.states)
+        if len(states) != 6:
+            fail("LinearJoint.states", f"{len(states)} states", "must be 6")
+        put(self, "states", states)
+        zero = np.zeros((6, 6))
+        for name, allowed in (("stiffness", ("elastic",)), ("damping", ("elastic", "free")),
+                              ("structural_damping", ("elastic",))):
+            value = getattr(self, name)
+            matrix = symmetric(f"LinearJoint.{name}", floats(f"LinearJoint.{name}", zero if value is None else value, (6, 6)))
+            idle = [i for i in range(6) if states[i] not in allowed]
+            if np.any(matrix[idle]):
+                i = idle[int(np.argmax(np.abs(matrix[idle]).max(axis=1) > 0))]
+                fail(f"LinearJoint.{name}", f"a value in direction {DIRECTIONS[i]}, which is {states[i]}",
+                     f"must be zero there", f"make the direction {' or '.join(allowed)}")  # noqa: F541
+            if matrix.size and np.linalg.eigvalsh(matrix).min() < -1e-9 * max(np.abs(matrix).max(), 1e-300):
+                fail(f"LinearJoint.{name}", "a negative eigenvalue", "must be positive semidefinite")
+            put(self, name, matrix)
+
+    @property
+    def freedoms(self) -> tuple[int, ...]:
+        """Indices of the directions that are not locked."""
+        return tuple(i for i, state in enumerate(self.states) if state != "locked")
+
+    def __repr__(self) -> str:
+        parts = []
+        for i, state in enumerate(self.states):
+            if state == "elastic":
+                parts.append(f"{DIRECTIONS[i]} {self.stiffness[i, i]:.4g}")  # type: ignore[index]
+            elif state == "free":
+                parts.append(f"{DIRECTIONS[i]} free")
+        return f"LinearJoint({', '.join(parts) or 'all locked'})"
+
+
+def linear(
+    stiffness: Mapping[str, float] | ArrayLike | None = None,
+    damping: Mapping[str, float] | ArrayLike | None = None,
+    loss_factor: Mapping[str, float] | float = 0.0,
+    free: Iterable[str] = (),
+) -> LinearJoint:
+    """Return a joint from values per direction; a direction that is neither elastic nor free is locked.
+
+    Parameters
+    ----------
+    stiffness : mapping of direction to N/m or N m/rad, or a (6, 6) matrix
+        The directions named are elastic; with a matrix all those with a row that is not zero.
+    damping : mapping or (6, 6) matrix, optional
+        N s/m or N m s/rad.
+    loss_factor : float or mapping
+        Imaginary part over real part of the stiffness.
+    free : directions
+        Directions without stiffness.
+    """
+    k, elastic = _matrix("stiffness", stiffness)
+    loose = {DIRECTIONS.index(one_of("free", name, DIRECTIONS)) for name in free}
+    both = elastic & loose
+    if both:
+        fail("free", f"{DIRECTIONS[min(both)]} is also elastic", "a direction is one or the other")
+    states = tuple("elastic" if i in elastic else "free" if i in loose else "locked" for i in range(6))
+    c, damped = _matrix("damping", damping)
+    idle = [DIRECTIONS[i] for i in sorted(damped) if states[i] == "locked"]
+    if idle:
+        fail("damping", f"direction {idle[0]} is locked", "only elastic or free directions can be damped",
+             f"give stiffness.{idle[0]} or list {idle[0]} under free")
+    eta = np.zeros(6)
+    if isinstance(loss_factor, Mapping):
+        for name, value in loss_factor.items():
+            eta[DIRECTIONS.index(one_of("loss_factor", name, DIRECTIONS))] = value
+    else:
+        eta[:] = loss_factor
+    if eta.min() < 0:
+        fail("loss_factor", f"{eta.min():g}", "must not be negative")
+    root = np.sqrt(eta)
+    return LinearJoint(states, k, c, root[:, None] * k * root)
+
+
+def _matrix(name: str, value: Mapping[str, float] | ArrayLike | None) -> tuple[FloatArray, set[int]]:
+    matrix = np.zeros((6, 6))
+    if value is None:
+        return matrix, set()
+    if not isinstance(value, Mapping):
+        matrix = floats(name, value, (6, 6))
+        return matrix, {i for i in range(6) if np.any(matrix[i])}
+    used = set()
+    for direction, number in value.items():
+        i = DIRECTIONS.index(one_of(name, direction, DIRECTIONS))
+        if not np.isfinite(number) or number < 0 or (name == "stiffness" and number == 0):
+            fail(f"{name}.{direction}", f"{number!r}", "must be finite and above zero")
+        matrix[i, i] = number
+        used.add(i)
+    return matrix, used

@@ -1,0 +1,238 @@
+"""The description of a machine: plain frozen data, one to one with the YAML file, SI units.
+
+Body data (centre, inertia, mesh, points) are in the body's frame; a body's frame is the machine frame at the reference
+pose (all axes at zero) unless `frame` places it elsewhere. Joint frames are in the machine frame at the reference pose.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, fields, is_dataclass, replace
+from typing import Any
+
+from toolpoint._check import ToolpointError, suggestion
+
+Vector = tuple[float, float, float]
+Matrix = tuple[tuple[float, ...], ...]
+GROUND = "ground"
+
+
+@dataclass(frozen=True)
+class FrameDescription:
+    """Place and orientation of a frame in the machine frame: `at` in m, `rotation` as zyx Euler angles in rad."""
+
+    at: Vector = (0.0, 0.0, 0.0)
+    rotation: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class ShapeDescription:
+    """A uniform shape: ``box`` (size), ``cylinder`` (diameter, length, axis, bore) or ``sphere`` (diameter), in m."""
+
+    kind: str
+    size: Vector | None = None
+    diameter: float | None = None
+    length: float | None = None
+    axis: str = "z"
+    bore: float = 0.0
+
+
+@dataclass(frozen=True)
+class MeshDescription:
+    """A closed triangle mesh: an STL file beside the machine file, and the length of its unit in m."""
+
+    file: str
+    unit: float = 1.0
+
+
+@dataclass(frozen=True)
+class BodyDescription:
+    """A body: mass properties given, or from a shape or a mesh and a density; and how it is drawn.
+
+    mass in kg, centre in m, inertia (3, 3) in kg m^2 about the centre; `shape` with `mass` gives the inertia of the
+    uniform shape of that mass, `shape` or `mesh` with `density` (kg/m^3) gives all. `draw` is a box size in m.
+    """
+
+    mass: float | None = None
+    centre: Vector = (0.0, 0.0, 0.0)
+    inertia: Matrix | None = None
+    density: float | None = None
+    shape: ShapeDescription | None = None
+    mesh: MeshDescription | None = None
+    frame: FrameDescription = FrameDescription()
+    draw: ShapeDescription | None = None
+    draw_at: Vector | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class JointDescription:
+    """A joint between a parent and a child body; directions not named are locked, values per direction in SI.
+
+    `elastic_at` says which side carries the springs of a driven joint: ``child`` (they travel with it) or ``parent``.
+    `closes_loop` marks a joint whose child already hangs on another joint.
+    """
+
+    parent: str
+    child: str
+    frame: FrameDescription = FrameDescription()
+    stiffness: Mapping[str, float] = field(default_factory=dict)
+    damping: Mapping[str, float] = field(default_factory=dict)
+    loss_factor: Mapping[str, float] | float = 0.0
+    free: tuple[str, ...] = ()
+    stiffness_matrix: Matrix | None = None
+    damping_matrix: Matrix | None = None
+    elastic_at: str = "child"
+    closes_loop: bool = False
+    parent_interface: str | None = None
+    child_interface: str | None = None
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class AxisDescription:
+    """An axis: the joint that it moves, the direction, and its limits in m or rad."""
+
+    joint: str
+    direction: str
+    limits: tuple[float, float] = (float("-inf"), float("inf"))
+
+
+@dataclass(frozen=True)
+class PointDescription:
+    """A named point on a body, in the body's frame, m; on an elastic body an interface instead."""
+
+    body: str
+    at: Vector = (0.0, 0.0, 0.0)
+    interface: str | None = None
+
+
+@dataclass(frozen=True)
+class LoadDescription:
+    """A constant force (N, machine frame) and moment (N m) at a named point."""
+
+    point: str
+    force: Vector = (0.0, 0.0, 0.0)
+    moment: Vector = (0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class CuttingDescription:
+    """The cut that the report's stability lobes belong to; SI units."""
+
+    diameter: float
+    teeth: int
+    immersion: float
+    tangential: float
+    normal: float
+    direction: str = "down"
+    feed: str = "x"
+    speeds: tuple[float, float] = (1000.0, 12000.0)
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class ReferenceDescription:
+    """Natural frequencies (Hz) from a test or another model, to compare with; `damping_ratio` where known."""
+
+    name: str
+    frequencies: tuple[float, ...]
+    damping_ratio: tuple[float, ...] = ()
+    source: str = ""
+
+
+@dataclass(frozen=True)
+class MachineDescription:
+    """A machine: bodies joined by joints, moved by axes, seen at points."""
+
+    name: str
+    bodies: Mapping[str, BodyDescription]
+    joints: Mapping[str, JointDescription]
+    axes: Mapping[str, AxisDescription] = field(default_factory=dict)
+    points: Mapping[str, PointDescription] = field(default_factory=dict)
+    gravity: Vector | None = None
+    loads: tuple[LoadDescription, ...] = ()
+    tool: str | None = None
+    table: str | None = None
+    damping_ratio: float | None = None
+    cutting: CuttingDescription | None = None
+    reference: tuple[ReferenceDescription, ...] = ()
+    poses: tuple[Mapping[str, float], ...] = ()
+    description: str = ""
+    source: str = ""
+    assumptions: tuple[str, ...] = ()
+
+    def with_values(self, values: Mapping[str, float]) -> MachineDescription:
+        """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on."""
+        result: Any = self
+        for path, value in values.items():
+            result = _changed(result, path.split("."), value, path)
+        return result
+
+    def value(self, path: str) -> float:
+        """Return one parameter by path."""
+        found: Any = self
+        for key in path.split("."):
+            found = _child(found, key, path)
+        if isinstance(found, bool) or not isinstance(found, (int, float)):
+            raise ToolpointError(f"{path}: not a number but {type(found).__name__}; give a path to a number, "
+                                 f"for example {next(iter(parameters(self)), 'joints.NAME.stiffness.rx')}")
+        return float(found)
+
+
+def parameters(machine: MachineDescription) -> Iterator[str]:
+    """Yield the paths of all numbers of the bodies and joints, in file order."""
+    for room in ("bodies", "joints"):
+        for name, part in getattr(machine, room).items():
+            for path in _numbers(part):
+                yield f"{room}.{name}.{path}"
+
+
+def _numbers(part: Any) -> Iterator[str]:
+    if is_dataclass(part):
+        items = [(f.name, getattr(part, f.name)) for f in fields(part)]
+    elif isinstance(part, Mapping):
+        items = list(part.items())
+    else:
+        items = [(str(i), value) for i, value in enumerate(part)]
+    for name, value in items:
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            yield str(name)
+        elif is_dataclass(value) or isinstance(value, (Mapping, tuple)):
+            for rest in _numbers(value):
+                yield f"{name}.{rest}"
+
+
+def _child(part: Any, key: str, path: str) -> Any:
+    if is_dataclass(part):
+        names = [f.name for f in fields(part)]
+        if key in names:
+            return getattr(part, key)
+    elif isinstance(part, Mapping):
+        names = list(part)
+        if key in part:
+            return part[key]
+    elif isinstance(part, tuple):
+        names = [str(i) for i in range(len(part))]
+        if key in names:
+            return part[int(key)]
+    else:
+        names = []
+    hint = suggestion(key, names)
+    known = f"; known: {', '.join(names)}" if names else ""
+    raise ToolpointError(f"{path}: no {key!r} there{known}" + (f" ({hint})" if hint else ""))
+
+
+def _changed(part: Any, keys: list[str], value: float, path: str) -> Any:
+    old = _child(part, keys[0], path)
+    if len(keys) > 1:
+        new = _changed(old, keys[1:], value, path)
+    elif isinstance(old, (int, float)) and not isinstance(old, bool):
+        new = float(value)
+    else:
+        raise ToolpointError(f"{path}: not a number but {type(old).__name__}; only numbers can be changed by path")
+    if is_dataclass(part):
+        return replace(part, **{keys[0]: new})  # type: ignore[type-var]
+    if isinstance(part, Mapping):
+        return {**part, keys[0]: new}
+    return tuple(new if i == int(keys[0]) else entry for i, entry in enumerate(part))
