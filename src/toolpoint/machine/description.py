@@ -10,7 +10,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
 from typing import Any
 
-from toolpoint._check import ToolpointError, suggestion
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, suggestion
 
 Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
@@ -37,25 +39,42 @@ class ShapeDescription:
     bore: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class MeshDescription:
-    """A closed triangle mesh: an STL file beside the machine file, and the length of its unit in m."""
+    """A closed triangle mesh: the STL file's name, and the triangle corners (t, 3, 3) in m that were read from it."""
 
     file: str
-    unit: float = 1.0
+    corners: FloatArray
+
+
+@dataclass(frozen=True)
+class InertiaDescription:
+    """Inertia tensor about the centre of mass, kg m^2; products of inertia with their sign in the tensor."""
+
+    xx: float
+    yy: float
+    zz: float
+    xy: float = 0.0
+    xz: float = 0.0
+    yz: float = 0.0
+
+    @property
+    def tensor(self) -> FloatArray:
+        """The tensor, shape (3, 3)."""
+        return np.array([[self.xx, self.xy, self.xz], [self.xy, self.yy, self.yz], [self.xz, self.yz, self.zz]])
 
 
 @dataclass(frozen=True)
 class BodyDescription:
     """A body: mass properties given, or from a shape or a mesh and a density; and how it is drawn.
 
-    mass in kg, centre in m, inertia (3, 3) in kg m^2 about the centre; `shape` with `mass` gives the inertia of the
+    mass in kg, centre in m, inertia in kg m^2 about the centre; `shape` with `mass` gives the inertia of the
     uniform shape of that mass, `shape` or `mesh` with `density` (kg/m^3) gives all. `draw` is a box size in m.
     """
 
     mass: float | None = None
     centre: Vector = (0.0, 0.0, 0.0)
-    inertia: Matrix | None = None
+    inertia: InertiaDescription | None = None
     density: float | None = None
     shape: ShapeDescription | None = None
     mesh: MeshDescription | None = None
@@ -193,8 +212,10 @@ def _numbers(part: Any) -> Iterator[str]:
         items = [(f.name, getattr(part, f.name)) for f in fields(part)]
     elif isinstance(part, Mapping):
         items = list(part.items())
-    else:
+    elif isinstance(part, tuple):
         items = [(str(i), value) for i, value in enumerate(part)]
+    else:
+        return
     for name, value in items:
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             yield str(name)

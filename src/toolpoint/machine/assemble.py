@@ -1,0 +1,152 @@
+r"""Parts at poses -> SecondOrderSystem, in minimal coordinates, any number of poses in one call.
+
+:math:`M = \sum_b B_b^T M_b B_b` with :math:`B_b` the body's own coordinates per minimal coordinate; K and C of tree
+joints are diagonal blocks; loop joints add :math:`R^T K R`, and their locked directions are removed with a null-space
+basis N: :math:`N^T M N` and so on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.kinematics import Pose
+from toolpoint.machine import preload
+from toolpoint.machine.joint_terms import joint_matrices, loop_motion
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import Placement, placed
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Dof, SecondOrderSystem, damping
+from toolpoint.vibration.dof import dofs
+
+
+def assemble(
+    machine: Machine, poses: Pose | None = None, outputs: Iterable[Dof | str] | None = None,
+    inputs: Iterable[Dof | str] | None = None, modal_damping: bool = True,
+) -> SecondOrderSystem:
+    """Return the machine's equations of motion about a pose or a batch of poses.
+
+    Parameters
+    ----------
+    machine : Machine
+    poses : mapping of axis name to position (m, rad) or to an array of n_poses positions, optional
+        Axes left out stand at zero. With arrays the result has one leading axis of poses, otherwise none.
+    outputs, inputs : labels, optional
+        ``point:direction``; all points in x, y, z where left out; inputs where left out are the outputs.
+    modal_damping : bool
+        Whether the description's `damping_ratio`, if given, is turned into a damping matrix (one eigen-solution per
+        pose).
+
+    Raises
+    ------
+    ToolpointError
+        For an unknown axis or point, a position beyond the limits, or (with gravity or loads) a pose that is not an
+        equilibrium of the free directions.
+    """
+    place = placed(machine, poses)
+    seen = dofs(outputs) if outputs is not None else _all_points(machine)
+    driven = seen if inputs is None else dofs(inputs)
+    mass, (stiffness, viscous, structural) = mass_matrix(place), joint_matrices(place)
+    stiffness = stiffness + preload.geometric_stiffness(place)
+    output_map, input_map = motion_map(place, seen), np.swapaxes(motion_map(place, driven), -1, -2)
+    names = machine.coordinates
+    if machine.loops:
+        basis = loop_basis(place)
+        if basis is not None:
+            mass, stiffness, viscous, structural = (_projected(a, basis) for a in (mass, stiffness, viscous, structural))
+            output_map, input_map = output_map @ basis, np.swapaxes(basis, -1, -2) @ input_map
+            names = tuple(f"z{i + 1}" for i in range(basis.shape[-1]))
+    single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
+    cut = (lambda a: a[0]) if single else (lambda a: a)
+    system = SecondOrderSystem(
+        cut(mass), cut(stiffness), cut(viscous) if np.any(viscous) else None, cut(structural) if np.any(structural) else None,
+        cut(output_map), cut(input_map), seen, driven, names, notes=_notes(machine))
+    ratio = machine.description.damping_ratio
+    return damping.modal(system, ratio) if ratio is not None and modal_damping else system
+
+
+def _notes(machine: Machine) -> tuple[str, ...]:
+    ratio = machine.description.damping_ratio
+    return () if ratio is None else (f"modal damping ratio {ratio:g} for all modes, as the description says",)
+
+
+def _all_points(machine: Machine) -> tuple[Dof, ...]:
+    if not machine.description.points:
+        fail("outputs", "none, and the machine has no points", "must be point:direction labels",
+             "give the machine points")
+    return tuple(Dof(name, way) for name in machine.description.points for way in ("+x", "+y", "+z"))
+
+
+def body_coordinates(place: Placement, link: int) -> FloatArray:
+    """Return B: a body's own coordinates (twist in its axes about its frame, modal amplitudes) per coordinate, (P, 6+m, n)."""
+    machine = place.machine
+    back = tf.adjoint(tf.inverse(place.frames[:, link])) @ place.jacobians[:, link]
+    modal = list(machine.modal_columns[link])
+    if not modal:
+        return back
+    unit = np.zeros((place.poses, len(modal), machine.size))
+    unit[:, range(len(modal)), modal] = 1.0
+    return np.concatenate([back, unit], axis=1)
+
+
+def mass_matrix(place: Placement) -> FloatArray:
+    """Return the mass matrix in the tree's coordinates, shape (P, n, n).
+
+    With M_b = F^T F every body gives F B; one product of the stacked rows is the whole matrix.
+    """
+    machine = place.machine
+    rows = [_root(body.mass) @ body_coordinates(place, i) for i, body in enumerate(machine.bodies)]
+    stacked = np.concatenate(rows, axis=1)
+    return np.swapaxes(stacked, -1, -2) @ stacked
+
+
+def _root(matrix: FloatArray) -> FloatArray:
+    values, vectors = np.linalg.eigh(matrix)
+    if values[0] < -1e-9 * values[-1]:
+        fail("Body.mass", f"eigenvalue {values[0]:g}", "must be positive semidefinite")
+    return np.sqrt(np.maximum(values, 0.0))[:, None] * vectors.T
+
+
+def loop_basis(place: Placement) -> FloatArray | None:
+    """Return an orthonormal basis of the motions that all locked loop directions allow, (P, n, n_free); None if none lock.
+
+    Redundant constraints are allowed; their number must be the same at all poses of the batch.
+    """
+    rows = [loop_motion(place, loop)[:, [i for i in range(6) if loop.law.states[i] == "locked"]]
+            for loop in place.machine.loops]
+    constraints = np.concatenate(rows, axis=1)
+    if constraints.shape[1] == 0:
+        return None
+    # Rotations count by the size of the machine, so that metres and radians weigh alike in the rank decision.
+    _, singular, vt = np.linalg.svd(constraints, full_matrices=True)
+    ranks = (singular > 1e-9 * singular.max(axis=-1, keepdims=True)).sum(axis=-1)
+    if (ranks != ranks[0]).any():
+        fail("poses", f"the number of independent loop constraints changes from {ranks.min()} to {ranks.max()}",
+             "must be the same over a batch", "a pose is singular: leave it out or assemble it alone")
+    return np.swapaxes(vt[:, ranks[0]:], -1, -2)
+
+
+def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:
+    return np.swapaxes(basis, -1, -2) @ matrix @ basis
+
+
+def motion_map(place: Placement, labels: tuple[Dof, ...]) -> FloatArray:
+    """Return the displacement of every labelled point and direction per coordinate, shape (P, n_labels, n).
+
+    A point named ``a-b`` is point a relative to point b, both of the machine.
+    """
+    known = place.machine.description.points
+    cache: dict[str, FloatArray] = {}
+    rows = []
+    for label in labels:
+        name = str(label.point)
+        if name not in cache:
+            first, dash, second = name.partition("-")
+            if name not in known and dash and first in known and second in known:
+                cache[name] = place.point_jacobian(first) - place.point_jacobian(second)
+            else:
+                cache[name] = place.point_jacobian(name)
+        rows.append(label.unit @ cache[name])
+    return np.stack(rows, axis=1)

@@ -1,0 +1,117 @@
+"""Natural frequencies of a machine at many poses, without shapes: a NumPy path and a compiled path, same results."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail, one_of
+from toolpoint.kinematics import Pose
+from toolpoint.machine.assemble import assemble, mass_matrix
+from toolpoint.machine.joint_terms import joint_matrices
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import placed
+from toolpoint.vibration.eigen import mass_normalised
+
+_CHUNK = 4096
+
+
+def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, path: str = "numpy") -> FloatArray:
+    r"""Return the lowest undamped natural frequencies, Hz, shape (n_poses, modes).
+
+    The stiffness of a tree does not depend on the pose: with :math:`K = L L^T` the largest eigenvalues of
+    :math:`L^{-1} M L^{-T}` are :math:`1/\omega^2`, a standard problem. Loops, preload and free directions take the
+    general problem instead.
+
+    Parameters
+    ----------
+    machine : Machine
+    poses : mapping of axis name to (n_poses,) positions, m or rad
+    modes : int
+        At most the number of coordinates.
+    path : str
+        ``numpy``, or ``compiled`` (trees of rigid bodies without preload; others are refused with the reason).
+    """
+    one_of("path", path, ("numpy", "compiled"))
+    wanted = min(count("modes", modes), machine.size)
+    factor = _inverse_factor(machine)
+    if path == "compiled":
+        return _compiled(machine, poses, wanted, factor)
+    at = machine.chain.positions(poses)
+    names = [axis.name for axis in machine.chain.axes]
+    parts = []
+    for start in range(0, len(at), _CHUNK):
+        chunk = dict(zip(names, at[start:start + _CHUNK].T, strict=True))
+        parts.append(_general(machine, chunk, wanted) if factor is None else _constant(machine, chunk, wanted, factor))
+    return np.concatenate(parts)
+
+
+def _constant(machine: Machine, poses: Pose, wanted: int, factor: FloatArray) -> FloatArray:
+    values = np.linalg.eigvalsh(factor @ mass_matrix(placed(machine, poses)) @ factor.T)
+    return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :wanted]))
+
+
+def _general(machine: Machine, poses: Pose, wanted: int) -> FloatArray:
+    seen = [f"{next(iter(machine.description.points))}:+x"] if machine.description.points else None
+    if seen is None:
+        fail("machine", "no points", "must have at least one point")
+    system = assemble(machine, {name: np.atleast_1d(v) for name, v in poses.items()}, seen, modal_damping=False)
+    squares, _ = mass_normalised(system.mass, system.stiffness)
+    if squares.min() < -1e-9 * np.abs(squares).max():
+        fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative", "the pose is unstable")
+    return np.sqrt(np.maximum(squares[..., :wanted], 0.0)) / (2 * np.pi)
+
+
+def _inverse_factor(machine: Machine) -> FloatArray | None:
+    """Return L^-1 of the pose-independent stiffness, or None where the stiffness is singular or depends on the pose."""
+    description = machine.description
+    if machine.loops or description.gravity is not None or description.loads:
+        return None
+    stiffness = joint_matrices(placed(machine))[0][0]
+    try:
+        return np.linalg.inv(np.linalg.cholesky(stiffness))
+    except np.linalg.LinAlgError:
+        return None
+
+
+def _compiled(machine: Machine, poses: Pose, wanted: int, factor: FloatArray | None) -> FloatArray:
+    if factor is None:
+        fail("path", "'compiled' for a machine with loops, preload or free directions", "needs a constant, positive "
+             "definite stiffness", "use path='numpy'")
+    if any(body.modal_count for body in machine.bodies):
+        fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
+    from toolpoint.machine import kernel
+
+    at = machine.chain.positions(poses)
+    matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
+    data = _tree_arrays(machine)
+    result = np.empty((len(at), wanted))
+    diagonal = bool(np.count_nonzero(factor - np.diag(np.diag(factor))) == 0)
+    for start in range(0, len(at), _CHUNK):
+        part = at[start:start + _CHUNK]
+        kernel.tree_mass_matrices(*data[:5], np.ascontiguousarray(part), *data[5:], matrices[:len(part)])
+        kernel.largest_scaled_eigenvalues(matrices[:len(part)], factor, diagonal, wanted, result[start:start + len(part)])
+    return 1 / (2 * np.pi * np.sqrt(result))
+
+
+def _tree_arrays(machine: Machine) -> tuple[np.ndarray, ...]:
+    chain = machine.chain
+    links = len(machine.bodies)
+    mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
+    for i, body in enumerate(machine.bodies):
+        r, t = machine.body_frames[i, :3, :3], machine.body_frames[i, :3, 3]
+        m = body.mass[0, 0]
+        h = np.array([body.mass[5, 1], body.mass[3, 2], body.mass[4, 0]])
+        inertia = body.mass[3:, 3:]
+        s = r @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ r.T
+        h = r @ h
+        mass[i], first[i], second[i] = m, h + m * t, s + np.outer(h, t) + np.outer(t, h) + m * np.outer(t, t)
+    columns = np.concatenate([np.eye(6)[list(law.freedoms)] for law in machine.joints])
+    column_link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
+    on_path = np.zeros((links, links), bool)
+    for i in range(links):
+        on_path[list(chain.path(i)), i] = True
+    axis_of = np.array([axis.joint for axis in chain.axes], np.int64)
+    twists = np.array([axis.twist for axis in chain.axes]).reshape(-1, 6)
+    return (np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
+            np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists,
+            np.array(machine.elastic_at_child), mass, first, second, np.ascontiguousarray(columns), column_link, on_path)

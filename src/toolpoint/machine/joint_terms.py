@@ -1,0 +1,49 @@
+"""What the joints bring to the equations of motion: stiffness, damping, and the relative motion in loop joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine.model import LoopJoint
+from toolpoint.machine.placement import Placement
+from toolpoint.spatial import transform as tf
+
+
+def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return stiffness, damping and structural damping of all joints and elastic bodies, shape (P or 1, n, n) each."""
+    machine = place.machine
+    n = machine.size
+    matrices = np.zeros((3, 1, n, n))
+    for i, law in enumerate(machine.joints):
+        free, columns = list(law.freedoms), list(machine.joint_columns[i])
+        at = np.ix_(columns, columns)
+        for k, matrix in enumerate((law.stiffness, law.damping, law.structural_damping)):
+            matrices[k, 0][at] += matrix[np.ix_(free, free)]  # type: ignore[index]
+        modal = list(machine.modal_columns[i])
+        if modal:
+            matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness  # type: ignore[operator]
+            matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping  # type: ignore[operator]
+    if not machine.loops:
+        k, c, d = matrices
+        shape = (place.poses, n, n)
+        return np.broadcast_to(k, shape), np.broadcast_to(c, shape), np.broadcast_to(d, shape)
+    matrices = np.repeat(matrices, place.poses, axis=1)
+    for loop in machine.loops:
+        relative = loop_motion(place, loop)
+        for k, matrix in enumerate((loop.law.stiffness, loop.law.damping, loop.law.structural_damping)):
+            matrices[k] += np.swapaxes(relative, -1, -2) @ matrix @ relative
+    return matrices[0], matrices[1], matrices[2]
+
+
+def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:
+    """Return where a loop joint is, riding on its parent, shape (P, 4, 4)."""
+    if loop.parent < 0:
+        return np.broadcast_to(loop.frame, (place.poses, 4, 4))
+    return place.displacements[:, loop.parent] @ loop.frame
+
+
+def loop_motion(place: Placement, loop: LoopJoint) -> FloatArray:
+    """Return the motion of child relative to parent in a loop joint's frame per coordinate, shape (P, 6, n)."""
+    difference = place.jacobian(loop.child, loop.child_interface) - place.jacobian(loop.parent, loop.parent_interface)
+    return tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference

@@ -1,0 +1,286 @@
+"""Compiled kernels: mass matrices of a tree of rigid bodies, and the largest eigenvalues of small symmetric matrices.
+
+Both run over blocks of poses with the pose as the innermost index, so that the compiler vectorises across poses.
+Imported only when asked for: numba takes most of a second to load.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+BLOCK = 64
+
+
+@njit(cache=True, fastmath=False)
+def tree_mass_matrices(parents, frame_r, frame_t, axis_of, axis_twists, positions, at_child, body_mass, body_first,
+                       body_second, columns, column_link, on_path, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (P, n, n) with mass matrices by composite inertias.
+
+    Body data are about the machine's origin at the reference pose: mass (nb,), first moment (nb, 3), second (nb, 3, 3).
+    `columns` (n, 6) are unit twists in joint frames, `column_link` their joints, `on_path[i, j]` whether link i is on the
+    path to link j.
+    """
+    links, n, poses = parents.size, columns.shape[0], positions.shape[0]
+    moved_r, moved_t = np.empty((links, 3, 3)), np.empty((links, 3))
+    rotation, place = np.empty((links, 3, 3)), np.empty((links, 3))
+    mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
+    twists, force, work = np.empty((n, 6)), np.empty(6), np.empty((4, 3, 3))
+    for pose in range(poses):
+        _place(parents, frame_r, frame_t, axis_of, axis_twists, positions[pose], at_child, moved_r, moved_t, rotation,
+               place, work)
+        _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work)
+        for j in range(n):
+            _twist(columns[j], rotation[column_link[j]], place[column_link[j]], twists[j])
+        for j in range(n):
+            link = column_link[j]
+            _momentum(mass[link], first[link], second[link], twists[j], force)
+            for i in range(j + 1):
+                value = 0.0
+                if on_path[column_link[i], link]:
+                    for a in range(6):
+                        value += twists[i, a] * force[a]
+                out[pose, i, j] = value
+                out[pose, j, i] = value
+
+
+@njit(cache=True)
+def _product(a, b, out):  # type: ignore[no-untyped-def]
+    # Written out: the library call for 3x3 products allocates and costs ten times the arithmetic.
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, 0] * b[0, j] + a[i, 1] * b[1, j] + a[i, 2] * b[2, j]
+
+
+@njit(cache=True)
+def _product_transposed(a, b, out):  # type: ignore[no-untyped-def]
+    for i in range(3):
+        for j in range(3):
+            out[i, j] = a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
+
+
+@njit(cache=True)
+def _moved(r, x, t, out):  # type: ignore[no-untyped-def]
+    for i in range(3):
+        out[i] = r[i, 0] * x[0] + r[i, 1] * x[1] + r[i, 2] * x[2] + t[i]
+
+
+@njit(cache=True)
+def _place(parents, frame_r, frame_t, axis_of, axis_twists, position, at_child, moved_r, moved_t, rotation, place, work):  # type: ignore
+    now_r, spare, turn = work[0], work[1], work[2]
+    now_t, shift, hold = work[3, 0], work[3, 1], work[3, 2]
+    for i in range(parents.size):
+        p = parents[i]
+        if p >= 0:
+            _product(moved_r[p], frame_r[i], rotation[i])
+            _moved(moved_r[p], frame_t[i], moved_t[p], place[i])
+        else:
+            rotation[i] = frame_r[i]
+            place[i] = frame_t[i]
+        now_r[:] = rotation[i]
+        now_t[:] = place[i]
+        for k in range(axis_of.size):
+            if axis_of[k] == i:
+                _motion(axis_twists[k], position[k], turn, shift)
+                _moved(now_r, shift, now_t, hold)
+                now_t[:] = hold
+                _product(now_r, turn, spare)
+                now_r[:] = spare
+        # displacement = now * frame^-1
+        _product_transposed(now_r, frame_r[i], moved_r[i])
+        for a in range(3):
+            moved_t[i, a] = now_t[a] - (moved_r[i, a, 0] * frame_t[i, 0] + moved_r[i, a, 1] * frame_t[i, 1]
+                                        + moved_r[i, a, 2] * frame_t[i, 2])
+        if at_child[i]:
+            place[i] = now_t
+
+
+@njit(cache=True)
+def _motion(twist, amount, turn, shift):  # type: ignore[no-untyped-def]
+    for a in range(3):
+        shift[a] = twist[a] * amount
+        for b in range(3):
+            turn[a, b] = 1.0 if a == b else 0.0
+    for a in range(3):
+        sign = twist[3 + a]
+        if sign != 0.0:
+            b, c = (a + 1) % 3, (a + 2) % 3
+            s, k = np.sin(sign * amount), np.cos(sign * amount)
+            turn[b, b] = k
+            turn[c, c] = k
+            turn[b, c] = -s
+            turn[c, b] = s
+
+
+@njit(cache=True)
+def _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work):  # type: ignore
+    links = parents.size
+    half, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
+    zero[:] = 0.0
+    for i in range(links):
+        r, t, m = moved_r[i], moved_t[i], body_mass[i]
+        _moved(r, body_first[i], zero, h)
+        _product(r, body_second[i], half)
+        _product_transposed(half, r, s)
+        # Second moment about the origin after moving by t: S + h t^T + t h^T + m t t^T.
+        for a in range(3):
+            for b in range(3):
+                second[i, a, b] = s[a, b] + h[a] * t[b] + t[a] * h[b] + m * t[a] * t[b]
+            first[i, a] = h[a] + m * t[a]
+        mass[i] = m
+    for i in range(links - 1, -1, -1):
+        p = parents[i]
+        if p >= 0:
+            mass[p] += mass[i]
+            for a in range(3):
+                first[p, a] += first[i, a]
+                for b in range(3):
+                    second[p, a, b] += second[i, a, b]
+
+
+@njit(cache=True)
+def _twist(column, rotation, place, out):  # type: ignore[no-untyped-def]
+    for a in range(3):
+        v, w = 0.0, 0.0
+        for b in range(3):
+            v += rotation[a, b] * column[b]
+            w += rotation[a, b] * column[3 + b]
+        out[a], out[3 + a] = v, w
+    out[0] += place[1] * out[5] - place[2] * out[4]
+    out[1] += place[2] * out[3] - place[0] * out[5]
+    out[2] += place[0] * out[4] - place[1] * out[3]
+
+
+@njit(cache=True)
+def _momentum(m, h, s, xi, out):  # type: ignore[no-untyped-def]
+    v0, v1, v2, w0, w1, w2 = xi[0], xi[1], xi[2], xi[3], xi[4], xi[5]
+    out[0] = m * v0 + w1 * h[2] - w2 * h[1]
+    out[1] = m * v1 + w2 * h[0] - w0 * h[2]
+    out[2] = m * v2 + w0 * h[1] - w1 * h[0]
+    # h x v + (trace(S) I - S) w, with S the second moment of mass.
+    trace = s[0, 0] + s[1, 1] + s[2, 2]
+    out[3] = h[1] * v2 - h[2] * v1 + trace * w0 - s[0, 0] * w0 - s[0, 1] * w1 - s[0, 2] * w2
+    out[4] = h[2] * v0 - h[0] * v2 + trace * w1 - s[1, 0] * w0 - s[1, 1] * w1 - s[1, 2] * w2
+    out[5] = h[0] * v1 - h[1] * v0 + trace * w2 - s[2, 0] * w0 - s[2, 1] * w1 - s[2, 2] * w2
+
+
+@njit(cache=True)
+def scaled_blocks(matrices, factor, diagonal, start, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (n, n, BLOCK) with F M F^T for the poses from `start`; `factor` is F, lower triangular or diagonal."""
+    n, poses = matrices.shape[1], matrices.shape[0]
+    work, one = np.empty((n, n)), np.empty((n, n))
+    for w in range(BLOCK):
+        source = matrices[min(start + w, poses - 1)]
+        if diagonal:
+            for i in range(n):
+                for j in range(i + 1):
+                    out[i, j, w] = factor[i, i] * source[i, j] * factor[j, j]
+        else:
+            np.dot(factor, source, work)
+            np.dot(work, factor.T, one)
+            for i in range(n):
+                for j in range(i + 1):
+                    out[i, j, w] = one[i, j]
+
+
+@njit(cache=True, fastmath={"contract"})
+def tridiagonalise(a, d, e):  # type: ignore[no-untyped-def]
+    """Reduce lower triangles `a` (n, n, BLOCK) by Householder steps to diagonals `d` (n, BLOCK), off-diagonals `e`."""
+    n = a.shape[0]
+    v, p = np.empty((n, BLOCK)), np.empty((n, BLOCK))
+    beta, k = np.empty(BLOCK), np.empty(BLOCK)
+    for c in range(n - 2):
+        beta[:] = 0.0
+        for i in range(c + 1, n):
+            for w in range(BLOCK):
+                v[i, w] = a[i, c, w]
+                beta[w] += a[i, c, w] * a[i, c, w]
+        for w in range(BLOCK):
+            head = v[c + 1, w]
+            alpha = -np.sqrt(beta[w]) if head > 0 else np.sqrt(beta[w])
+            e[c, w] = alpha
+            v[c + 1, w] = head - alpha
+            size = beta[w] - head * alpha
+            beta[w] = 1.0 / size if size > 0 else 0.0
+        p[c + 1:n] = 0.0
+        for i in range(c + 1, n):
+            for j in range(c + 1, i):
+                for w in range(BLOCK):
+                    p[i, w] += a[i, j, w] * v[j, w]
+                    p[j, w] += a[i, j, w] * v[i, w]
+            for w in range(BLOCK):
+                p[i, w] += a[i, i, w] * v[i, w]
+        k[:] = 0.0
+        for i in range(c + 1, n):
+            for w in range(BLOCK):
+                p[i, w] *= beta[w]
+                k[w] += v[i, w] * p[i, w]
+        for w in range(BLOCK):
+            k[w] *= 0.5 * beta[w]
+        for i in range(c + 1, n):
+            for w in range(BLOCK):
+                p[i, w] -= k[w] * v[i, w]
+        for i in range(c + 1, n):
+            for j in range(c + 1, i + 1):
+                for w in range(BLOCK):
+                    a[i, j, w] -= v[i, w] * p[j, w] + p[i, w] * v[j, w]
+    for i in range(n):
+        for w in range(BLOCK):
+            d[i, w] = a[i, i, w]
+    if n > 1:
+        for w in range(BLOCK):
+            e[n - 2, w] = a[n - 1, n - 2, w]
+
+
+@njit(cache=True, fastmath={"contract"})
+def largest_eigenvalues(d, e, wanted, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (wanted, BLOCK) with the largest eigenvalues, descending, by bisection with Sturm counts."""
+    n = d.shape[0]
+    squares = np.empty((n, BLOCK))
+    low, high, x, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
+    floor, top = np.empty(BLOCK), np.empty(BLOCK)
+    count = np.empty(BLOCK)
+    top[:] = 0.0
+    floor[:] = 0.0
+    for i in range(n):
+        for w in range(BLOCK):
+            left = abs(e[i - 1, w]) if i > 0 else 0.0
+            right = abs(e[i, w]) if i < n - 1 else 0.0
+            top[w] = max(top[w], d[i, w] + left + right)
+            floor[w] = min(floor[w], d[i, w] - left - right)
+            squares[i, w] = left * left
+    for r in range(wanted):
+        for w in range(BLOCK):
+            low[w] = floor[w]
+            high[w] = top[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
+        for _ in range(52):
+            for w in range(BLOCK):
+                x[w] = 0.5 * (low[w] + high[w])
+                q[w] = d[0, w] - x[w]
+                count[w] = 1.0 if q[w] > 0 else 0.0
+            for i in range(1, n):
+                for w in range(BLOCK):
+                    safe = q[w] if abs(q[w]) > 1e-300 else 1e-300
+                    q[w] = d[i, w] - x[w] - squares[i, w] / safe
+                    count[w] += 1.0 if q[w] > 0 else 0.0
+            for w in range(BLOCK):
+                above = count[w] > r
+                low[w] = x[w] if above else low[w]
+                high[w] = high[w] if above else x[w]
+        for w in range(BLOCK):
+            out[r, w] = 0.5 * (low[w] + high[w])
+
+
+@njit(cache=True)
+def largest_scaled_eigenvalues(matrices, factor, diagonal, wanted, out):  # type: ignore[no-untyped-def]
+    """Fill `out` (P, wanted) with the largest eigenvalues of F M F^T for all matrices M (P, n, n), descending."""
+    poses, n = matrices.shape[0], matrices.shape[1]
+    a, d, e = np.empty((n, n, BLOCK)), np.empty((n, BLOCK)), np.empty((n, BLOCK))
+    found = np.empty((wanted, BLOCK))
+    for start in range(0, poses, BLOCK):
+        scaled_blocks(matrices, factor, diagonal, start, a)
+        tridiagonalise(a, d, e)
+        largest_eigenvalues(d, e, wanted, found)
+        for w in range(min(BLOCK, poses - start)):
+            for r in range(wanted):
+                out[start + w, r] = found[r, w]

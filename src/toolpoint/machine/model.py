@@ -1,0 +1,118 @@
+"""Machine: the parts of a machine, ready to be placed at any pose."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, suggestion
+from toolpoint.bodies import Body
+from toolpoint.joints import LinearJoint
+from toolpoint.kinematics import TreeChain
+from toolpoint.machine.description import GROUND, MachineDescription
+
+
+@dataclass(frozen=True, eq=False)
+class LoopJoint:
+    """A joint that closes a loop: links it joins (-1 is the ground), frame at the reference pose, law, interfaces."""
+
+    name: str
+    parent: int
+    child: int
+    frame: FloatArray
+    law: LinearJoint
+    parent_interface: str | None
+    child_interface: str | None
+
+
+@dataclass(frozen=True, eq=False)
+class Machine:
+    """Bodies on a tree of joints, loop joints, axes and points; made by `build.build` from a description.
+
+    Link i is body i of the tree order; it hangs by tree joint i. Minimal coordinates, in this order for every link:
+    the unlocked directions of its joint, then its body's modal coordinates.
+    """
+
+    description: MachineDescription
+    chain: TreeChain
+    body_names: tuple[str, ...]
+    bodies: tuple[Body, ...]
+    body_frames: FloatArray
+    joint_names: tuple[str, ...]
+    joints: tuple[LinearJoint, ...]
+    elastic_at_child: tuple[bool, ...]
+    interfaces: tuple[tuple[str | None, str | None], ...]
+    loops: tuple[LoopJoint, ...]
+    rebuild: Callable[[MachineDescription], Machine]
+
+    @property
+    def name(self) -> str:
+        """The machine's name."""
+        return self.description.name
+
+    @property
+    def joint_columns(self) -> tuple[range, ...]:
+        """Coordinates of every tree joint."""
+        return self._columns()[0]
+
+    @property
+    def modal_columns(self) -> tuple[range, ...]:
+        """Modal coordinates of every body."""
+        return self._columns()[1]
+
+    @property
+    def size(self) -> int:
+        """Number of minimal coordinates of the tree (before loops are closed)."""
+        return sum(len(j.freedoms) for j in self.joints) + sum(b.modal_count for b in self.bodies)
+
+    def _columns(self) -> tuple[tuple[range, ...], tuple[range, ...]]:
+        joint, modal, at = [], [], 0
+        for law, body in zip(self.joints, self.bodies, strict=True):
+            joint.append(range(at, at + len(law.freedoms)))
+            at += len(law.freedoms)
+            modal.append(range(at, at + body.modal_count))
+            at += body.modal_count
+        return tuple(joint), tuple(modal)
+
+    @property
+    def groups(self) -> np.ndarray:
+        """Group of every coordinate along its path: those of one joint, or of one body, share a number."""
+        result = np.zeros(self.size, int)
+        for i, (joint, modal) in enumerate(zip(*self._columns(), strict=True)):
+            result[list(joint)] = 2 * i
+            result[list(modal)] = 2 * i + 1
+        return result
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """Name of every coordinate, e.g. ``foundation.rx``."""
+        names: list[str] = []
+        directions = ("x", "y", "z", "rx", "ry", "rz")
+        for i, law in enumerate(self.joints):
+            names += [f"{self.joint_names[i]}.{directions[d]}" for d in law.freedoms]
+            names += [f"{self.body_names[i]}.mode{k + 1}" for k in range(self.bodies[i].modal_count)]
+        return tuple(names)
+
+    def link(self, body: str) -> int:
+        """Return the link of a body, -1 for the ground."""
+        if body == GROUND:
+            return -1
+        if body not in self.body_names:
+            fail("body", f"no {body!r}", f"must be of {', '.join(self.body_names)}", suggestion(body, self.body_names))
+        return self.body_names.index(body)
+
+    def with_values(self, values: Mapping[str, float]) -> Machine:
+        """Return the machine with parameters changed, by path, e.g. ``{"joints.foundation.stiffness.rx": 9e8}``."""
+        return self.rebuild(self.description.with_values(values))
+
+    def value(self, path: str) -> float:
+        """Return one parameter by path, SI."""
+        return self.description.value(path)
+
+    def __repr__(self) -> str:
+        loops = f", {len(self.loops)} loop joints" if self.loops else ""
+        axes = ", ".join(axis.name for axis in self.chain.axes) or "none"
+        return (f"Machine({self.name!r}, {len(self.bodies)} bodies, {len(self.joints)} joints{loops}, "
+                f"{self.size} coordinates, axes {axes}, points {', '.join(self.description.points) or 'none'})")

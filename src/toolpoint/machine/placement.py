@@ -1,0 +1,105 @@
+r"""Where everything is at a pose: joint frames, and the Jacobian of every body in minimal coordinates.
+
+All twists are (v, w) in machine axes about the machine's origin: :math:`V_b = J_b \dot q`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, suggestion
+from toolpoint.kinematics import Pose
+from toolpoint.machine.description import PointDescription
+from toolpoint.machine.model import Machine
+from toolpoint.spatial import transform as tf
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """A machine at a batch of poses.
+
+    frames : (P, n_links, 4, 4), every body's frame; displacements : the same from the reference pose;
+    joint_frames : (P, n_links, 4, 4), where each tree joint's springs are; jacobians : (P, n_links, 6, n).
+    """
+
+    machine: Machine
+    displacements: FloatArray
+    frames: FloatArray
+    joint_frames: FloatArray
+    jacobians: FloatArray
+
+    @property
+    def poses(self) -> int:
+        """Number of poses."""
+        return int(self.frames.shape[0])
+
+    def jacobian(self, link: int, interface: str | None = None) -> FloatArray:
+        """Return the Jacobian of a body, or of an interface of an elastic one, shape (P, 6, n); zero for the ground."""
+        n = self.machine.size
+        if link < 0:
+            return np.zeros((self.poses, 6, n))
+        body = self.machine.bodies[link]
+        if body.modal_count == 0:
+            return self.jacobians[:, link]
+        result = self.jacobians[:, link].copy()
+        result[:, :, list(self.machine.modal_columns[link])] += self._participation(link, interface)
+        return result
+
+    def _participation(self, link: int, interface: str | None) -> FloatArray:
+        body = self.machine.bodies[link]
+        columns = body.participation(interface)
+        place = body.interfaces[interface].position if interface in body.interfaces else np.zeros(3)
+        return tf.adjoint(self.frames[:, link] @ tf.transform(None, place)) @ columns
+
+    def position(self, point: PointDescription) -> FloatArray:
+        """Return where a point is, machine frame, m, shape (P, 3)."""
+        link = self.machine.link(point.body)
+        at = np.asarray(point.at, float)
+        if link >= 0 and self.machine.bodies[link].modal_count and point.interface in self.machine.bodies[link].interfaces:
+            at = self.machine.bodies[link].interfaces[point.interface].position
+        if link < 0:
+            return np.broadcast_to(at, (self.poses, 3))
+        return tf.moved(self.frames[:, link], at[None])[:, 0]
+
+    def point_jacobian(self, name: str) -> FloatArray:
+        """Return the motion (v, w) of a named point about itself per coordinate, machine axes, shape (P, 6, n)."""
+        points = self.machine.description.points
+        if name not in points:
+            fail("point", f"no {name!r}", f"must be of {', '.join(points) or 'none'}", suggestion(name, points))
+        point = points[name]
+        body = self.jacobian(self.machine.link(point.body), point.interface)
+        result = body.copy()
+        result[:, :3] = tf.point_velocity(self.position(point)) @ body
+        return result
+
+
+def placed(machine: Machine, pose: Pose | None = None) -> Placement:
+    """Return the machine at a pose or a batch of poses (axis name to position or array of positions, m or rad)."""
+    chain = machine.chain
+    pose = pose or {}
+    motions = chain.joint_motions(pose)
+    moved = chain.displacements(pose)
+    count, links = moved.shape[:2]
+    frames = moved @ machine.body_frames
+    joint_frames = np.empty_like(moved)
+    jacobians = np.zeros((count, links, 6, machine.size))
+    joint_columns, modal_columns = machine.joint_columns, machine.modal_columns
+    result = Placement(machine, moved, frames, joint_frames, jacobians)
+    for i, parent in enumerate(chain.parents):
+        base = np.broadcast_to(chain.frames[i], (count, 4, 4)) if parent < 0 else moved[:, parent] @ chain.frames[i]
+        joint_frames[:, i] = base
+        if machine.elastic_at_child[i]:
+            # The springs ride with the child: place after the axis motion, orientation still the parent's.
+            joint_frames[:, i, :3, 3] = (base @ motions[:, i])[:, :3, 3]
+        above, below = machine.interfaces[i]
+        if parent >= 0:
+            jacobians[:, i] = result.jacobian(parent, above)
+        if machine.joints[i].freedoms:
+            twists = tf.adjoint(joint_frames[:, i])[:, :, list(machine.joints[i].freedoms)]
+            jacobians[:, i][:, :, list(joint_columns[i])] += twists
+        if machine.bodies[i].modal_count:
+            # The joint holds the interface; the body's own frame moves back by what the interface moves in the body.
+            jacobians[:, i][:, :, list(modal_columns[i])] -= result._participation(i, below)
+    return result
