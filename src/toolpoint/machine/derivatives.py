@@ -1,0 +1,121 @@
+r"""Exact derivatives of a machine's matrices to its parameters, addressed by path.
+
+A body's mass matrix is a polynomial of low degree in any one of its numbers (mass, centre, inertia, density, size), and
+a joint's matrices are affine in stiffness, damping and loss factor. A seven-point central difference is exact for
+polynomials up to degree six, so the derivative of a part is exact to rounding whatever the step; the rest of the chain
+(geometry, null-space basis) does not depend on these parameters and is linear.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.kinematics import Pose
+from toolpoint.machine.assemble import body_coordinates, loop_basis
+from toolpoint.machine.build import build, joint_law
+from toolpoint.machine.description import MachineDescription, parameters
+from toolpoint.machine.joint_terms import loop_motion
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import Placement, placed
+from toolpoint.vibration.sensitivity import MatrixDerivatives
+
+_WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
+_JOINT_FIELDS = ("stiffness", "damping", "loss_factor")
+_BODY_FIELDS = ("mass", "density", "centre", "inertia", "shape")
+_TERMS = ("mass", "damping", "stiffness", "structural_damping")
+
+
+def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | None = None) -> MatrixDerivatives:
+    """Return dM/dp, dC/dp, dK/dp and dD/dp for parameters given by path.
+
+    Parameters
+    ----------
+    machine : Machine
+    paths : str
+        For example ``joints.foundation.stiffness.rx``, ``bodies.column.mass``, ``bodies.column.inertia.xx``,
+        ``bodies.base.density``, ``joints.guide.damping.x``, ``joints.guide.loss_factor``.
+    poses : mapping, optional
+        As for `assemble`; a batch gives a leading pose axis.
+
+    Raises
+    ------
+    ToolpointError
+        For a path that is not there, geometry (joint frames, points), and anything while gravity, loads or a modal
+        damping ratio make the matrices depend on the parameter in other ways.
+    """
+    names = tuple(paths)
+    description = machine.description
+    if description.gravity is not None or description.loads:
+        fail("machine", "gravity or loads", "exact derivatives leave preload out", "take the machine without them")
+    place = placed(machine, poses)
+    basis = loop_basis(place) if machine.loops else None
+    size = machine.size if basis is None else basis.shape[-1]
+    result = {term: np.zeros((place.poses, len(names), size, size)) for term in _TERMS}
+    for k, path in enumerate(names):
+        for term, matrix in _one(place, path).items():
+            result[term][:, k] = matrix if basis is None else np.swapaxes(basis, -1, -2) @ matrix @ basis
+    single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
+    return MatrixDerivatives(names, **{
+        term: (a[0] if single or _constant(a) else a) if np.any(a) else None for term, a in result.items()})
+
+
+def _constant(array: FloatArray) -> bool:
+    # Derivatives of tree joints do not depend on the pose; without the pose axis they are far cheaper to use.
+    return bool((array == array[:1]).all())
+
+
+def _one(place: Placement, path: str) -> dict[str, FloatArray]:
+    machine = place.machine
+    value = machine.value(path)
+    room, name, kind = [*path.split("."), "", "", ""][:3]
+    if room == "bodies" and kind in _BODY_FIELDS and name in machine.body_names:
+        link = machine.link(name)
+        slope = _exact(machine.description, path, value, lambda d: _body_mass(machine, d, name))
+        own = body_coordinates(place, link)
+        return {"mass": np.swapaxes(own, -1, -2) @ slope @ own}
+    if room == "joints" and kind in _JOINT_FIELDS:
+        return _joint(place, path, name, value)
+    known = [p for p in parameters(machine.description) if p.split(".")[2] in (*_JOINT_FIELDS, *_BODY_FIELDS)]
+    fail("path", repr(path), "has no exact derivative", f"known: {', '.join(known[:4])} ...")
+
+
+def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, FloatArray]:
+    machine = place.machine
+
+    def law(description: MachineDescription) -> FloatArray:
+        joint = joint_law(description.joints[name])
+        return np.stack([joint.damping, joint.stiffness, joint.structural_damping])  # type: ignore[list-item]
+
+    slopes = dict(zip(_TERMS[1:], _exact(machine.description, path, value, law), strict=True))
+    if name in machine.joint_names:
+        i = machine.joint_names.index(name)
+        free, columns = list(machine.joints[i].freedoms), list(machine.joint_columns[i])
+        return {term: _embedded(slope[np.ix_(free, free)], columns, machine.size) for term, slope in slopes.items()}
+    motion = loop_motion(place, next(loop for loop in machine.loops if loop.name == name))
+    return {term: np.swapaxes(motion, -1, -2) @ slope @ motion for term, slope in slopes.items()}
+
+
+def _embedded(block: FloatArray, columns: list[int], size: int) -> FloatArray:
+    matrix = np.zeros((size, size))
+    matrix[np.ix_(columns, columns)] = block
+    return matrix
+
+
+def _body_mass(machine: Machine, description: MachineDescription, name: str) -> FloatArray:
+    return np.asarray(build(description).bodies[machine.link(name)].mass)
+
+
+def _exact(
+    description: MachineDescription, path: str, value: float, part: Callable[[MachineDescription], FloatArray]
+) -> FloatArray:
+    # Steps stay small against the value, so that positive quantities stay positive; rounding grows to about 1e-13.
+    step = 0.02 * abs(value) if value else 1e-3
+    total: FloatArray | float = 0.0
+    for k, weight in _WEIGHTS.items():
+        ahead = part(description.with_values({path: value + k * step}))
+        back = part(description.with_values({path: value - k * step}))
+        total = total + weight * (ahead - back)
+    return np.asarray(total) / step
