@@ -1,0 +1,104 @@
+"""HDF5: save and load all nouns, versioned; arrays as they are, labels as text."""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Mapping
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
+
+FORMAT, VERSION = "toolpoint", 1
+NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace)}
+Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace
+
+
+def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
+    """Write one noun, or several by name, to a file; an old file is replaced only when the new one is whole."""
+    path = Path(path)
+    items: dict[str, Any] = dict(nouns) if isinstance(nouns, Mapping) else {"": nouns}
+    handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    os.close(handle)
+    try:
+        with h5py.File(part, "w") as file:
+            file.attrs["format"], file.attrs["version"] = FORMAT, VERSION
+            file.attrs["single"] = not isinstance(nouns, Mapping)
+            for name, noun in items.items():
+                _put(file.create_group(f"nouns/{name}" if name else "nouns/noun"), noun)
+        os.replace(part, path)
+    except BaseException:
+        Path(part).unlink(missing_ok=True)
+        raise
+
+
+def _put(group: h5py.Group, noun: Any) -> None:
+    kind = type(noun).__name__
+    if kind not in NOUNS:
+        raise ToolpointError(f"nouns: {kind} cannot be saved; must be one of {', '.join(NOUNS)}")
+    group.attrs["noun"] = kind
+    for field in fields(noun):
+        value = getattr(noun, field.name)
+        if value is None:
+            continue
+        if isinstance(value, np.ndarray):
+            group.create_dataset(field.name, data=value)
+        else:
+            group.create_dataset(field.name, data=json.dumps(value, default=_label), dtype=h5py.string_dtype())
+
+
+def _label(value: Any) -> Any:
+    if isinstance(value, Dof):
+        return {"dof": [value.point, value.direction, value.vector]}
+    raise TypeError(f"{type(value).__name__} cannot be saved")
+
+
+def read(path: str | Path) -> Any:
+    """Return the noun of a file, or a dict of nouns by name, as it was written.
+
+    Raises ToolpointError for a file that is missing, cut off, foreign, or written by a newer program.
+    """
+    path = Path(path)
+    if not path.is_file():
+        raise ToolpointError(f"{path}: no such file; check the name and the folder")
+    try:
+        with h5py.File(path, "r") as file:
+            _check(file, path)
+            nouns = {name: _get(group, path) for name, group in file["nouns"].items()}
+            single = bool(file.attrs["single"])
+    except OSError as error:
+        raise ToolpointError(f"{path}: not a whole HDF5 file ({str(error).splitlines()[0]}); it is cut off, damaged or "
+                             "something else; save it again") from None
+    return next(iter(nouns.values())) if single else nouns
+
+
+def _check(file: h5py.File, path: Path) -> None:
+    if file.attrs.get("format") != FORMAT or "nouns" not in file:
+        raise ToolpointError(f"{path}: an HDF5 file, but not one of toolpoint (it holds {', '.join(list(file)[:5]) or 'nothing'})")
+    if int(file.attrs["version"]) > VERSION:
+        raise ToolpointError(f"{path}: file version {file.attrs['version']}; this program reads up to {VERSION}; update it")
+
+
+def _get(group: h5py.Group, path: Path) -> Any:
+    kind = str(group.attrs.get("noun", ""))
+    if kind not in NOUNS:
+        raise ToolpointError(f"{path}: unknown noun {kind!r}; known: {', '.join(NOUNS)}")
+    known = {field.name for field in fields(NOUNS[kind])}
+    values = {}
+    for name, data in group.items():
+        if name not in known:
+            raise ToolpointError(f"{path}: {kind} has no {name!r}; the file was written by another version")
+        values[name] = json.loads(data.asstr()[()], object_hook=_dof) if data.dtype.kind == "O" else data[()]
+    return NOUNS[kind](**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()})
+
+
+def _dof(value: dict[str, Any]) -> Any:
+    point, direction, vector = value["dof"]
+    return Dof(point, direction, None if vector is None else tuple(vector))

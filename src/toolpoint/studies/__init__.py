@@ -1,0 +1,1 @@
+"""Questions asked of machines: how they are run over many points, and the named studies."""

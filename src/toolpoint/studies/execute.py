@@ -1,0 +1,284 @@
+"""A function over many points: serial or on Dask workers; failures kept as results, finished chunks kept on disk.
+
+A finished chunk is a file; a study started again with the same folder computes only what is missing. A worker that
+dies loses nothing but its running chunk, which runs again; a point that kills its worker every time is found, reported
+as failed, and the rest goes on.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import json
+import os
+import time
+import zipfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from toolpoint._check import Array, ToolpointError, count, fail, positive
+
+Values = Mapping[str, Array]
+Function = Callable[[Any], Mapping[str, Any]]
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one point gave: named arrays, or the reason why there are none, and the seconds it took."""
+
+    values: Values | None
+    failure: str = ""
+    seconds: float = 0.0
+
+
+Chunk = list[tuple[int, Outcome]]
+
+
+class Engine(Protocol):
+    """Runs chunks of points and yields their outcomes as they finish."""
+
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+        """Yield lists of (index, outcome) until all of `todo` is done; chunks take about `seconds`."""
+        ...
+
+
+@dataclass(frozen=True)
+class Serial:
+    """In this process, one point after the other."""
+
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+        """Yield chunks of about `seconds`; see `Engine`."""
+        chunk: Chunk = []
+        start = time.perf_counter()
+        for index in todo:
+            chunk.append((index, evaluated(function, points[index])))
+            if time.perf_counter() - start >= seconds:
+                yield chunk
+                chunk, start = [], time.perf_counter()
+        if chunk:
+            yield chunk
+
+
+@dataclass(frozen=True)
+class Dask:
+    """On Dask workers: own processes on this machine, or those of a scheduler.
+
+    Parameters
+    ----------
+    workers : int
+        Processes on this machine, one thread each; ignored with an `address`.
+    address : str, optional
+        Address of a running scheduler, e.g. ``tcp://10.0.0.5:8786``; it must be a network that you trust.
+    """
+
+    workers: int = 2
+    address: str | None = None
+
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+        """Yield chunks as workers finish them; see `Engine`."""
+        client, cluster = self._connected()
+        try:
+            yield from _distributed(client, function, points, todo, seconds)
+        finally:
+            client.close()
+            if cluster is not None:
+                cluster.close()
+
+    def _connected(self) -> tuple[Any, Any]:
+        try:
+            import dask
+            from distributed import Client, LocalCluster
+        except ImportError:
+            fail("engine", "Dask is not installed", "this engine needs it", "pip install 'toolpoint[cluster]'")
+        if self.address is not None:
+            return Client(self.address), None
+        # The default trim threshold returns memory after every small solve, which then takes twice as long; and one
+        # thread a process keeps BLAS from fighting over the cores.
+        environment = {"MALLOC_TRIM_THRESHOLD_": str(2**27), "OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+        dask.config.set({"distributed.nanny.pre-spawn-environ": environment, "distributed.scheduler.allowed-failures": 1})
+        cluster = LocalCluster(n_workers=count("workers", self.workers), threads_per_worker=1, dashboard_address=None,
+                               host="127.0.0.1", silence_logs=50)
+        return Client(cluster), cluster
+
+
+def evaluated(function: Function, point: Any) -> Outcome:
+    """Return the outcome of one point; an exception becomes a failure with its reason."""
+    start = time.perf_counter()
+    try:
+        values = {name: np.asarray(value) for name, value in function(point).items()}
+    except Exception as error:  # a failed point is a result, not the end of the study
+        return Outcome(None, f"{type(error).__name__}: {error}", time.perf_counter() - start)
+    return Outcome(values, "", time.perf_counter() - start)
+
+
+def _evaluated_chunk(function: Function, points: Sequence[Any], indices: Sequence[int]) -> Chunk:
+    return [(index, evaluated(function, point)) for index, point in zip(indices, points, strict=True)]
+
+
+def _distributed(client: Any, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+    from distributed import KilledWorker, as_completed
+
+    def submit(indices: list[int]) -> Any:
+        future = client.submit(_evaluated_chunk, function, [points[i] for i in indices], indices, pure=False)
+        owners[future.key] = indices
+        return future
+
+    owners: dict[str, list[int]] = {}
+    waiting = list(todo)
+    workers = max(1, len(client.scheduler_info()["workers"]))
+    # Single points first: their time sets the size of the chunks.
+    running = as_completed([submit([waiting.pop(0)]) for _ in range(min(workers, len(waiting)))])
+    size = 1
+    for future in running:
+        indices = owners.pop(future.key)
+        error = future.exception()
+        if error is None:
+            chunk: Chunk = future.result()
+            size = _chunk_size(chunk, seconds, len(waiting), workers)
+            yield chunk
+        elif isinstance(error, KilledWorker) and len(indices) > 1:
+            # Some point of the chunk kills its worker: run them one by one to find it.
+            for index in indices:
+                running.add(submit([index]))
+            continue
+        else:
+            reason = ("its worker process died each time it ran (out of memory, or a crash in compiled code)"
+                      if isinstance(error, KilledWorker) else f"{type(error).__name__}: {error}")
+            yield [(index, Outcome(None, reason)) for index in indices]
+        if waiting:
+            running.add(submit([waiting.pop(0) for _ in range(min(size, len(waiting)))]))
+
+
+def _chunk_size(chunk: Chunk, seconds: float, waiting: int, workers: int) -> int:
+    each = max(sum(outcome.seconds for _, outcome in chunk) / len(chunk), 1e-6)
+    return max(1, min(int(seconds / each), -(-waiting // (2 * workers))))
+
+
+@dataclass(frozen=True)
+class Execution:
+    """All outcomes of a study, in the order of its points."""
+
+    outcomes: tuple[Outcome, ...]
+    resumed: int
+
+    @property
+    def failures(self) -> dict[int, str]:
+        """Index and reason of every failed point."""
+        return {i: outcome.failure for i, outcome in enumerate(self.outcomes) if outcome.values is None}
+
+    def stacked(self, name: str) -> Array:
+        """Return one value of all points as an array; not a number where a point failed."""
+        good = next((o.values for o in self.outcomes if o.values is not None), None)
+        if good is None:
+            fail("stacked", "every point failed", "the first because: " + (self.outcomes[0].failure if self.outcomes else ""))
+        empty = np.full(good[name].shape, np.nan)
+        return np.stack([empty if o.values is None else o.values[name] for o in self.outcomes])
+
+    def __repr__(self) -> str:
+        return f"Execution({len(self.outcomes)} points, {len(self.failures)} failed, {self.resumed} taken from disk)"
+
+
+def execute(
+    function: Function, points: Sequence[Any], engine: Engine | None = None, folder: str | Path | None = None,
+    progress: Progress | None = None, chunk_seconds: float = 1.0,
+) -> Execution:
+    """Return the outcomes of `function(point)` for all points.
+
+    Parameters
+    ----------
+    function : callable
+        Takes a point, returns a mapping of names to numbers or arrays. With Dask it must be importable or picklable.
+    points : sequence
+        Anything that JSON or `repr` tells apart; with `folder` they identify the study.
+    engine : Serial or Dask
+        Serial where left out.
+    folder : path, optional
+        Where finished chunks are kept; a study that was interrupted goes on from there.
+    progress : callable, optional
+        Called with (done, all) after every chunk.
+    chunk_seconds : float
+        About how long a chunk takes.
+
+    Raises
+    ------
+    ToolpointError
+        Where the folder holds another study, or a chunk in it cannot be read. Failed points do not raise: see
+        `Execution.failures`.
+    """
+    positive("chunk_seconds", chunk_seconds)
+    store = None if folder is None else _Store(Path(folder), _fingerprint(function, points))
+    done: dict[int, Outcome] = store.load() if store else {}
+    resumed = len(done)
+    todo = [i for i in range(len(points)) if i not in done]
+    if progress and resumed:
+        progress(resumed, len(points))
+    for chunk in (engine or Serial()).run(function, points, todo, chunk_seconds) if todo else ():
+        done.update(chunk)
+        if store:
+            store.save(chunk)
+        if progress:
+            progress(len(done), len(points))
+    return Execution(tuple(done[i] for i in range(len(points))), resumed)
+
+
+def _fingerprint(function: Function, points: Sequence[Any]) -> str:
+    name = f"{getattr(function, '__module__', '')}.{getattr(function, '__qualname__', repr(type(function)))}"
+    identity = getattr(function, "identity", "")
+    text = json.dumps([name, identity, len(points)]) + "".join(json.dumps(p, default=repr, sort_keys=True) for p in points)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class _Store:
+    """Finished chunks in a folder, one archive of plain arrays each; nothing in it is ever executed."""
+
+    def __init__(self, folder: Path, fingerprint: str) -> None:
+        self.folder = folder
+        folder.mkdir(parents=True, exist_ok=True)
+        manifest = folder / "study.json"
+        if manifest.exists():
+            if json.loads(manifest.read_text())["fingerprint"] != fingerprint:
+                raise ToolpointError(f"folder: {folder} holds another study (other function or points); take an empty folder")
+        else:
+            _atomic(manifest, json.dumps({"fingerprint": fingerprint}).encode())
+
+    def save(self, chunk: Chunk) -> None:
+        arrays: dict[str, Array] = {}
+        table = []
+        for index, outcome in chunk:
+            table.append({"index": index, "failure": outcome.failure, "seconds": outcome.seconds,
+                          "failed": outcome.values is None})
+            for name, value in (outcome.values or {}).items():
+                arrays[f"{index}/{name}"] = value
+        buffer = io.BytesIO()
+        np.savez(buffer, table=np.frombuffer(json.dumps(table).encode(), np.uint8), **arrays)  # type: ignore[arg-type]
+        _atomic(self.folder / f"chunk-{chunk[0][0]:09d}.npz", buffer.getvalue())
+
+    def load(self) -> dict[int, Outcome]:
+        done: dict[int, Outcome] = {}
+        for path in sorted(self.folder.glob("chunk-*.npz")):
+            try:
+                with np.load(path, allow_pickle=False) as file:
+                    values: dict[int, dict[str, Array]] = {}
+                    for key in file.files:
+                        index, slash, name = key.partition("/")
+                        if slash:
+                            values.setdefault(int(index), {})[name] = file[key]
+                    table = json.loads(bytes(file["table"]))
+            except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+                raise ToolpointError(f"folder: {path} cannot be read ({error}); delete this file, and only its points are "
+                                     "computed again") from None
+            for row in table:
+                found = None if row["failed"] else values.get(row["index"], {})
+                done[row["index"]] = Outcome(found, row["failure"], row["seconds"])
+        return done
+
+
+def _atomic(path: Path, content: bytes) -> None:
+    part = path.with_suffix(path.suffix + ".part")
+    part.write_bytes(content)
+    os.replace(part, path)
