@@ -1,0 +1,33 @@
+"""Shared machines and paths of the tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from toolpoint.io import machine_yaml
+
+ROOT = Path(__file__).resolve().parents[1]
+MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
+
+
+@pytest.fixture(scope="session")
+def vertical():
+    """The published three-axis vertical machining centre, six freedoms."""
+    return machine_yaml.read(MACHINES / "three_axis_vertical.yaml")
+
+
+@pytest.fixture(scope="session")
+def vertical_drives():
+    """The same with its feed drives, eighteen freedoms."""
+    return machine_yaml.read(MACHINES / "three_axis_vertical_drives.yaml")
+
+
+@pytest.fixture(scope="session")
+def measured():
+    """The folder of measured data, which is not part of the project."""
+    folder = ROOT.parent / "shared" / "data"
+    if not folder.is_dir():
+        pytest.skip("measured data are not beside the project (../shared/data)")
+    return folder
