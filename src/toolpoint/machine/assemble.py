@@ -48,16 +48,12 @@ def assemble(
     place = placed(machine, poses)
     seen = dofs(outputs) if outputs is not None else _all_points(machine)
     driven = seen if inputs is None else dofs(inputs)
-    mass, (stiffness, viscous, structural) = mass_matrix(place), joint_matrices(place)
-    stiffness = stiffness + preload.geometric_stiffness(place)
+    mass, stiffness, viscous, structural, basis = equations(place)
     output_map, input_map = motion_map(place, seen), np.swapaxes(motion_map(place, driven), -1, -2)
     names = machine.coordinates
-    if machine.loops:
-        basis = loop_basis(place)
-        if basis is not None:
-            mass, stiffness, viscous, structural = (_projected(a, basis) for a in (mass, stiffness, viscous, structural))
-            output_map, input_map = output_map @ basis, np.swapaxes(basis, -1, -2) @ input_map
-            names = tuple(f"z{i + 1}" for i in range(basis.shape[-1]))
+    if basis is not None:
+        output_map, input_map = output_map @ basis, np.swapaxes(basis, -1, -2) @ input_map
+        names = tuple(f"z{i + 1}" for i in range(basis.shape[-1]))
     single = poses is None or all(np.ndim(v) == 0 for v in poses.values())
     cut = (lambda a: a[0]) if single else (lambda a: a)
     system = SecondOrderSystem(
@@ -65,6 +61,17 @@ def assemble(
         cut(output_map), cut(input_map), seen, driven, names, notes=_notes(machine))
     ratio = machine.description.damping_ratio
     return damping.modal(system, ratio) if ratio is not None and modal_damping else system
+
+
+def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray | None]:
+    """Return mass, stiffness, damping, structural damping (P, n, n) and the loop basis (P, n_tree, n), None without loops."""
+    mass, (stiffness, viscous, structural) = mass_matrix(place), joint_matrices(place)
+    stiffness = stiffness + preload.geometric_stiffness(place)
+    basis = loop_basis(place) if place.machine.loops else None
+    if basis is None:
+        return mass, stiffness, viscous, structural, None
+    mass, stiffness, viscous, structural = (_projected(a, basis) for a in (mass, stiffness, viscous, structural))
+    return mass, stiffness, viscous, structural, basis
 
 
 def _notes(machine: Machine) -> tuple[str, ...]:

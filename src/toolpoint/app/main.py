@@ -1,0 +1,164 @@
+"""The command line `toolpoint`."""
+
+from __future__ import annotations
+
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+import toolpoint
+from toolpoint._check import ToolpointError, suggestion
+from toolpoint.app import console
+
+
+class _Commands(click.Group):
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError as error:
+            hint = suggestion(args[0], self.commands) if args else ""
+            raise click.UsageError(f"{error.message} {hint}".strip(), ctx) from None
+
+
+@click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(toolpoint.__version__, prog_name="toolpoint")
+def cli() -> None:
+    """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""
+
+
+def _pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, float] | None:
+    if not value:
+        return None
+    result: dict[str, float] = {}
+    for part in value.split(","):
+        name, equals, number = part.partition("=")
+        try:
+            if not equals or not name.strip():
+                raise ValueError
+            result[name.strip()] = float(number)
+        except ValueError:
+            raise click.BadParameter(f"{part!r}: write AXIS=VALUE with a decimal point, m or rad, for example X=0.1,Y=0.2"
+                                     ) from None
+    return result
+
+
+def _band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    if not value:
+        return None
+    try:
+        low, high = (float(part) for part in value.split(":"))
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write LOW:HIGH in Hz, for example 200:5000") from None
+    if not 0 <= low < high:
+        raise click.BadParameter(f"{value!r}: the lower end must be below the upper")
+    return low, high
+
+
+_OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=click.Path(path_type=Path),
+                       help="Folder (or .html file) of the page.")
+_POSE = click.option("--pose", callback=_pose, metavar="X=0.1,Y=0.2", help="Axis positions, m or rad.")
+_JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+
+
+@cli.command()
+@_OUTPUT
+def demo(output: Path) -> None:
+    """A published three-axis machining centre: modes, tool-point responses, stability lobes, and a page of them."""
+    from toolpoint.app import run
+
+    run.demo(output)
+
+
+@cli.command()
+@click.argument("machine", required=False, type=click.Path(path_type=Path))
+@_POSE
+@click.option("--frf", multiple=True, type=click.Path(path_type=Path),
+              help="Measured FRF, text columns Hz, real, imaginary; may be given several times, driving point first.")
+@click.option("--quantity", default="receptance", show_default=True,
+              type=click.Choice(["receptance", "mobility", "accelerance"]), help="What the FRF files hold.")
+@click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz.")
+@_OUTPUT
+def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Path], quantity: str,
+           band: tuple[float, float] | None, output: Path) -> None:
+    """The page of your machine (YAML) and of your measured FRFs; either may be left out."""
+    from toolpoint.app import run
+
+    run.report(machine, pose, frf, output, quantity, band)
+
+
+@cli.command()
+@click.argument("machine", type=click.Path(path_type=Path))
+@_POSE
+@click.option("--count", default=12, show_default=True, help="How many of the lowest modes.")
+@_JSON
+def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
+    """Natural frequencies of a machine file at a pose."""
+    from toolpoint.app import run
+
+    found = run.modes(machine, pose, count)
+    if as_json:
+        click.echo(json.dumps({"frequency_hz": found.tolist()}))
+        return
+    console.table(str(machine), ["mode", "frequency Hz"], [[str(i + 1), f"{f:.4f}"] for i, f in enumerate(found)])
+
+
+@cli.command()
+@click.argument("machine", type=click.Path(path_type=Path))
+@_JSON
+def check(machine: Path, as_json: bool) -> None:
+    """Check a machine file: all its faults at once, or what it holds."""
+    from toolpoint.app import run
+
+    found = run.check(machine)
+    click.echo(json.dumps({"ok": True, "coordinates": found.size}) if as_json else repr(found))
+
+
+@cli.command("map")
+@click.argument("machine", type=click.Path(path_type=Path))
+@click.option("--axis", "axes", multiple=True, required=True, metavar="X=-0.3:0.3:21",
+              help="Axis with first position, last position and number of positions; may be given several times.")
+@click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
+@click.option("--workers", default=0, show_default=True, help="Worker processes (needs the extra 'cluster'); 0 is this process.")
+@click.option("--folder", type=click.Path(path_type=Path), help="Keep finished parts here and resume from them.")
+@_OUTPUT
+@_JSON
+def map_(machine: Path, axes: Sequence[str], count: int, workers: int, folder: Path | None, output: Path,
+         as_json: bool) -> None:
+    """Natural frequencies over a grid of axis positions."""
+    from toolpoint.app import maps
+
+    found = maps.frequency_map(machine, axes, count, workers, folder, quiet=as_json)
+    if as_json:
+        click.echo(json.dumps({"axes": {k: v.tolist() for k, v in found.axes.items()},
+                               "frequency_hz": found.frequency.tolist()}))
+        return
+    path = maps.page(found, machine).save(output)
+    console.table(repr(found), ["mode", "spread Hz"], [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(found.spread())])
+    console.OUT.print(f"Page written: {path}")
+
+
+@cli.command()
+def schema() -> None:
+    """The JSON schema of machine files, for editors that check YAML while it is typed."""
+    from toolpoint.io.machine_schema import json_schema
+
+    click.echo(json.dumps(json_schema(), indent=2))
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
+    try:
+        cli.main(args=None if arguments is None else list(arguments), prog_name="toolpoint", standalone_mode=False)
+    except ToolpointError as error:
+        console.error(str(error))
+        sys.exit(2)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(2)
+    except (click.Abort, KeyboardInterrupt):
+        console.error("interrupted; what was finished is kept where a folder was given")
+        sys.exit(130)

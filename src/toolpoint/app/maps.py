@@ -1,0 +1,56 @@
+"""Frequency maps from the command line."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.app import console
+from toolpoint.io import machine_yaml
+from toolpoint.plot import Chart, Notes, Report
+from toolpoint.plot.pose_map import frequency_curves
+from toolpoint.plot.pose_map import frequency_map as figure
+from toolpoint.studies.execute import Dask, Serial
+from toolpoint.studies.pose_map import PoseMap, pose_map
+
+
+def frequency_map(
+    machine: Path, axes: Sequence[str], count: int = 6, workers: int = 0, folder: Path | None = None, quiet: bool = False
+) -> PoseMap:
+    """Return the frequencies of a machine file over a grid; axes as ``X=-0.3:0.3:21``."""
+    built = machine_yaml.read(machine)
+    grid = dict(_positions(text) for text in axes)
+    engine = Dask(workers) if workers else Serial()
+    with console.counted("blocks of poses", quiet or not console.interactive()) as progress:
+        return pose_map(built, grid, count, engine, folder, progress)
+
+
+def _positions(text: str) -> tuple[str, np.ndarray]:
+    name, _, rest = text.partition("=")
+    try:
+        first, last, number = rest.split(":")
+        return name.strip(), np.linspace(float(first), float(last), int(number))
+    except ValueError:
+        raise ToolpointError(f"--axis: {text!r}; write AXIS=FIRST:LAST:NUMBER, for example X=-0.3:0.3:21") from None
+
+
+def page(found: PoseMap, machine: Path) -> Report:
+    """Return a page with the map of every mode over the first two axes (the others at their first position)."""
+    report = Report(f"Natural frequencies over the workspace: {machine.stem}", repr(found))
+    names = list(found.axes)
+    values = found.frequency
+    while values.ndim > 3:
+        values = values[..., 0, :]
+    if len(names) == 1:
+        report = report.with_section("Frequencies", Chart(frequency_curves(found.axes[names[0]], values, axis=names[0])))
+    else:
+        made = figure(found.axes[names[0]], found.axes[names[1]], values, axes=(names[0], names[1]))
+        report = report.with_section("Frequencies", Chart(made))
+    if len(names) > 2:
+        report = report.with_section("Cut", f"Axes {', '.join(names[2:])} stand at their first position.")
+    if found.failures:
+        report = report.with_section("Failed poses", Notes([f"{k}: {v}" for k, v in found.failures.items()], "warning"))
+    return report

@@ -1,0 +1,109 @@
+"""The part of a page for measured FRFs: modes by quadrature picking, the responses, lobes straight from the data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.cutting import StabilityChart, stability
+from toolpoint.io import frf_text
+from toolpoint.machine.description import CuttingDescription
+from toolpoint.modal_identification.quadrature import quadrature
+from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot.frf import bode, real_imaginary
+from toolpoint.plot.lobes import StabilityCurve, stability_chart
+from toolpoint.studies.tool_point import depth_limit, milling_problem
+from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.frf import joined
+
+EXAMPLE_CUT = CuttingDescription(
+    0.02, 4, 0.5, 767.0e6, 168.8e6, speeds=(3000.0, 20000.0),
+    source="example: 20 mm end mill, four teeth, half immersion; Al 7075-T6, Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9")
+LOW_PART = 0.02
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredResults:
+    """Measured FRFs: the band used, their modes, and the chart of the first (driving-point) one."""
+
+    frf: Frf
+    modes: Modes | None
+    chart: StabilityChart | None
+    cut: CuttingDescription
+    notes: tuple[str, ...]
+
+
+def read(files: Sequence[str | Path], quantity: str, band: tuple[float, float] | None) -> Frf:
+    """Return the files as one Frf, one output a file, struck at the first file's point; cut to a band (Hz).
+
+    Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without
+    limit there; a note says so.
+    """
+    names = _point_names(files)
+    first = Dof(names[0], "+x")
+    parts = [frf_text.read(path, Dof(name, "+x"), first, quantity) for path, name in zip(files, names, strict=True)]
+    frf = joined(parts)
+    if band is not None:
+        return frf.between(*band).converted_to("receptance")
+    low = LOW_PART * float(frf.frequency[-1])
+    note = (f"Lines below {low:g} Hz ({100 * LOW_PART:g} % of the range) are left out: integrated accelerations drift there. "
+            "Choose another band with --band.")
+    return frf.between(low, float(frf.frequency[-1])).converted_to("receptance").noted(note)
+
+
+def _point_names(files: Sequence[str | Path]) -> list[str]:
+    stems = [Path(file).stem for file in files]
+    repeated = sorted({stem for stem in stems if stems.count(stem) > 1})
+    if repeated:
+        raise ToolpointError(f"--frf: two files are named {repeated[0]}; their points could not be told apart; rename one")
+    return stems
+
+
+def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
+    """Return modes by quadrature picking and the stability chart from the first response, taken along x and y alike."""
+    notes = list(frf.notes)
+    modes: Modes | None = None
+    try:
+        modes = quadrature(frf)
+    except ToolpointError as error:
+        notes.append(f"No modes were picked: {error}")
+    used = cut or EXAMPLE_CUT
+    if cut is None:
+        notes.append(f"No cut was given; the lobes are those of an {used.source}.")
+    notes.append(f"The lobes take the response of {frf.outputs[0]} to {frf.inputs[0]}, the first file, as driving-point "
+                 "response of the tool tip, and the same across.")
+    direct = frf.selected([0], [0])
+    problem = milling_problem(used, direct, str(direct.outputs[0]), "same")
+    chart = stability.chart(problem, np.linspace(*used.speeds, 400), None, depth_limit(problem))
+    return MeasuredResults(frf, modes, chart, used, tuple(dict.fromkeys([*notes, *chart.notes])))
+
+
+def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[str] = ()) -> Report:
+    """Return the report with sections on the measured FRFs."""
+    frf = results.frf
+    shown = frf.selected(range(min(8, len(frf.outputs))))
+    parts: list[Chart | Table | Notes | str] = [Chart(bode(shown, modes=results.modes)), Chart(real_imaginary(shown))]
+    if results.modes is not None and results.modes.count:
+        parts.append(_mode_table(results.modes))
+    report = report.with_section("Measured responses", f"{frf!r}", *parts)
+    if results.chart is not None:
+        curve = StabilityCurve(results.chart.speeds, results.chart.limit, "from the measured FRF")
+        cut = results.cut
+        words = (f"{1e3 * cut.diameter:g} mm, {cut.teeth} teeth, {cut.direction}-milling at a/D {cut.immersion:g}; K_t "
+                 f"{cut.tangential / 1e6:g}, K_n {cut.normal / 1e6:g} N/mm^2. Straight from the measured lines, no modal fit. "
+                 f"Method: {results.chart.method or 'default'}.")
+        report = report.with_section("Stability from the measured FRF", words, Chart(stability_chart(curve)))
+    return report.with_section("Remarks on the measurement", *([Notes(warnings, "warning")] if warnings else []),
+                               Notes(results.notes, "assumed"))
+
+
+def _mode_table(modes: Modes) -> Table:
+    rows = [[i + 1, float(modes.frequency[i]), 100 * float(modes.damping_ratio[i])] for i in range(modes.count)]
+    return Table(["mode", "frequency Hz", "damping %"], rows,
+                 "Modes by quadrature picking (peaks of the imaginary part): a first look, closely spaced modes merge")
+
+

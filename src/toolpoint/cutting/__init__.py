@@ -1,0 +1,13 @@
+"""Cutting: tool, engagement, force law, stability by several methods on one problem, time domain, surface."""
+
+from toolpoint.cutting import stability
+from toolpoint.cutting.chart import StabilityChart
+from toolpoint.cutting.coefficients import CuttingCoefficients
+from toolpoint.cutting.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.tool import Engagement, Tool
+from toolpoint.cutting.zero_order import ZeroOrder
+
+__all__ = [
+    "CuttingCoefficients", "Engagement", "MillingProblem", "StabilityChart", "Tool", "TurningProblem", "ZeroOrder",
+    "stability",
+]

@@ -1,0 +1,157 @@
+"""StabilityChart: sets of stable depth intervals over spindle speed, with what is known of every boundary point."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, fail, floats, nonnegative
+
+KINDS = ("Hopf", "flip", "fold")
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityChart:
+    """Stability over spindle speed and depth of cut.
+
+    Parameters
+    ----------
+    speeds : (n,) floats
+        Spindle speeds, rev/min.
+    depth_max : float
+        Largest depth looked at, m.
+    index : (m,) ints
+        Which speed each boundary point belongs to; points are sorted by speed, then depth.
+    depth : (m,) floats
+        Depth of each boundary point, m.
+    theta : (m,) floats
+        Argument of the critical multiplier over one period, rad, 0 (fold) .. pi (flip).
+    frequency : (m,) floats
+        Chatter frequency, Hz: of all theta/2 pi T + k/T the one with the largest response.
+    change : (m,) ints
+        Number of multipliers that leave the unit circle when the depth grows through the point (negative: come back).
+    error : (m,) floats
+        Estimated numerical error of `depth`, m.
+    unstable_at_zero : (n,) ints
+        Number of unstable multipliers at depth zero (0 for a stable structure).
+    method, notes, status : str, sequence of str, str
+    """
+
+    speeds: FloatArray
+    depth_max: float
+    index: Array
+    depth: FloatArray
+    theta: FloatArray
+    frequency: FloatArray
+    change: Array
+    error: FloatArray
+    unstable_at_zero: Array
+    method: str = ""
+    notes: tuple[str, ...] = ()
+    status: str = "complete"
+
+    @property
+    def kind(self) -> tuple[str, ...]:
+        """Type of each boundary point: Hopf (pair), flip (-1) or fold (+1)."""
+        return tuple("fold" if t < 1e-9 else "flip" if t > np.pi - 1e-9 else "Hopf" for t in self.theta)
+
+    @property
+    def multiplier(self) -> Array:
+        """Critical multiplier of each boundary point, exp(i theta) (its conjugate belongs to it)."""
+        return np.exp(1j * self.theta)
+
+    @property
+    def limit(self) -> FloatArray:
+        """Depth of the first loss of stability at each speed, m; infinite where none lies below `depth_max`."""
+        return np.array([self._first(i) for i in range(self.speeds.size)])
+
+    def _first(self, i: int) -> float:
+        found = self.intervals(i)
+        if found.size == 0 or found[0, 0] > 0:
+            return 0.0
+        return float("inf") if found[0, 1] >= self.depth_max else float(found[0, 1])
+
+    def points(self, i: int) -> Array:
+        """Return the places of the boundary points of speed i."""
+        return np.flatnonzero(self.index == i)
+
+    def intervals(self, i: int) -> FloatArray:
+        """Return the stable depth intervals at speed i, m, shape (n_intervals, 2); the last may end at `depth_max`."""
+        count, start, found = int(self.unstable_at_zero[i]), 0.0, []
+        for p in self.points(i):
+            after = count + int(self.change[p])
+            if count == 0 and after > 0:
+                found.append((start, float(self.depth[p])))
+            elif count > 0 and after <= 0:
+                start = float(self.depth[p])
+            count = max(after, 0)
+        if count == 0:
+            found.append((start, self.depth_max))
+        return np.array(found).reshape(-1, 2)
+
+    def unstable_count(self, depths: FloatArray) -> Array:
+        """Return the number of unstable multipliers, shape (n_speeds, n_depths)."""
+        w = nonnegative("depths", floats("depths", np.atleast_1d(depths)))
+        if w.max() > self.depth_max * (1 + 1e-12):
+            fail("depths", f"{w.max():g} m", f"must be at most {self.depth_max:g} m",
+                 "make the chart with a larger depth_max")
+        count = np.repeat(self.unstable_at_zero[:, None], w.size, axis=1).astype(int)
+        np.add.at(count, self.index, np.where(w[None, :] > self.depth[:, None], self.change[:, None], 0))
+        return count
+
+    def stable(self, depths: FloatArray) -> Array:
+        """Return whether each depth is stable at each speed, shape (n_speeds, n_depths)."""
+        return self.unstable_count(depths) <= 0
+
+    def uncertain(self, depths: FloatArray) -> Array:
+        """Return whether a depth lies within the stated error of a boundary, shape (n_speeds, n_depths)."""
+        w = floats("depths", np.atleast_1d(depths))
+        near = np.zeros((self.speeds.size, w.size), bool)
+        np.logical_or.at(near, self.index, np.abs(w[None, :] - self.depth[:, None]) <= self.error[:, None])
+        return near
+
+    def limit_points(self) -> Array:
+        """Return for every speed the boundary point of its first loss of stability, -1 where there is none."""
+        out = np.full(self.speeds.size, -1)
+        limit = self.limit
+        for i in np.flatnonzero(np.isfinite(limit)).tolist():
+            points = self.points(i)
+            if points.size:
+                out[i] = points[np.argmin(np.abs(self.depth[points] - limit[i]))]
+        return out
+
+    def noted(self, *notes: str) -> StabilityChart:
+        """Return the same chart with more remarks."""
+        return replace(self, notes=(*self.notes, *notes))
+
+    def table(self) -> str:
+        """Return the stable intervals of every speed as text."""
+        lines = [" rev/min   stable depths, mm                            limit: type, chatter Hz, error mm"]
+        first = self.limit_points()
+        kinds = self.kind
+        for i, speed in enumerate(self.speeds):
+            bands = ", ".join(f"{1e3 * a:.6g}..{1e3 * b:.6g}" for a, b in self.intervals(i)) or "none"
+            p = first[i]
+            what = "" if p < 0 else f"{kinds[p]}, {self.frequency[p]:.2f}, {1e3 * self.error[p]:.1e}"
+            lines.append(f"{speed:8.1f}   {bands:<44} {what}")
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return (f"StabilityChart({self.speeds.size} speeds {self.speeds[0]:g}..{self.speeds[-1]:g} rev/min, "
+                f"0..{1e3 * self.depth_max:g} mm, {self.depth.size} boundary points, {self.method}, {self.status})")
+
+
+def assembled(
+    speeds: FloatArray, depth_max: float, columns: Iterable[Array], unstable_at_zero: Array | None = None,
+    method: str = "", notes: tuple[str, ...] = (), status: str = "complete",
+) -> StabilityChart:
+    """Return a chart from columns (index, depth, theta, frequency, change, error) in any order of points."""
+    index, depth, theta, frequency, change, error = (np.asarray(c) for c in columns)
+    order = np.lexsort((depth, index))
+    at_zero = np.zeros(speeds.size, int) if unstable_at_zero is None else unstable_at_zero
+    return StabilityChart(
+        speeds, float(depth_max), index[order].astype(int), depth[order].astype(float), theta[order].astype(float),
+        frequency[order].astype(float), change[order].astype(int), error[order].astype(float), at_zero, method, notes,
+        status)

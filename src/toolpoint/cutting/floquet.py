@@ -1,0 +1,212 @@
+r"""FloquetDeterminant: stability of milling, exact in depth, from Modes of any number or a measured FRF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, count, fail, positive
+from toolpoint.cutting.arc import ArcNodes, straight_nodes
+from toolpoint.cutting.chart import StabilityChart, assembled
+from toolpoint.cutting.plane import PlaneDynamics
+from toolpoint.cutting.problem import MillingProblem, TurningProblem
+
+STATUS = ("complete", "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max",
+          "some speeds have more boundary points than can be kept: lower depth_max",
+          "some boundary points were bracketed only: see their error")
+
+
+@dataclass(frozen=True)
+class FloquetDeterminant:
+    r"""Boundaries from the periodic Green function; no time steps and no depth grid.
+
+    One delay equals one period, so on the boundary :math:`r(t - T) = e^{-i\theta} r(t)` and the vibration obeys
+    :math:`r(t) = -w (1 - e^{-i\theta}) \int_0^T G_\theta(t - s) A(s) r(s) ds` with the quasi-periodic Green function
+    :math:`G_\theta`. Discretised at Gauss nodes on the arc of cut, its determinant
+    :math:`D(\theta, w) = \det(I + w (1 - e^{-i\theta}) K(\theta))` is a polynomial in w. The number of unstable
+    multipliers is minus the phase change of D over :math:`\theta \in [0, \pi]` in units of pi: a whole number.
+    Boundary points are solved for (theta, w) and solved again with more nodes: the difference is the stated error.
+
+    Parameters
+    ----------
+    tolerance : float
+        Relative error of depth wanted; nodes are added until the estimate is below it.
+    nodes : int
+        Least nodes on an arc.
+    levels : int
+        Depths between 0 and depth_max at which the count is taken (denser near 0). A band of (un)stable depths
+        narrower than their spacing that opens and closes between two of them can be missed.
+    base : int
+        Theta intervals before refinement.
+
+    Source: the generalised Nyquist count of a Fredholm determinant; Insperger, Stepan, Semi-Discretization for
+    Time-Delay Systems, 2011, for the equation and its multipliers.
+    """
+
+    tolerance: float = 1e-6
+    nodes: int = 5
+    levels: int = 48
+    base: int = 16
+
+    def __post_init__(self) -> None:
+        positive("FloquetDeterminant.tolerance", self.tolerance, 1e-2)
+        count("FloquetDeterminant.nodes", self.nodes, 3)
+        count("FloquetDeterminant.levels", self.levels, 4)
+        count("FloquetDeterminant.base", self.base, 4)
+
+    def __str__(self) -> str:
+        return "FloquetDeterminant"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        checked(problem)
+        assert isinstance(problem, MillingProblem)
+        found = [self._group(problem, speeds, group, depth_max) for group in _alike(problem, speeds)]
+        columns = [np.concatenate(c) for c in zip(*[f[:-1] for f in found])]
+        index, depth, theta, change, error = columns
+        frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
+        state = max(f[-1] for f in found)
+        return assembled(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
+                         notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
+
+    def _note(self, depth_max: float) -> str:
+        return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "
+                f"narrower than about {2e3 * depth_max / self.levels:.2g} mm can be missed at large depths")
+
+    def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float) -> tuple:  # type: ignore
+        plane = problem.plane_at(float(speeds[group[0]]))
+        density = 1.05 * _highest(plane) / (2 * np.pi * speeds[group].min() / 60)
+        rest, least, parts, state = group, self.nodes, [], 0
+        for _ in range(4):
+            done, part, state_now = self._attempt(problem, plane, speeds, rest, depth_max, density, least)
+            parts.append(part)
+            state = max(state, state_now)
+            rest = rest[~done]
+            if rest.size == 0:
+                break
+            density, least = 1.3 * density, least + 4
+        if rest.size:
+            parts.append(self._attempt(problem, plane, speeds, rest, depth_max, density, least, final=True)[1])
+        return (*(np.concatenate(c) for c in zip(*parts)), state)
+
+    def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
+                 density: float, least: int, final: bool = False) -> tuple[Array, tuple[Array, ...], int]:
+        from toolpoint.cutting.floquet_kernels import MAX_POINTS
+        from toolpoint.cutting.floquet_scan import scan_many
+
+        second = bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]) or not plane.is_modal)
+        sets = [green_set(straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, n, second), plane)
+                for d, n in ((density, least), (1.15 * density, least + 3))]
+        n = speeds[group]
+        points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
+        top = np.zeros(n.size)
+        hints = _hints(plane)
+        scan_many(problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, lines_of(plane), *hints,
+                  (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
+        used = np.arange(MAX_POINTS) < found[:, None]
+        tight = np.array([_tight(points[i, :found[i]], self.tolerance) for i in range(n.size)])
+        done = np.ones(n.size, bool) if final else tight
+        at = np.nonzero(used & done[:, None])
+        p = points[at]
+        part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
+        return done, part, int(status[done].max(initial=0))
+
+
+def _tight(points: FloatArray, tolerance: float) -> bool:
+    """Whether all points where stability itself changes (the count leaves or reaches zero) are within the tolerance."""
+    p = points[np.argsort(points[:, 0])]
+    after = np.cumsum(p[:, 2])
+    matters = (after == 0) | (after - p[:, 2] == 0)
+    return bool((p[matters, 3] <= tolerance * p[matters, 0] + 1e-14).all() and (after >= 0).all())
+
+
+def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> tuple[Array, ...]:
+    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, chip, force)."""
+    pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
+    static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
+    return (np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, nodes.chip, nodes.force)
+
+
+def lines_of(plane: PlaneDynamics) -> tuple[Array, Array]:
+    """Return frequency and values of a measured FRF for the kernels, empty for modes."""
+    if plane.is_modal:
+        return np.zeros(0), np.zeros((0, 2, 2), complex)
+    return np.array(plane.frequency), np.ascontiguousarray(plane.values)
+
+
+def _highest(plane: PlaneDynamics) -> float:
+    """Highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic flexibility."""
+    if not plane.is_modal:
+        return 2 * np.pi * min(plane.span[1], 2 * _peaks(plane)[0].max() / (2 * np.pi))
+    size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
+    return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
+
+
+def _hints(plane: PlaneDynamics) -> tuple[FloatArray, FloatArray]:
+    """Angular frequencies and half widths near which the determinant turns fast."""
+    return (np.abs(plane.poles.imag), -plane.poles.real) if plane.is_modal else _peaks(plane)
+
+
+def _peaks(plane: PlaneDynamics) -> tuple[FloatArray, FloatArray]:
+    size = np.linalg.norm(plane.values, axis=(1, 2))  # type: ignore[arg-type]
+    f: FloatArray = plane.frequency  # type: ignore[assignment]
+    smooth = np.convolve(size, np.ones(3) / 3, "same")
+    top = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
+    top = top[np.argsort(-size[top])][:40]
+    if top.size == 0:
+        top = np.array([int(np.argmax(size))])
+    width = np.array([_half_width(size, f, i) for i in top.tolist()])
+    return 2 * np.pi * f[top], 2 * np.pi * width
+
+
+def _half_width(size: FloatArray, f: FloatArray, at: int) -> float:
+    below = np.flatnonzero(size[at:] < 0.7 * size[at])
+    return float(f[min(at + (below[0] if below.size else 1), f.size - 1)] - f[at]) or float(f[1] - f[0])
+
+
+def _alike(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
+    """Groups of speeds that can share nodes: within a factor of 1.3 in speed; each apart if the response depends on it."""
+    if problem.depends_on_speed:
+        return [np.array([i]) for i in range(speeds.size)]
+    level = np.floor(np.log(speeds / speeds.min()) / np.log(1.3)).astype(int)
+    return [np.flatnonzero(level == k) for k in np.unique(level)]
+
+
+def chatter_frequency(problem: MillingProblem, speeds: FloatArray, theta: FloatArray, chunk: int = 2000) -> FloatArray:
+    """Return of all |theta/2 pi + k|/T the frequency with the largest response, Hz."""
+    out = np.empty(theta.size)
+    for start in range(0, theta.size, chunk):
+        part = slice(start, start + chunk)
+        out[part] = _strongest(problem, speeds[part], theta[part])
+    return out
+
+
+def _strongest(problem: MillingProblem, speeds: FloatArray, theta: FloatArray) -> FloatArray:
+    if theta.size == 0:
+        return theta
+    period = problem.tooth_period(speeds)
+    top = int(np.ceil(1.3 * problem.plane.span[1] * period.max())) + 2
+    f = (theta[:, None] / (2 * np.pi) + np.arange(-min(top, 400), min(top, 400) + 1)) / period[:, None]
+    if problem.depends_on_speed:
+        size = np.array([_size(problem.plane_at(float(n)), row) for n, row in zip(speeds, f)])
+    else:
+        size = _size(problem.plane, f)
+    return np.abs(f[np.arange(theta.size), np.argmax(size, axis=1)])
+
+
+def _size(plane: PlaneDynamics, f: FloatArray) -> FloatArray:
+    return np.linalg.norm(plane.response(np.abs(f)), axis=(-2, -1))
+
+
+def checked(problem: MillingProblem | TurningProblem) -> None:
+    """Refuse problems that need another method, naming it."""
+    if isinstance(problem, TurningProblem):
+        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
+    if not problem.tool.is_regular or problem.tool.has_helix:
+        fail("problem", "unequal pitch, unequal helix or helix", "must have straight teeth of equal pitch",
+             "use method=Collocation() or leave it out")
+    if problem.process_damping > 0:
+        fail("problem", "process damping", "is not linear in the delay factor", "use method=Collocation()")
+
+

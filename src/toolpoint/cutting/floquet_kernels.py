@@ -1,0 +1,221 @@
+"""Compiled kernels of FloquetDeterminant: the periodic Green matrix, its determinant as a polynomial in depth, counts.
+
+Everything is scaled: s = w/w_max in [0, 1]; D(theta, s) = det(I + s M(theta)), M = w_max (1 - nu) K(theta),
+nu = exp(-i theta). A polynomial's coefficients come from a Hessenberg form of M.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+MAX_POINTS = 48
+MAX_NODES = 1500
+
+
+@nb.njit(cache=True, nogil=True, fastmath=False)
+def prepared(period, omega, poles, pairs, weights, partial, angle, static):
+    """Return (wrapped, direct): per-pole matrices times e^{s(T + ti - tj)}, and the causal part of one period."""
+    n, q = poles.size, angle.size
+    wrapped = np.empty((n, q, q), np.complex128)
+    direct = np.zeros((q, q), np.complex128)
+    for i in range(q):
+        for j in range(q):
+            direct[i, j] = static[i, j]
+    for r in range(n):
+        s = poles[r]
+        whole = np.exp(s * period)
+        for i in range(q):
+            for j in range(q):
+                c = pairs[r, i, j] / omega
+                e = np.exp(s * ((angle[i] - angle[j]) / omega))
+                wrapped[r, i, j] = weights[j] * c * e * whole
+                if partial[i, j] != 0.0:
+                    direct[i, j] += 2.0 * partial[i, j] * (c * e).real
+    return wrapped, direct
+
+
+@nb.njit(cache=True, nogil=True)
+def fill(nu, theta, w_max, period, omega, factors, wrapped, direct, lines, chip, force, weights, angle, out):
+    """Write M(theta) into out; factors are e^{sT} of the poles, lines = (start, step, values) of a measured FRF."""
+    q = angle.size
+    n = factors.size
+    for i in range(q):
+        for j in range(q):
+            out[i, j] = direct[i, j]
+    for r in range(n):
+        a = nu / (1.0 - nu * factors[r])
+        b = nu / (1.0 - nu * np.conj(factors[r]))
+        for i in range(q):
+            for j in range(q):
+                x = wrapped[r, i, j]
+                out[i, j] += a * x + b * np.conj(x)
+    f, g = lines
+    if f.size > 1:
+        add_lines(theta, period, omega, f, g, chip, force, weights, angle, out)
+    scale = w_max * (1.0 - nu)
+    for i in range(q):
+        for j in range(q):
+            out[i, j] *= scale
+
+
+@nb.njit(cache=True, nogil=True)
+def add_lines(theta, period, omega, f, g, chip, force, weights, angle, out):
+    """Add the harmonic sum 1/T sum_k G(i w_k) e^{i w_k (ti - tj)} of a measured FRF (linear between lines)."""
+    q = angle.size
+    left = np.empty((q, 2), np.complex128)
+    right = np.empty((q, 2), np.complex128)
+    start = theta / (2 * math.pi * period)
+    top = int(f[-1] * period + 2)
+    for k in range(-top, top + 1):
+        hz = start + k / period
+        a = abs(hz)
+        if a < f[0] or a > f[-1]:
+            continue
+        at = min(np.searchsorted(f, a, side="right") - 1, f.size - 2)
+        part = (a - f[at]) / (f[at + 1] - f[at])
+        g00 = g[at, 0, 0] * (1 - part) + g[at + 1, 0, 0] * part
+        g01 = g[at, 0, 1] * (1 - part) + g[at + 1, 0, 1] * part
+        g10 = g[at, 1, 0] * (1 - part) + g[at + 1, 1, 0] * part
+        g11 = g[at, 1, 1] * (1 - part) + g[at + 1, 1, 1] * part
+        if hz < 0:
+            g00, g01, g10, g11 = np.conj(g00), np.conj(g01), np.conj(g10), np.conj(g11)
+        for i in range(q):
+            e = np.exp(1j * (2 * math.pi * hz / omega * angle[i]))
+            left[i, 0] = e * (chip[i, 0] * g00 + chip[i, 1] * g10)
+            left[i, 1] = e * (chip[i, 0] * g01 + chip[i, 1] * g11)
+            back = np.conj(e) * (weights[i] / (omega * period))
+            right[i, 0], right[i, 1] = back * force[i, 0], back * force[i, 1]
+        for i in range(q):
+            for j in range(q):
+                out[i, j] += left[i, 0] * right[j, 0] + left[i, 1] * right[j, 1]
+
+
+@nb.njit(cache=True, nogil=True)
+def hessenberg(a):
+    """Reduce a to upper Hessenberg form in place by stabilised elimination (a similarity)."""
+    n = a.shape[0]
+    for m in range(1, n - 1):
+        best, at = abs(a[m, m - 1]), m
+        for i in range(m + 1, n):
+            size = abs(a[i, m - 1])
+            if size > best:
+                best, at = size, i
+        if best == 0.0:
+            continue
+        if at != m:
+            for j in range(m - 1, n):
+                a[at, j], a[m, j] = a[m, j], a[at, j]
+            for i in range(n):
+                a[i, at], a[i, m] = a[i, m], a[i, at]
+        pivot = 1.0 / a[m, m - 1]
+        for i in range(m + 1, n):
+            y = a[i, m - 1] * pivot
+            a[i, m - 1] = 0.0
+            if y != 0.0:
+                for j in range(m, n):
+                    a[i, j] -= y * a[m, j]
+                for k in range(n):
+                    a[k, m] += y * a[k, i]
+
+
+@nb.njit(cache=True, nogil=True)
+def polynomial(h, p, coefficient):
+    """Coefficients of det(I + s h), h upper Hessenberg, by the recurrence over leading minors; returns the degree."""
+    n = h.shape[0]
+    p[0, 0] = 1.0
+    for k in range(1, n + 1):
+        hk = h[k - 1, k - 1]
+        p[k, 0] = p[k - 1, 0]
+        for d in range(1, k):
+            p[k, d] = p[k - 1, d] + hk * p[k - 1, d - 1]
+        p[k, k] = hk * p[k - 1, k - 1]
+        product = 1.0 + 0.0j
+        for i in range(k - 1, 0, -1):
+            product *= -h[i, i - 1]
+            if product == 0.0:
+                break
+            factor = product * h[i - 1, k - 1]
+            shift = k - i + 1
+            for d in range(i):
+                p[k, d + shift] += factor * p[i - 1, d]
+    largest = 0.0
+    for d in range(n + 1):
+        coefficient[d] = p[n, d]
+        largest = max(largest, abs(p[n, d]))
+    degree = n
+    while degree > 1 and abs(coefficient[degree]) < 1e-17 * largest:
+        degree -= 1
+    return degree
+
+
+@nb.njit(cache=True, nogil=True)
+def horner(c, degree, s):
+    """Value and derivative of the polynomial at s."""
+    value, slope = c[degree], 0.0 + 0.0j
+    for d in range(degree - 1, -1, -1):
+        slope = slope * s + value
+        value = value * s + c[d]
+    return value, slope
+
+
+@nb.njit(cache=True, nogil=True)
+def node(theta, w_max, period, omega, factors, green, work, minors, coefficient):
+    """Polynomial of D at theta; green = (wrapped, direct, lines, chip, force, weights, angle); returns the degree."""
+    wrapped, direct, lines, chip, force, weights, angle = green
+    nu = np.exp(-1j * theta)
+    if abs(theta - math.pi) < 1e-14:
+        nu = -1.0 + 0.0j
+    fill(nu, theta, w_max, period, omega, factors, wrapped, direct, lines, chip, force, weights, angle, work)
+    hessenberg(work)
+    return polynomial(work, minors, coefficient)
+
+
+@nb.njit(cache=True, nogil=True)
+def root(c, degree, guess):
+    """Newton's root of the polynomial near a guess."""
+    s = guess
+    for _ in range(30):
+        value, slope = horner(c, degree, s)
+        if slope == 0.0:
+            break
+        step = value / slope
+        if abs(step) > 0.3 * (abs(s) + 1e-3):
+            step *= 0.3 * (abs(s) + 1e-3) / abs(step)
+        s -= step
+        if abs(step) < 1e-15 * (abs(s) + 1e-6):
+            break
+    return s
+
+
+@nb.njit(cache=True, nogil=True)
+def polished(theta_a, theta_b, theta, guess, w_max, period, omega, factors, green, work, minors, c):
+    """Crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule inside [a, b]."""
+    span = theta_b - theta_a
+    t0 = theta
+    degree = node(t0, w_max, period, omega, factors, green, work, minors, c)
+    s0 = root(c, degree, guess)
+    t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
+    s1 = s0
+    slope = 0.0
+    for _ in range(25):
+        degree = node(t1, w_max, period, omega, factors, green, work, minors, c)
+        s1 = root(c, degree, s1)
+        if t1 != t0 and s1.imag != s0.imag:
+            slope = (s1.imag - s0.imag) / (t1 - t0)
+        if slope == 0.0:
+            break
+        step = -s1.imag / slope
+        if abs(step) > 0.5 * span:
+            step *= 0.5 * span / abs(step)
+        if abs(s1.imag) < 3e-16 * abs(s1) or abs(step) < 1e-15:
+            break
+        t0, s0 = t1, s1
+        t1 = t1 + step
+        if t1 < 0.0 or t1 > 2 * math.pi:
+            return t1, s1.real, 0, False
+    good = abs(s1.imag) < 1e-9 * abs(s1) and s1.real > 0
+    # 1/s is an eigenvalue of -M: Im(1/s) falling with theta means Im s rising, and the count grows with depth.
+    return t1, s1.real, 2 if slope > 0 else -2, good

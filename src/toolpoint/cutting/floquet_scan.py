@@ -1,0 +1,292 @@
+"""Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points."""
+
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root
+
+LARGEST_STEP = 0.3624  # cosine of 1.2 rad
+
+
+@nb.njit(cache=True, nogil=True)
+def plain_step(a, b):
+    """Whether the phase step from a to b is below 1.2 rad."""
+    dot = a.real * b.real + a.imag * b.imag
+    size = (a.real * a.real + a.imag * a.imag) * (b.real * b.real + b.imag * b.imag)
+    return dot > 0.0 and dot * dot >= LARGEST_STEP * LARGEST_STEP * size
+
+
+@nb.njit(cache=True, nogil=True)
+def first_nodes(base, hint_w, hint_s, period):
+    """Sorted theta nodes: an even base, and nodes about every pole's own theta."""
+    out = np.empty(base + 1 + 7 * hint_w.size)
+    for i in range(base + 1):
+        out[i] = math.pi * i / base
+    n = base + 1
+    for r in range(hint_w.size):
+        half = hint_s[r] * period
+        if half > 1.5:
+            continue
+        t = (hint_w[r] * period) % (2 * math.pi)
+        for x in (-4.0, -1.5, -0.5, 0.0, 0.5, 1.5, 4.0):
+            y = t + x * half
+            y = y % (2 * math.pi)
+            if y > math.pi:
+                y = 2 * math.pi - y
+            out[n] = y
+            n += 1
+    out = np.sort(out[:n])
+    keep = 1
+    for i in range(1, n):
+        if out[i] - out[keep - 1] > 1e-9:
+            out[keep] = out[i]
+            keep += 1
+    out[keep - 1] = math.pi
+    return out[:keep]
+
+
+@nb.njit(cache=True, nogil=True)
+def values_at(c, degree, levels, out):
+    """Polynomial at all levels."""
+    for l in range(levels.size):
+        s = levels[l]
+        re, im = c[degree].real, c[degree].imag
+        for d in range(degree - 1, -1, -1):
+            re = re * s + c[d].real
+            im = im * s + c[d].imag
+        out[l] = complex(re, im)
+
+
+@nb.njit(cache=True, nogil=True)
+def first_bad(a, b, usable, last):
+    """The first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
+    for l in range(usable):
+        end = complex(b[l].real, 0.0) if last else b[l]
+        if not plain_step(a[l], end):
+            return l
+    return -1
+
+
+@nb.njit(cache=True, nogil=True)
+def count_at(order, used, c, degrees, s):
+    """(N, place of the largest phase step) at s: N = -(phase of D from 0 to pi)/pi, always a whole number."""
+    total, worst, place = 0.0, -1.0, 0
+    before = 1.0 + 0.0j
+    for k in range(used):
+        i = order[k]
+        now, _ = horner(c[i], degrees[i], s)
+        if k == used - 1:
+            now = complex(now.real, 0.0)
+        if k > 0:
+            step = math.atan2(before.real * now.imag - before.imag * now.real, before.real * now.real + before.imag * now.imag)
+            total += step
+            if abs(step) > worst:
+                worst, place = abs(step), k - 1
+        before = now
+    return int(round(-total / math.pi)), place
+
+
+@nb.njit(cache=True, nogil=True)
+def inserted(order, used, new, place):
+    """Put node `new` after position `place` of the order."""
+    for k in range(used, place + 1, -1):
+        order[k] = order[k - 1]
+    order[place + 1] = new
+
+
+@nb.njit(cache=True, nogil=True)
+def real_root(c, degree, a, b):
+    """Root of the real part between a and b by bisection (its sign differs there)."""
+    fa = horner(c, degree, a)[0].real
+    for _ in range(200):
+        m = 0.5 * (a + b)
+        fm = horner(c, degree, m)[0].real
+        if (fm > 0) == (fa > 0):
+            a = m
+        else:
+            b = m
+        if b - a <= 1e-16 * b:
+            break
+    return 0.5 * (a + b)
+
+
+@nb.njit(cache=True, nogil=True)
+def scan(speed_period, omega, poles, coarse, fine, lines, hint_w, hint_s, levels, w_max, base, points):
+    """Boundary points of one speed.
+
+    coarse, fine = (pairs, weights, partial, angle, static, chip, force). points (MAX_POINTS, 4): s, theta, change,
+    error. Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1,
+    2 points ran out, 3 a point unpolished.
+    """
+    pairs, weights, partial, angle, static, chip, force = coarse
+    period = speed_period
+    factors = np.exp(poles * period)
+    wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
+    green = (wrapped, direct, lines, chip, force, weights, angle)
+    q = angle.size
+    work = np.empty((q, q), np.complex128)
+    minors = np.zeros((q + 1, q + 1), np.complex128)
+    theta = np.empty(MAX_NODES)
+    start = first_nodes(base, hint_w, hint_s, period)
+    used = start.size
+    c = np.zeros((MAX_NODES, q + 1), np.complex128)
+    degrees = np.zeros(MAX_NODES, np.int64)
+    order = np.zeros(MAX_NODES, np.int64)
+    at_levels = np.empty((MAX_NODES, levels.size), np.complex128)
+    status, usable = 0, levels.size
+    for i in range(used):
+        theta[i] = start[i]
+        degrees[i] = node(theta[i], w_max, period, omega, factors, green, work, minors, c[i])
+        values_at(c[i], degrees[i], levels, at_levels[i])
+        order[i] = i
+    k = 0
+    while k < used - 1:
+        i, j = order[k], order[k + 1]
+        bad = first_bad(at_levels[i], at_levels[j], usable, k == used - 2)
+        if bad < 0:
+            k += 1
+            continue
+        # Steps that stay wild on ever shorter intervals are rounding noise: such depths are beyond double precision.
+        if theta[j] - theta[i] < 1e-8 or used >= MAX_NODES - 2 * MAX_POINTS:
+            usable = bad if theta[j] - theta[i] < 1e-8 else min(bad, (3 * usable) // 4)
+            status = 1
+            if usable == 0:
+                break
+            continue
+        theta[used] = 0.5 * (theta[i] + theta[j])
+        degrees[used] = node(theta[used], w_max, period, omega, factors, green, work, minors, c[used])
+        values_at(c[used], degrees[used], levels, at_levels[used])
+        inserted(order, used, used, k)
+        used += 1
+    found, used, state = boundaries(theta, order, used, c, degrees, levels[:usable], w_max, period, omega, factors, green, work,
+                                    minors, points)
+    status = max(status, state)
+    if found > 0:
+        improve(points, found, fine, poles, factors, lines, w_max, period, omega)
+    top = levels[usable - 1] if usable > 0 else 0.0
+    return found, status, top
+
+
+@nb.njit(cache=True, nogil=True)
+def boundaries(theta, order, used, c, degrees, levels, w_max, period, omega, factors, green, work, minors, points):
+    """Every change of the count between levels, narrowed by bisection and polished."""
+    stack = np.empty((400, 4))
+    top, found, status = 0, 0, 0
+    s0, n0 = 0.0, 0
+    for l in range(levels.size):
+        n, _ = count_at(order, used, c, degrees, levels[l])
+        if n != n0:
+            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, n0, levels[l], n
+            top += 1
+        s0, n0 = levels[l], n
+    first = 0
+    while first < top:
+        top -= 1
+        a, na, b, nb_ = stack[top, 0], int(stack[top, 1]), stack[top, 2], int(stack[top, 3])
+        if na == nb_:
+            continue
+        if found >= MAX_POINTS or top > 380 or used >= MAX_NODES - 1:
+            status = 2
+            break
+        m = 0.5 * (a + b)
+        nm, place = count_at(order, used, c, degrees, m)
+        if (nb_ - na) % 2 != 0:
+            flip = order[used - 1]
+            s = real_root(c[flip], degrees[flip], a, b)
+            points[found, 0], points[found, 1], points[found, 3] = s, math.pi, 0.0
+            low, _ = count_at(order, used, c, degrees, s * (1 - 1e-9))
+            high, _ = count_at(order, used, c, degrees, s * (1 + 1e-9))
+            if (high - low) % 2 == 0 or abs(high - low) > 2:
+                high, low = (nb_, na) if abs(nb_ - na) == 1 else (na + 1, na)
+            points[found, 2] = high - low
+            found += 1
+            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, s * (1 - 1e-9), low
+            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2], stack[top + 1, 3] = s * (1 + 1e-9), high, b, nb_
+            top += 2
+            continue
+        ta, tb = theta[order[place]], theta[order[place + 1]]
+        end = tb
+        if place == used - 2:
+            end = 2 * math.pi - ta
+        t, s, sense, ok = polished(ta, end, 0.5 * (ta + tb), complex(m, 0.0), w_max, period, omega, factors, green, work,
+                                   minors, c[used])
+        if t > math.pi:
+            t = 2 * math.pi - t
+        inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
+        if inside:
+            at = 0
+            while at < used - 1 and theta[order[at + 1]] <= t:
+                at += 1
+            if theta[order[at]] == t or at >= used - 1:
+                inside = False
+        if inside:
+            theta[used] = t
+            degrees[used] = node(t, w_max, period, omega, factors, green, work, minors, c[used])
+            inserted(order, used, used, at)
+            used += 1
+            points[found, 0], points[found, 1], points[found, 2], points[found, 3] = s, t, sense, 0.0
+            found += 1
+            low, _ = count_at(order, used, c, degrees, s * (1 - 1e-7))
+            high, _ = count_at(order, used, c, degrees, s * (1 + 1e-7))
+            if high - low != sense:
+                points[found - 1, 2] = high - low
+            if a < s * (1 - 1e-7):
+                stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, s * (1 - 1e-7), low
+                top += 1
+            if s * (1 + 1e-7) < b:
+                stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s * (1 + 1e-7), high, b, nb_
+                top += 1
+            continue
+        if b - a < 1e-7 * b:
+            points[found, 0], points[found, 1] = m, 0.5 * (ta + tb)
+            points[found, 2], points[found, 3] = nb_ - na, b - a
+            found += 1
+            status = 3
+            continue
+        stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, m, nm
+        stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2], stack[top + 1, 3] = m, nm, b, nb_
+        top += 2
+    return found, used, status
+
+
+@nb.njit(cache=True, nogil=True)
+def improve(points, found, fine, poles, factors, lines, w_max, period, omega):
+    """Solve every point again with more nodes on the arc; the difference is its error."""
+    pairs, weights, partial, angle, static, chip, force = fine
+    wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
+    green = (wrapped, direct, lines, chip, force, weights, angle)
+    q = angle.size
+    work = np.empty((q, q), np.complex128)
+    minors = np.zeros((q + 1, q + 1), np.complex128)
+    c = np.zeros(q + 1, np.complex128)
+    for p in range(found):
+        s, t = points[p, 0], points[p, 1]
+        if t == math.pi:
+            degree = node(t, w_max, period, omega, factors, green, work, minors, c)
+            new = root(c, degree, complex(s, 0.0)).real
+            ok = True
+        else:
+            span = min(2e-2, 0.2 * t, 0.2 * (math.pi - t))
+            t, new, _, ok = polished(t - span, t + span, t, complex(s, 0.0), w_max, period, omega, factors, green, work,
+                                     minors, c)
+            if t > math.pi:
+                t = 2 * math.pi - t
+        error = abs(new - s) + 1e-12 * s
+        if ok and error < 0.1 * s:
+            points[p, 0], points[p, 1] = new, t
+            points[p, 3] += error
+        else:
+            points[p, 3] += max(error, 0.05 * s)
+
+
+@nb.njit(cache=True, nogil=True)
+def scan_many(periods, omegas, poles, coarse, fine, lines, hint_w, hint_s, levels, w_max, base, points, found, status,
+              top):
+    """Scan all speeds; points (n, MAX_POINTS, 4), found, status and top (n,)."""
+    for i in range(periods.size):
+        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, lines, hint_w, hint_s, levels,
+                                           w_max, base, points[i])

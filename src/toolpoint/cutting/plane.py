@@ -1,0 +1,240 @@
+"""PlaneDynamics: the 2x2 response between tool and work in the cutting plane, from Modes or from a measured Frf."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray, fail, floats
+from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.dof import dofs as as_dofs
+
+Label = Dof | str | int | None
+
+
+@dataclass(frozen=True, eq=False)
+class PlaneDynamics:
+    r"""Receptance :math:`G(i\omega)` (2, 2) of the tool against the work in the feed frame (x feed, y normal to it).
+
+    Either modal, :math:`G = \sum_r R_r/(i\omega - s_r) + R_r^*/(i\omega - s_r^*) + G_u`, or lines of a measured FRF.
+
+    Parameters
+    ----------
+    poles : (n,) complex
+        Upper poles, rad/s; empty for a measured FRF.
+    residues : (n, 2, 2) complex
+        m rad/(N s).
+    static : (2, 2) floats
+        Receptance of the modes above the band (upper residual), m/N.
+    frequency, values : (n_f,) floats and (n_f, 2, 2) complex, optional
+        Hz and m/N of a measured FRF.
+    notes : sequence of str
+    """
+
+    poles: ComplexArray
+    residues: ComplexArray
+    static: FloatArray
+    frequency: FloatArray | None = None
+    values: ComplexArray | None = None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def is_modal(self) -> bool:
+        """Whether poles and residues are known."""
+        return self.frequency is None
+
+    def response(self, frequency: FloatArray) -> ComplexArray:
+        """Return G at these frequencies (Hz), shape (..., 2, 2); outside a measured band it is zero."""
+        f = np.asarray(frequency, float)
+        if self.frequency is None:
+            s = 2j * np.pi * f[..., None]
+            first = np.tensordot(1 / (s - self.poles), self.residues, 1)
+            return first + np.tensordot(1 / (s - self.poles.conj()), self.residues.conj(), 1) + self.static
+        low = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
+        part = ((f - self.frequency[low]) / (self.frequency[low + 1] - self.frequency[low]))[..., None, None]
+        inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]
+        values: ComplexArray = self.values  # type: ignore[assignment]
+        return np.where(inside, values[low] * (1 - part) + values[low + 1] * part, 0)
+
+    def rotated(self, angle: float) -> PlaneDynamics:
+        """Return the response in axes turned by `angle` (rad, from x towards y): the feed runs along the new x."""
+        if angle == 0:
+            return self
+        c, s = np.cos(angle), np.sin(angle)
+        turn = np.array([[c, s], [-s, c]])
+        values = None if self.values is None else turn @ self.values @ turn.T
+        return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Lowest and highest frequency that matters, Hz: of the measured band, or of the poles."""
+        if self.frequency is not None:
+            return float(self.frequency[0]), float(self.frequency[-1])
+        f = np.abs(self.poles) / (2 * np.pi)
+        return float(f.min()), float(f.max())
+
+    def __repr__(self) -> str:
+        low, high = self.span
+        kind = f"{self.poles.size} modes" if self.is_modal else f"measured, {self.frequency.size} lines"  # type: ignore
+        return f"PlaneDynamics({kind}, {low:.4g}..{high:.4g} Hz)"
+
+
+def from_modes(modes: Modes, x: Label, y: Label) -> PlaneDynamics:
+    """Return the plane dynamics of modes (one pose); `y` may be ``"same"`` or None where only x is known."""
+    if modes.frequency.ndim > 1:
+        fail("dynamics", f"{modes.frequency.shape[0]} poses", "must be one pose",
+             "use stability.chart_poses or at_pose(i)")
+    if modes.is_rigid.any():
+        fail("dynamics", "a rigid-body mode", "cutting needs a tool and work that are held",
+             "leave rigid-body modes out")
+    if modes.lower_residual is not None:
+        fail("dynamics", "a lower residual (infinite at 0 Hz)", "must be absent", "identify the modes below the band")
+    if modes.scaling == "unscaled" and modes.participation is None:
+        fail("dynamics", "unscaled mode shapes", "must carry a scale", "identify with a driving point")
+    if (modes.damping_ratio <= 0).any():
+        fail("dynamics", f"damping ratio {modes.damping_ratio.min():g}", "must be above zero in every mode",
+             "without damping every depth is unstable at some speed")
+    x, y, notes = _chosen(modes.dofs, x, y)
+    left = _rows(modes.shape, modes.dofs, x, y)
+    right = left if modes.participation is None else _rows(modes.participation, modes.input_dofs, x, y)
+    poles = modes.poles
+    if modes.scaling == "unit modal mass":
+        poles, factor, more = _real_poles(modes)
+        notes += more
+        left = left.astype(complex) * factor
+    residues = np.einsum("im,jm->mij", left, right).astype(complex)
+    single = (np.abs(poles.imag) <= 1e-9 * np.abs(poles)) & (modes.scaling != "unit modal mass")
+    residues[single] /= 2  # the conjugate term doubles a real pole
+    static = np.zeros((2, 2)) if modes.upper_residual is None else _static(modes, x, y)
+    if y == "same":
+        residues, static = _same(residues), _same(static)
+    return PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes))
+
+
+def _real_poles(modes: Modes) -> tuple[ComplexArray, ComplexArray, tuple[str, ...]]:
+    zeta, w = np.asarray(modes.damping_ratio), np.asarray(modes.omega)
+    notes: tuple[str, ...] = ()
+    if modes.damping == "structural":
+        notes = ("structural damping replaced by viscous damping equal at each resonance",)
+    # A critically damped mode is a double pole; nudged apart it is the difference of two close ones.
+    zeta = np.where(np.abs(zeta - 1) < 1e-6, 1 - 1e-6, zeta)
+    if (zeta > 1).any():
+        fail("dynamics", f"an overdamped mode (damping ratio {zeta.max():g})", "must be below 1",
+             "give it as two real poles in 'modal A' scaling")
+    wd = w * np.sqrt(1 - zeta**2)
+    return (-zeta * w + 1j * wd).astype(complex), (1 / (2j * wd)).astype(complex), notes
+
+
+def _same(matrix: Array) -> Array:
+    out = np.array(matrix)
+    out[..., 1, 1], out[..., 0, 1], out[..., 1, 0] = out[..., 0, 0], 0, 0
+    return out
+
+
+def _static(modes: Modes, x: Label, y: Label) -> Array:
+    inputs = modes.input_dofs or modes.dofs
+    rows = _signed(modes.upper_residual, modes.dofs, x, y, 0)  # type: ignore[arg-type]
+    return _signed(rows, inputs, x, y, 1)
+
+
+def _rows(shape: Array, labels: Sequence[Dof], x: Label, y: Label) -> Array:
+    return _signed(shape, labels, x, y, 0)
+
+
+def _signed(array: Array, labels: Sequence[Dof], x: Label, y: Label, axis: int) -> Array:
+    """Rows (or columns) of x and y; a label found only with the opposite sign is turned; a missing y is zero."""
+    parts = []
+    for wanted in (x, y):
+        if wanted is None or wanted == "same":
+            parts.append(np.zeros_like(np.take(array, 0, axis)))
+            continue
+        at, sign = _place(wanted, labels)
+        parts.append(sign * np.take(array, at, axis))
+    return np.stack(parts, axis)
+
+
+def _place(wanted: Label, labels: Sequence[Dof]) -> tuple[int, float]:
+    if isinstance(wanted, int) and not isinstance(wanted, bool):
+        if not 0 <= wanted < len(labels):
+            fail("dynamics", f"index {wanted}", f"must be within 0 .. {len(labels) - 1}")
+        return wanted, 1.0
+    dof = as_dofs([wanted])[0]  # type: ignore[list-item]
+    turn = 1.0
+    if dof.vector is None and dof.direction[0] == "-":
+        dof, turn = Dof(dof.point, "+" + dof.direction[1:]), -1.0
+    for at, label in enumerate(labels):
+        if label == dof:
+            return at, turn
+        if label.vector is None and label.point == dof.point and label.direction == "-" + dof.direction[1:]:
+            return at, -turn
+    fail("dynamics", f"no {wanted}", "must be one of " + ", ".join(str(label) for label in labels[:8]))
+
+
+def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tuple[str, ...]]:
+    """Labels of x and y: the ones given, or the only point that has both, or the only Dof there is."""
+    if x is None:
+        whole = [d for d in labels if d.vector is None and d.direction[1:] == "x"]
+        if len(labels) == 1:
+            x = labels[0]
+        elif len(whole) == 1:
+            x = whole[0]
+            partner = [d for d in labels if d.point == whole[0].point and d.direction[1:] == "y" and d.vector is None]
+            y = partner[0] if y is None and partner else y
+        else:
+            fail("dynamics", f"{len(labels)} labels: " + ", ".join(str(label) for label in labels[:6]),
+                 "the directions in the cutting plane are not plain", "give x='point:+x', y='point:+y'")
+    if y is None:
+        return x, y, (f"response known along x ({x}) only; rigid along y",)
+    if y == "same":
+        return x, y, (f"response along y taken as that along x ({x}), no cross response",)
+    return x, y, ()
+
+
+def from_frf(frf: Frf, x: Label, y: Label) -> PlaneDynamics:
+    """Return the plane dynamics of a measured FRF (one pose), as receptance; `y` as in `from_modes`."""
+    if frf.values.ndim > 3:
+        fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use stability.chart_poses or at_pose(i)")
+    if frf.frequency.size < 2:
+        fail("dynamics", f"{frf.frequency.size} lines", "must be at least two")
+    notes: tuple[str, ...] = ()
+    if frf.quantity != "receptance" and frf.frequency[0] == 0:
+        frf = frf.between(frf.frequency[1], frf.frequency[-1])
+        notes = ("line at 0 Hz left out (integrated to receptance)",)
+    frf = frf.converted_to("receptance")
+    x, y, more = _chosen(frf.outputs, x, y)
+    if len(frf.outputs) == 1 == len(frf.inputs):  # one measurement between two points is taken as it is labelled
+        values = np.zeros((frf.frequency.size, 2, 2), complex)
+        values[:, 0, 0] = frf.values[:, 0, 0]
+    else:
+        values = _signed(_signed(frf.values, frf.outputs, x, y, 1), frf.inputs, x, y, 2)
+    if y == "same":
+        values = _same(values)
+    empty = np.zeros((0, 2, 2), complex)
+    return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((2, 2)), floats("frequency", frf.frequency), values,
+                         (*frf.notes, *notes, *more))
+
+
+def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
+    """Return the response of two directions given apart (their first component each), without cross response."""
+    if along_x.is_modal != along_y.is_modal:
+        fail("dynamics", "Modes for one direction and an Frf for the other", "must be the same kind",
+             "turn the modes into an Frf with frequency_response.modal")
+    if not along_x.is_modal:
+        if along_x.frequency.shape != along_y.frequency.shape or not np.allclose(  # type: ignore[union-attr]
+                along_x.frequency, along_y.frequency):  # type: ignore[arg-type]
+            fail("dynamics", "two FRFs with different lines", "must be the same lines", "use frf.interpolated")
+        values = along_x.values.copy()  # type: ignore[union-attr]
+        values[:, 1, 1] = along_y.values[:, 0, 0]  # type: ignore[index]
+        return replace(along_x, values=values, notes=along_x.notes[:-1])
+    second = _swapped(along_y.residues)
+    static = along_x.static + _swapped(along_y.static)
+    return PlaneDynamics(np.concatenate([along_x.poles, along_y.poles]), np.concatenate([along_x.residues, second]),
+                         static, notes=along_x.notes[:-1])
+
+
+def _swapped(matrix: Array) -> Array:
+    out = np.zeros_like(matrix)
+    out[..., 1, 1] = matrix[..., 0, 0]
+    return out

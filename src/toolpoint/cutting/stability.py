@@ -1,0 +1,66 @@
+"""The stability verbs: one problem type, several methods, one result."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.cutting.chart import StabilityChart
+from toolpoint.cutting.problem import MillingProblem, TurningProblem, checked_speeds, coverage
+from toolpoint.cutting.zero_order import ZeroOrder
+
+Problem = MillingProblem | TurningProblem
+
+
+class Method(Protocol):
+    """What a stability method offers."""
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart of a checked problem."""
+        ...
+
+
+def chart(
+    problem: Problem, speeds: FloatArray, method: Method | None = None, depth_max: float = 0.01
+) -> StabilityChart:
+    """Return the stable depth intervals at every spindle speed.
+
+    Parameters
+    ----------
+    problem : MillingProblem or TurningProblem
+    speeds : (n,) floats
+        Spindle speeds, rev/min, above zero.
+    method : method object, optional
+        `ZeroOrder` and others; chosen to suit the problem where left out.
+    depth_max : float
+        Largest depth of cut looked at, m.
+
+    Returns
+    -------
+    StabilityChart
+
+    Raises
+    ------
+    ToolpointError
+        For speeds or depths of zero, or where the method does not suit the problem.
+
+    Warns
+    -----
+    ToolpointWarning
+        Where a measured FRF does not cover the chatter band; the remark is also in the chart's notes.
+    """
+    if not isinstance(problem, (MillingProblem, TurningProblem)):
+        fail("problem", type(problem).__name__, "must be a MillingProblem or a TurningProblem")
+    n = checked_speeds(speeds)
+    depth_max = positive("depth_max", depth_max, 10.0)
+    remarks = coverage(problem, n)
+    if method is None:
+        method = default_method(problem)
+    return method.solve(problem, np.asarray(n), depth_max).noted(*remarks)
+
+
+def default_method(problem: Problem) -> Method:
+    """Return the method that suits a problem."""
+    return ZeroOrder()

@@ -1,0 +1,186 @@
+"""Tool and Engagement: the cutter's geometry and the arc over which its teeth cut."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail, floats, nonnegative, positive, scalar
+
+
+@dataclass(frozen=True, eq=False)
+class Tool:
+    r"""An end mill.
+
+    Parameters
+    ----------
+    diameter : float
+        m.
+    teeth : int
+        Number of teeth N.
+    helix : float or (teeth,) floats
+        Helix angle in rad, one for all teeth or one each; a lower point of an edge enters the cut earlier.
+    pitch : (teeth,) floats, optional
+        Angles in rad from each tooth to the one that follows it in the cut, their sum 2 pi; equal where left out.
+    runout : float
+        Parallel offset of the cutter's axis from the spindle's axis, m.
+    runout_angle : float
+        Angle in rad from tooth 0 to the direction of the offset, against the sense of rotation.
+    tilt : float
+        Offset added for every metre of height above the tip, m/m (rad), in the direction of the offset.
+    corner_radius : float
+        m; diameter/2 is a ball end mill, 0 a sharp corner.
+
+    Raises
+    ------
+    ToolpointError
+        For a diameter or number of teeth not above zero, pitch angles that do not add up to 2 pi, and the like.
+    """
+
+    diameter: float
+    teeth: int
+    helix: float | FloatArray = 0.0
+    pitch: FloatArray | None = None
+    runout: float = 0.0
+    runout_angle: float = 0.0
+    tilt: float = 0.0
+    corner_radius: float = 0.0
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "diameter", positive("Tool.diameter", self.diameter, 10.0))
+        put(self, "teeth", count("Tool.teeth", self.teeth))
+        helix = floats("Tool.helix", np.broadcast_to(self.helix, (self.teeth,)), (self.teeth,))
+        if np.abs(helix).max() > np.radians(75):
+            fail("Tool.helix", f"{np.abs(helix).max():g} rad", "must be within 75 degrees", "angles are in rad")
+        put(self, "helix", helix)
+        pitch = np.full(self.teeth, 2 * np.pi / self.teeth) if self.pitch is None else self.pitch
+        pitch = floats("Tool.pitch", pitch, (self.teeth,))
+        if pitch.min() <= 0 or abs(pitch.sum() - 2 * np.pi) > 1e-6:
+            fail("Tool.pitch", f"sum {pitch.sum():g} rad, least {pitch.min():g}",
+                 "must be above zero and add up to 2 pi", "angles are in rad")
+        put(self, "pitch", pitch)
+        for name in ("runout", "corner_radius"):
+            put(self, name, float(nonnegative(f"Tool.{name}", floats(f"Tool.{name}", getattr(self, name)))))
+        for name in ("runout_angle", "tilt"):
+            put(self, name, scalar(f"Tool.{name}", getattr(self, name)))
+        if self.corner_radius > self.diameter / 2 * (1 + 1e-9):
+            fail("Tool.corner_radius", f"{self.corner_radius:g} m", f"must be at most {self.diameter / 2:g} m",
+                 "half the diameter is a ball end mill")
+
+    @property
+    def radius(self) -> float:
+        """Half the diameter, m."""
+        return self.diameter / 2
+
+    @property
+    def is_regular(self) -> bool:
+        """Whether all pitch angles and all helix angles are equal, so that one tooth period is the only delay."""
+        return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)  # type: ignore[arg-type]
+
+    @property
+    def has_helix(self) -> bool:
+        """Whether any tooth has a helix."""
+        return bool(np.any(np.abs(self.helix) > 1e-12))
+
+    @property
+    def axial_pitch(self) -> float:
+        """Height over which the edge lags by one tooth, pi D/(N tan helix), m; infinite for straight teeth."""
+        slope = abs(float(np.tan(self.helix[0])))  # type: ignore[index]
+        return float("inf") if slope < 1e-12 else np.pi * self.diameter / (self.teeth * slope)
+
+    def angles(self, height: FloatArray | float = 0.0) -> FloatArray:
+        """Return the lag of every tooth's edge behind tooth 0's tip at these heights, rad, shape (..., teeth)."""
+        start = np.concatenate([[0.0], np.cumsum(self.pitch)[:-1]])  # type: ignore[arg-type]
+        return start + 2 * np.tan(self.helix) / self.diameter * np.asarray(height)[..., None]
+
+    def local_radius(self, height: FloatArray | float = 0.0) -> FloatArray:
+        """Return the radius of the cutter's envelope at these heights above the tip, m (corner radius or ball)."""
+        z, c = np.asarray(height, float), self.corner_radius
+        inside = np.clip(c - z, 0.0, c)
+        return self.radius - c + np.sqrt(np.maximum(c**2 - inside**2, 0.0))
+
+    def edge_radius(self, height: FloatArray | float = 0.0) -> FloatArray:
+        r"""Return the distance of every edge from the spindle's axis, m, shape (..., teeth).
+
+        :math:`R_j(z) = R(z) + (\rho + \tau z) \cos(\gamma - \psi_j(z))`, the usual form for offset and tilt that are
+        small against the radius (Kline, DeVor, 1983).
+        """
+        z = np.asarray(height, float)
+        offset = self.runout + self.tilt * z
+        return self.local_radius(z)[..., None] + offset[..., None] * np.cos(self.runout_angle - self.angles(z))
+
+    def with_runout(self, offset: float, angle: float = 0.0, tilt: float = 0.0) -> Tool:
+        """Return the same tool with this run-out."""
+        return replace(self, runout=offset, runout_angle=angle, tilt=tilt)
+
+    def __repr__(self) -> str:
+        parts = [f"{1e3 * self.diameter:g} mm", f"{self.teeth} teeth"]
+        if self.has_helix:
+            parts.append("helix " + "/".join(f"{np.degrees(h):g}" for h in np.unique(self.helix)) + " deg")  # type: ignore
+        if np.ptp(self.pitch) > 1e-12:  # type: ignore[arg-type]
+            parts.append("pitch " + "/".join(f"{np.degrees(p):g}" for p in self.pitch) + " deg")  # type: ignore[union-attr]
+        if self.runout or self.tilt:
+            parts.append(f"run-out {1e6 * self.runout:g} um")
+        return f"Tool({', '.join(parts)})"
+
+
+@dataclass(frozen=True)
+class Engagement:
+    """The arc of cut: angles from entry to exit, clockwise from y, feed along x.
+
+    Parameters
+    ----------
+    entry, exit : float
+        rad, 0 <= entry < exit <= pi. `down`, `up`, `slot` and `centred` make them from the radial immersion a/D.
+    """
+
+    entry: float
+    exit: float
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "entry", scalar("Engagement.entry", self.entry))
+        put(self, "exit", scalar("Engagement.exit", self.exit))
+        if not 0 <= self.entry < self.exit <= np.pi + 1e-12:
+            fail("Engagement", f"entry {self.entry:g}, exit {self.exit:g} rad", "must be 0 <= entry < exit <= pi",
+                 "angles are in rad, clockwise from y with the feed along x")
+
+    @classmethod
+    def down(cls, immersion: float) -> Engagement:
+        """Down-milling (climb) at radial immersion a/D: from acos(2 a/D - 1) to pi."""
+        return cls(float(np.arccos(2 * _immersion(immersion) - 1)), np.pi)
+
+    @classmethod
+    def up(cls, immersion: float) -> Engagement:
+        """Up-milling (conventional) at radial immersion a/D: from 0 to acos(1 - 2 a/D)."""
+        return cls(0.0, float(np.arccos(1 - 2 * _immersion(immersion))))
+
+    @classmethod
+    def slot(cls) -> Engagement:
+        """Full immersion, 0 to pi."""
+        return cls(0.0, np.pi)
+
+    @classmethod
+    def centred(cls, immersion: float) -> Engagement:
+        """A cut of width a/D in the middle of the cutter (face milling)."""
+        half = float(np.arcsin(_immersion(immersion)))
+        return cls(np.pi / 2 - half, np.pi / 2 + half)
+
+    @property
+    def arc(self) -> float:
+        """Length of the arc of cut, rad."""
+        return self.exit - self.entry
+
+    def __repr__(self) -> str:
+        return f"Engagement({np.degrees(self.entry):.4g}..{np.degrees(self.exit):.4g} deg)"
+
+
+def _immersion(value: float) -> float:
+    number = positive("immersion", value)
+    if number > 1:
+        fail("immersion", f"{number:g}",
+             "radial immersion a/D must be at most 1: the cut cannot be wider than the diameter",
+             "give the ratio of width to diameter")
+    return number

@@ -1,0 +1,93 @@
+"""What is doubtful in an identification and what to try next."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.modal_identification.scaling import driving_points
+from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.modes import Modes
+
+BLIND = 0.02
+POOR_FIT = 0.9
+UNCERTAIN = 0.2
+
+
+def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float) -> tuple[str, ...]:
+    """Return the remarks on an identification, most important first."""
+    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_mode_remarks(frf, modes),
+            *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+
+
+def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
+    found = []
+    bad = np.argwhere(quality < POOR_FIT)
+    if bad.size:
+        row, column = bad[int(np.argmin(quality[tuple(bad.T)]))]
+        found.append(f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
+                     f"{frf.outputs[row]} / {frf.inputs[column]} with {100 * quality[row, column]:.3g} %: look at it "
+                     "for noise, a wrong channel or a wrong direction")
+    for i in np.flatnonzero(mode_quality < POOR_FIT):
+        found.append(f"the responses around mode {i + 1} at {modes.frequency[i]:.4g} Hz fit only to "
+                     f"{100 * mode_quality[i]:.3g} %: a closely spaced pair may be unresolved (add a reference, raise "
+                     "the order) or the structure is not linear there (strike less hard)")
+    if excess > 2:
+        found.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
+                     "differ; the intervals are widened to what is seen")
+    return found
+
+
+def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
+    found = []
+    step = float(np.median(np.diff(frf.frequency)))
+    for i, (f, zeta) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True), start=1):
+        width = abs(zeta) * f
+        if min(f - frf.frequency[0], frf.frequency[-1] - f) < 2 * width:
+            found.append(f"mode {i} at {f:.4g} Hz lies at the edge of the band: widen it by {5 * width:.2g} Hz")
+        if 2 * width < 3 * step:
+            found.append(f"mode {i} at {f:.4g} Hz: its half-power width of {2 * width:.2g} Hz holds fewer than three "
+                         "lines: measure longer for a finer line spacing")
+        if zeta <= 0:
+            found.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
+        if modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
+            part = 100 * modes.damping_interval[i - 1] / abs(zeta)
+            found.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
+                         "hits or choose a reference that moves more")
+    return found
+
+
+def _pair_remarks(modes: Modes) -> list[str]:
+    found = []
+    same = mac(modes.shape) if modes.count > 1 else np.eye(1)
+    half = np.abs(modes.damping_ratio) * modes.frequency
+    for i in range(modes.count - 1):
+        gap = modes.frequency[i + 1] - modes.frequency[i]
+        if gap < half[i] + half[i + 1] and same[i, i + 1] > 0.5:
+            found.append(f"modes {i + 1} and {i + 2} at {modes.frequency[i]:.4g} and {modes.frequency[i + 1]:.4g} Hz "
+                         f"overlap and look alike (MAC {same[i, i + 1]:.2f}): more points or a further reference must "
+                         "part them")
+    return found
+
+
+def _reference_remarks(frf: Frf, modes: Modes) -> list[str]:
+    if len(frf.inputs) < 2 or modes.participation is None:
+        return []
+    found = []
+    share = np.abs(modes.participation)
+    share = share / share.max(axis=0)
+    for i, dof in enumerate(frf.inputs):
+        blind = np.flatnonzero(share[i] < BLIND) + 1
+        if blind.size:
+            found.append(f"reference {dof} hardly sees mode{'s' * (blind.size > 1)} {', '.join(map(str, blind))}")
+    return found
+
+
+def _scale_remarks(frf: Frf, modes: Modes) -> list[str]:
+    points = driving_points(frf.outputs, frf.inputs)
+    if modes.scaling != "unscaled":
+        return []
+    if not points:
+        return ["no driving point among the responses: shapes are not mass-normalised (measure one input at its point)"]
+    return ["the driving points do not give every mode a scale: shapes are not mass-normalised (use another point)"]

@@ -1,0 +1,98 @@
+"""The cut of an FRF to the band that is identified, and the checks that every method makes of it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, scalar
+from toolpoint.vibration.frf import Frf
+
+POWER = {"receptance": 0, "mobility": 1, "accelerance": 2}
+MINIMUM_LINES = 8
+
+
+@dataclass(frozen=True)
+class Band:
+    """Frequency band in Hz, both ends included."""
+
+    low: float
+    high: float
+
+    def __str__(self) -> str:
+        return f"{self.low:g} .. {self.high:g} Hz"
+
+
+def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) -> Frf:
+    """Return the lines of one pose inside the band, without a line at 0 Hz (where mobility has no information).
+
+    Parameters
+    ----------
+    frf : Frf
+        One pose.
+    band : (low, high) in Hz, optional
+        The whole axis where left out.
+    lines : int
+        Fewest lines that the method can work with.
+
+    Raises
+    ------
+    ToolpointError
+        For several poses, a band without order or outside the data, too few lines, or responses that are all zero.
+    """
+    if frf.values.ndim != 3:
+        fail("frf", repr(frf), "must be one pose", "use frf.at_pose(i)")
+    limits = limits_of(frf, band)
+    inside = frf.between(max(limits.low, np.nextafter(0.0, 1.0)), limits.high)
+    if inside.frequency.size < lines:
+        fail("band", f"{inside.frequency.size} lines within {limits}", f"must hold at least {lines}",
+             "widen the band or measure with a finer line spacing")
+    if not np.any(inside.values):
+        fail("frf", "all responses are zero within the band", "must hold a measurement", "check the channel assignment")
+    return inside
+
+
+def limits_of(frf: Frf, band: tuple[float, float] | None) -> Band:
+    """Return the band as checked limits; the measured range where none is given."""
+    if band is None:
+        return Band(float(frf.frequency[0]), float(frf.frequency[-1]))
+    try:
+        low, high = (scalar("band", end) for end in band)
+    except TypeError:
+        fail("band", repr(band), "must be two frequencies (low, high) in Hz")
+    if not 0 <= low < high:
+        fail("band", f"({low:g}, {high:g})", "must be 0 <= low < high, in Hz")
+    if low > frf.frequency[-1] or high < frf.frequency[0]:
+        fail("band", f"{low:g} .. {high:g} Hz",
+             f"must overlap the data, {frf.frequency[0]:g} .. {frf.frequency[-1]:g} Hz")
+    return Band(max(low, float(frf.frequency[0])), min(high, float(frf.frequency[-1])))
+
+
+def line_spacing(frf: Frf) -> float:
+    """Return the spacing of an even frequency axis, Hz; an uneven one is refused."""
+    step = np.diff(frf.frequency)
+    mean = float(step.mean())
+    if np.abs(step - mean).max() > 1e-3 * mean:
+        at = int(np.argmax(np.abs(step - mean)))
+        fail("frf.frequency", f"a step of {step[at]:g} Hz at {frf.frequency[at]:g} Hz beside a mean of {mean:g} Hz",
+             "must be evenly spaced for this method", "use frf.interpolated(...), or quadrature or circle fit")
+    return mean
+
+
+def noise_of(values: FloatArray) -> FloatArray:
+    """Return a robust standard deviation of the noise of curves along the first axis, from their third differences.
+
+    A smooth curve leaves little in a third difference, and the median ignores the lines at sharp peaks. Differences
+    are taken over 1, 2 and 4 lines and the largest estimate is kept: noise of windowed data is shared by neighbours.
+    """
+    strides = [stride for stride in (1, 2, 4) if values.shape[0] >= 6 * stride] or [1]
+    return np.max([_third(values, stride) for stride in strides], axis=0)
+
+
+def _third(values: FloatArray, stride: int) -> FloatArray:
+    n = values.shape[0] - 3 * stride
+    if n <= 0:
+        return np.zeros(values.shape[1:])
+    part = [values[k * stride:k * stride + n] for k in range(4)]
+    return 1.4826 * np.median(np.abs(part[3] - 3 * part[2] + 3 * part[1] - part[0]), axis=0) / np.sqrt(20.0)

@@ -1,0 +1,65 @@
+r"""Real-linear basis functions of poles and of everything outside the band, for any measured quantity.
+
+With :math:`p = i \omega + a` (a: decay of an exponential window, which shifts the whole response) a pole s with complex
+residue :math:`A = \alpha + i \beta` gives the receptance
+
+.. math:: \frac{A}{p - s} + \frac{A^*}{p - s^*} = \alpha\,u + \beta\,v,
+
+linear in two real numbers. Mobility and accelerance are the same times :math:`p` and :math:`p^2`. Modes outside the
+band are represented by rational terms :math:`(a + b p) / (p^2 + c^2)` with fixed c below and above the band: their sum
+comes close to any set of modes out there, of which 1/p^2 and a constant (lower and upper residual) are the far ends.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.modal_identification.band import POWER
+from toolpoint.vibration.frf import Frf
+
+BELOW = (0.25, 0.5, 0.71, 0.83, 0.91, 0.96)
+ABOVE = (1.04, 1.1, 1.2, 1.4, 2.0, 4.0)
+FEW_LINES = 120
+
+
+def laplace(frf: Frf) -> ComplexArray:
+    """Return p = i w + decay of every line, rad/s."""
+    return np.asarray(1j * frf.omega + frf.decay, complex)
+
+
+def factor(frf: Frf) -> ComplexArray:
+    """Return p^0, p^1 or p^2: the measured quantity over the receptance."""
+    return laplace(frf) ** POWER[frf.quantity]
+
+
+def pole_terms(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
+    """Return u and v of every pole, shape (n_f, n_poles, 2)."""
+    first, second = 1 / (p[:, None] - poles), 1 / (p[:, None] - poles.conj())
+    return np.stack([first + second, 1j * (first - second)], axis=-1)
+
+
+def pole_slopes(p: ComplexArray, poles: ComplexArray) -> ComplexArray:
+    r"""Return the same of 1/(p - s)^2, shape (n_f, n_poles, 2).
+
+    The derivative of alpha u + beta v by Re s is alpha u2 + beta v2, by Im s it is -beta u2 + alpha v2.
+    """
+    first, second = 1 / (p[:, None] - poles) ** 2, 1 / (p[:, None] - poles.conj()) ** 2
+    return np.stack([first + second, 1j * (first - second)], axis=-1)
+
+
+def outside_terms(frf: Frf) -> ComplexArray:
+    """Return the receptance terms of the modes outside the band, shape (n_f, n_terms), each of unit size."""
+    p, low, high = laplace(frf), float(frf.omega[0]), float(frf.omega[-1])
+    every = 1 if frf.frequency.size >= FEW_LINES else 2 if frf.frequency.size >= FEW_LINES / 2 else len(ABOVE)
+    centres = [0.0, *(low * c for c in BELOW[1::every]), *(high * c for c in ABOVE[1::every])] if every > 1 else [
+        0.0, *(low * c for c in BELOW), *(high * c for c in ABOVE)]
+    terms = [one for c in centres for one in (1 / (p**2 + c**2), p / (p**2 + c**2))]
+    terms += [np.ones_like(p), p]
+    basis = np.stack(terms, axis=1)
+    return basis / np.sqrt((np.abs(basis * factor(frf)[:, None]) ** 2).mean(axis=0))
+
+
+def real_rows(values: ComplexArray) -> FloatArray:
+    """Return complex rows as twice as many real ones: real parts first, then imaginary parts."""
+    return np.concatenate([values.real, values.imag])

@@ -1,0 +1,179 @@
+"""identify: one call from frequency responses to modes, for every method."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Protocol
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
+from toolpoint.modal_identification import estimate as _estimate
+from toolpoint.modal_identification.advice import remarks
+from toolpoint.modal_identification.band import cut
+from toolpoint.modal_identification.identification import Identification, mode_quality
+from toolpoint.modal_identification.plscf import poles_of_orders
+from toolpoint.modal_identification.selection import selected
+from toolpoint.modal_identification.stabilization import Diagram
+from toolpoint.vibration.frf import Frf
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """Poles (rad/s, of the data as windowed), participation (n_inputs, n_modes), and where they came from."""
+
+    poles: ComplexArray
+    participation: ComplexArray
+    diagram: Diagram | None = None
+    support: FloatArray | None = None
+    notes: tuple[str, ...] = ()
+
+
+class Method(Protocol):
+    """A way to find poles; `refine` says whether they are refined afterwards."""
+
+    @property
+    def name(self) -> str:
+        """Name in messages."""
+        ...
+
+    @property
+    def refine(self) -> bool:
+        """Whether the poles are refined by variable projection."""
+        ...
+
+    def start(self, frf: Frf) -> Start:
+        """Return the poles of responses that are cut to the band."""
+        ...
+
+
+@dataclass(frozen=True)
+class PolyReference:
+    """pLSCF of all orders, automatic selection across them, and (by default) refinement by variable projection.
+
+    Parameters
+    ----------
+    order : int
+        Highest order; lowered to a third of the number of lines where that is less.
+    step : int
+        Between the orders.
+    share : float
+        Share of the orders that must hold a mode.
+    refine : bool
+        False: pLSCF alone, poles as selected.
+    """
+
+    order: int = 60
+    step: int = 2
+    share: float = 0.35
+    refine: bool = True
+
+    @property
+    def name(self) -> str:
+        """Name in messages."""
+        return "pLSCF and variable projection" if self.refine else "pLSCF"
+
+    def start(self, frf: Frf) -> Start:
+        """Return the poles selected across orders."""
+        order = min(count("order", self.order, 2), frf.frequency.size // 3)
+        diagram = poles_of_orders(frf, order, self.step, _weight(frf))
+        choice = selected(diagram, self.share)
+        return Start(choice.poles, choice.participation, diagram, choice.support)
+
+
+def _weight(frf: Frf) -> FloatArray | None:
+    if frf.variance is None:
+        return None
+    mean = frf.variance.mean(axis=0)
+    return None if (mean <= 0).any() else 1 / np.sqrt(mean)
+
+
+METHODS: dict[str, Method] = {"refined": PolyReference(), "plscf": PolyReference(refine=False)}
+
+
+def identify(frf: Frf, method: str | Method = "refined", band: tuple[float, float] | None = None) -> Identification:
+    """Return the modes within a band, found without user input, with confidence and fit quality.
+
+    Parameters
+    ----------
+    frf : Frf
+        One pose; receptance, mobility or accelerance; any number of outputs and references. Its `variance` weights the
+        responses where given, otherwise the noise is estimated from the residual; its `decay` (exponential window) is
+        taken out of the poles.
+    method : str or Method
+        ``refined`` (default: pLSCF, selection across orders, variable projection), or another of `METHODS`, or a method
+        object with its own settings, e.g. ``PolyReference(order=80)``.
+    band : (low, high) in Hz, optional
+        The whole axis where left out. Leave a few half-power widths beyond the outer modes.
+
+    Raises
+    ------
+    ToolpointError
+        For responses without measurement, a band without lines or outside the data, or no mode found.
+    """
+    chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
+    inside, dead = _alive(cut(frf, band))
+    if len(inside.inputs) > len(inside.outputs):
+        # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles.
+        return _turned(_identified(_transposed(inside), chosen, dead))
+    return _identified(inside, chosen, dead)
+
+
+def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
+    start = chosen.start(inside)
+    if start.poles.size == 0:
+        fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
+             "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
+    fitted = _estimate.estimated(inside, start.poles + inside.decay, start.participation, chosen.refine)
+    modes = _estimate.modes_of(fitted, chosen.refine)
+    model = _estimate.synthesised(fitted.data, fitted.fit)
+    quality = _quality(fitted)
+    per_mode = mode_quality(inside, model, modes)
+    rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")
+    advice = (*dead, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess))
+    return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
+                          _support(start, fitted.fit.poles[rank] * fitted.data.scale),
+                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice)
+
+
+def _transposed(frf: Frf) -> Frf:
+    return replace(frf, values=np.swapaxes(frf.values, -1, -2), outputs=frf.inputs, inputs=frf.outputs,
+                   coherence=_swapped(frf.coherence), variance=_swapped(frf.variance))
+
+
+def _swapped(array: FloatArray | None) -> FloatArray | None:
+    return None if array is None else np.swapaxes(array, -1, -2)
+
+
+def _turned(found: Identification) -> Identification:
+    modes = found.modes
+    turned = replace(
+        modes, shape=modes.participation_at(modes.input_dofs), dofs=modes.input_dofs,
+        participation=modes.shape, input_dofs=modes.dofs,
+        lower_residual=None if modes.lower_residual is None else modes.lower_residual.T,
+        upper_residual=None if modes.upper_residual is None else modes.upper_residual.T, shape_variance=None)
+    model = replace(found.model, coefficients=np.swapaxes(found.model.coefficients, -1, -2))
+    return replace(found, modes=turned, frf=_transposed(found.frf), model=model, quality=found.quality.T)
+
+
+def _alive(frf: Frf) -> tuple[Frf, list[str]]:
+    power = (np.abs(frf.values) ** 2).sum(axis=0)
+    rows, columns = power.any(axis=1), power.any(axis=0)
+    names = [str(dof) for dof, alive in zip(frf.outputs, rows, strict=True) if not alive]
+    names += [str(dof) for dof, alive in zip(frf.inputs, columns, strict=True) if not alive]
+    if not names:
+        return frf, []
+    kept = frf.selected(np.flatnonzero(rows).tolist(), np.flatnonzero(columns).tolist())
+    return kept, [f"dead channel{'s' * (len(names) > 1)} left out (all zero): {', '.join(names)}"]
+
+
+def _quality(fitted: _estimate.Estimate) -> FloatArray:
+    total = np.einsum("foi,foi->oi", fitted.data.values, fitted.data.values)
+    return 1 - fitted.fit.squares / np.maximum(total, np.finfo(float).tiny)
+
+
+def _support(start: Start, poles: ComplexArray) -> FloatArray | None:
+    if start.support is None:
+        return None
+    nearest = np.argmin(np.abs(poles[:, None] - start.poles), axis=1)
+    return start.support[nearest]

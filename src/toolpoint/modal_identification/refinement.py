@@ -1,0 +1,265 @@
+r"""Refinement of poles by variable projection: the maximum-likelihood modes with their covariance.
+
+Common poles and participation factors are the non-linear unknowns; shapes and all terms outside the band are linear and
+are eliminated in every step. With basis columns B and their derivatives D the Gauss-Newton matrix of the eliminated
+problem is :math:`J^T P_\perp J`, :math:`P_\perp = I - B (B^T B)^{-1} B^T`, and as every derivative column is a basis
+function times a shape it is the Hadamard product of a small Gram matrix of basis functions and a small Gram matrix of
+shapes: its cost does not grow with the number of responses. With weights one over the standard deviation of the noise
+its inverse is the covariance of the poles.
+
+Source: Golub, Pereyra, SIAM J. Numerical Analysis 10 (1973) 413; Kaufman, BIT 15 (1975) 49; for the maximum-likelihood
+frame in modal analysis: Guillaume, Verboven, Vanlanduit, ISMA 23 (1998); El-Kafafy, De Troyer, Peeters, Guillaume, MSSP
+37 (2013) 192.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.modal_identification.basis import (
+    factor,
+    laplace,
+    outside_terms,
+    pole_slopes,
+    pole_terms,
+    real_rows,
+)
+from toolpoint.vibration.frf import Frf
+
+NOISE_FLOOR = 1e-9
+MOST_STEPS = 30
+
+
+@dataclass(frozen=True, eq=False)
+class Data:
+    """Measured responses as real rows with the terms outside the band projected away, in units of the top of the band.
+
+    `values` (2 n_f, n_outputs, n_inputs) are the raw rows times the line weight, `outside` (2 n_f, q) is an orthonormal
+    basis of the terms outside the band, `power` the squared norms of the projected responses.
+    """
+
+    frf: Frf
+    scale: float
+    p: ComplexArray
+    factor: ComplexArray
+    line_weight: FloatArray
+    values: FloatArray
+    outside: FloatArray
+    power: FloatArray
+
+    @classmethod
+    def of(cls, frf: Frf, line_weight: FloatArray | None = None) -> Data:
+        """Return the data of one pose, cut to the band; `line_weight` (n_f,): one over the relative noise of a line."""
+        scale = float(frf.omega[-1])
+        weight = np.ones(frf.frequency.size) if line_weight is None else line_weight
+        values = real_rows(frf.values * weight[:, None, None])
+        outside = real_rows(outside_terms(frf) * (factor(frf) * weight)[:, None])
+        left, size, _ = np.linalg.svd(outside, full_matrices=False)
+        left = np.ascontiguousarray(left[:, size > 1e-10 * size[0]])
+        flat = values.reshape(values.shape[0], -1)
+        power = np.einsum("fk,fk->k", flat, flat) - ((left.T @ flat) ** 2).sum(axis=0)
+        return cls(frf, scale, laplace(frf) / scale, factor(frf) * weight, weight, values, left,
+                   np.maximum(power, 0.0).reshape(values.shape[1:]))
+
+    def columns(self, terms: ComplexArray) -> FloatArray:
+        """Return complex terms (n_f, n, 2) as real projected columns (2 n_f, 2 n)."""
+        rows = real_rows((terms * self.factor[:, None, None]).reshape(self.p.size, -1))
+        return rows - self.outside @ (self.outside.T @ rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Poles (in units of `Data.scale`), participation (n_inputs, n_modes), shapes, and what they explain.
+
+    `weight` (n_outputs, n_inputs) is sqrt(2) over the standard deviation of the noise, `squares` the sum of squared
+    residuals of each response, `information` the Gauss-Newton matrix of (Re s, Im s, Re l_i, Im l_i ..) of each mode,
+    `gradient` minus the slope of the cost, `shape_covariance` (n_outputs, 2 n_modes, 2 n_modes) that of the real and
+    imaginary parts of the shapes at fixed poles.
+    """
+
+    poles: ComplexArray
+    participation: ComplexArray
+    weight: FloatArray
+    shape: ComplexArray
+    squares: FloatArray
+    information: FloatArray
+    gradient: FloatArray
+    shape_covariance: FloatArray
+
+    @property
+    def cost(self) -> float:
+        """Half of the weighted sum of squared residuals."""
+        return 0.5 * float((self.weight**2 * self.squares).sum())
+
+    @property
+    def significance(self) -> FloatArray:
+        """Wald statistic of every mode: chi-squared with 2 n_outputs degrees of freedom if there were no such mode."""
+        count = self.poles.size
+        blocks = self.shape_covariance.reshape(-1, count, 2, count, 2)
+        own = np.linalg.inv(blocks[:, np.arange(count), :, np.arange(count), :])  # (mode, output, 2, 2)
+        vector = np.stack([self.shape.real, self.shape.imag], axis=-1).transpose(1, 0, 2)[..., None]
+        return (np.swapaxes(vector, -1, -2) @ own @ vector).sum(axis=(1, 2, 3))
+
+
+def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit:
+    """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there."""
+    m, (outputs, inputs) = poles.size, weight.shape
+    base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
+    columns = np.concatenate([base, slope], axis=1)
+    gram = columns.T @ columns
+    moments = (columns.T @ data.values.reshape(columns.shape[0], -1)).reshape(-1, outputs, inputs)
+    moments = np.ascontiguousarray(moments.transpose(2, 1, 0))  # (input, output, column)
+    turn, square = _turns(participation), weight**2
+    turned = _turned(turn, gram[:2 * m])
+    seen = _turned(turn, turned[:, :, :2 * m].transpose(0, 2, 1))
+    shape_information = np.tensordot(square, seen, axes=(1, 0))
+    right = np.stack([square[:, i, None] * (moments[i, :, :2 * m] @ _block(turn[i])) for i in range(inputs)])
+    inverse = np.asarray(np.linalg.inv(shape_information), float)
+    shape = (inverse @ right.sum(axis=0)[:, :, None])[..., 0]
+    residues = shape @ np.stack([_block(one).T for one in turn])  # (input, output, 2 n_modes)
+    left = moments - residues @ gram[:2 * m]
+    explained = (residues * (moments + left)[:, :, :2 * m]).sum(axis=-1).T
+    parts = _Parts(gram, turned, left, _tangents(residues, shape), square, inverse)
+    information, gradient = _gauss_newton(parts)
+    return Fit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
+               np.maximum(data.power - explained, 0.0), information, gradient, inverse)
+
+
+def _turned(turn: FloatArray, matrix: FloatArray) -> FloatArray:
+    """Return diag(turn_i)^T times the (2 n_modes, n) rows of `matrix`, (n_inputs, 2 n_modes, n)."""
+    rows = matrix.reshape(*matrix.shape[:-2], turn.shape[1], 2, matrix.shape[-1])
+    return (np.swapaxes(turn, -1, -2) @ rows).reshape(turn.shape[0], matrix.shape[-2], matrix.shape[-1])
+
+
+def _block(turn: FloatArray) -> FloatArray:
+    """Return the (n_modes, 2, 2) matrices as one block-diagonal matrix."""
+    m = turn.shape[0]
+    block = np.zeros((m, 2, m, 2))
+    block[np.arange(m), :, np.arange(m), :] = turn
+    return block.reshape(2 * m, 2 * m)
+
+
+def _turns(participation: ComplexArray) -> FloatArray:
+    """Return multiplication by each participation factor as real 2 x 2 matrices, (n_inputs, n_modes, 2, 2)."""
+    re, im = participation.real, participation.imag
+    return np.stack([np.stack([re, -im], axis=-1), np.stack([im, re], axis=-1)], axis=-2)
+
+
+def _tangents(residues: FloatArray, shape: FloatArray) -> FloatArray:
+    """Return d(residual coefficients) by (Re s, Im s, Re l, Im l), shape (n_inputs, n_outputs, n_modes, 4, 2).
+
+    The first two multiply the slope functions, the last two the pole functions.
+    """
+    def pair(z: FloatArray) -> FloatArray:
+        z = z.reshape(*z.shape[:-1], -1, 2)
+        return np.stack([z, np.stack([-z[..., 1], z[..., 0]], axis=-1)], axis=-2)
+
+    first = pair(residues)
+    return np.concatenate([first, np.broadcast_to(pair(shape), first.shape)], axis=-2)
+
+
+@dataclass(frozen=True, eq=False)
+class _Parts:
+    """Parts of the Gauss-Newton matrix: `turned` (input, 2 n_modes, 4 n_modes), `left` (input, output, column)."""
+
+    gram: FloatArray
+    turned: FloatArray
+    left: FloatArray
+    tangents: FloatArray
+    square: FloatArray
+    inverse: FloatArray
+
+
+def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
+    inputs, outputs, m = parts.tangents.shape[:3]
+    each = 2 + 2 * inputs
+    # Columns that belong to each (mode, tangent, component): slopes for the pole, pole functions for the participation.
+    slope = 2 * m + np.arange(2 * m).reshape(m, 1, 2)
+    columns = np.concatenate([np.repeat(slope, 2, 1), np.repeat(slope - 2 * m, 2, 1)], axis=1)
+    pairs = parts.gram[columns.reshape(-1)[:, None], columns.reshape(-1)]
+    information, gradient = np.zeros((m * each, m * each)), np.zeros(m * each)
+    cross = np.zeros((outputs, m, each, 2 * m))
+    for i in range(inputs):
+        kinds = np.array([0, 1, 2 + 2 * i, 3 + 2 * i])
+        at = (np.arange(m)[:, None] * each + kinds).reshape(-1)
+        weighted = parts.tangents[i] * parts.square[:, i, None, None, None]
+        products = weighted.reshape(outputs, -1).T @ parts.tangents[i].reshape(outputs, -1)
+        information[np.ix_(at, at)] += (pairs * products).reshape(4 * m, 2, 4 * m, 2).sum(axis=(1, 3))
+        gradient[at] += (weighted * parts.left[i][:, columns]).sum(axis=(0, -1)).reshape(-1)
+        for first in (0, 2):  # slope functions, then pole functions
+            rows = parts.turned[i][:, columns[:, first]].transpose(1, 2, 0)  # (mode, component, 2 n_modes)
+            cross[:, :, kinds[first:first + 2]] += weighted[:, :, first:first + 2] @ rows
+    whitened = cross.reshape(outputs, m * each, 2 * m) @ np.linalg.cholesky(parts.inverse)
+    flat = whitened.transpose(1, 0, 2).reshape(m * each, -1)
+    information -= flat @ flat.T
+    return (information + information.T) / 2, gradient
+
+
+def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit:
+    """Return the converged fit with fixed weights: Gauss-Newton with a Levenberg-Marquardt guard.
+
+    `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed.
+    """
+    lead = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
+    fit = evaluated(data, poles / data.scale, participation / lead, weight)
+    guard = 0.0
+    for _ in range(MOST_STEPS):
+        step = _step(fit, guard)
+        gain = 0.5 * float(step @ fit.information @ step)
+        trial = _moved(data, fit, step)
+        if trial is None or trial.cost > fit.cost * (1 + 1e-12):
+            if gain < 1e-6 or guard > 1e6:
+                break
+            guard = max(10 * guard, 1e-3)
+            continue
+        guard, fit = guard / 10, trial
+        if gain < 1e-3:
+            break
+    return fit
+
+
+def free_parameters(fit: Fit) -> np.ndarray:
+    """Return the indices of the non-linear unknowns less the participation factor of each mode that is held at one."""
+    inputs, m = fit.participation.shape
+    lead = np.argmax(np.abs(fit.participation), axis=0)
+    held = np.arange(m) * (2 + 2 * inputs) + 2 + 2 * lead
+    return np.setdiff1d(np.arange(m * (2 + 2 * inputs)), np.concatenate([held, held + 1]))
+
+
+def informative(matrix: FloatArray) -> FloatArray:
+    """Return the roots of the diagonal; infinite where an unknown has no information, which takes it out of a solve."""
+    square = np.diagonal(matrix)
+    return np.where(square > 1e-24 * square.max(), np.sqrt(np.maximum(square, 0.0)), np.inf)
+
+
+def _step(fit: Fit, guard: float) -> FloatArray:
+    free = free_parameters(fit)
+    matrix = fit.information[np.ix_(free, free)]
+    diagonal = informative(matrix)
+    scaled = matrix / diagonal[:, None] / diagonal + guard * np.eye(free.size)
+    # Participations of exactly repeated poles can be mixed freely: such directions carry no information and stay put.
+    size, vectors = np.linalg.eigh(scaled)
+    usable = size > 1e-10 * size[-1]
+    right = vectors.T @ (fit.gradient[free] / diagonal)
+    step = np.zeros(fit.gradient.size)
+    step[free] = vectors @ np.where(usable, right / np.where(usable, size, 1.0), 0.0) / diagonal
+    return step
+
+
+def _moved(data: Data, fit: Fit, step: FloatArray) -> Fit | None:
+    change = step.reshape(fit.poles.size, -1)
+    poles = fit.poles + change[:, 0] + 1j * change[:, 1]
+    if (poles.imag <= 0).any() or (np.abs(poles.real) > 0.5 * np.abs(poles)).any():
+        return None
+    if (np.abs(poles) > 1.1).any() or (np.abs(poles) < 0.9 * data.frf.omega[0] / data.scale).any():
+        return None
+    factors = (change[:, 2::2] + 1j * change[:, 3::2]).T
+    return evaluated(data, poles, fit.participation + factors, fit.weight)
+
+
+def with_weight(fit: Fit, weight: FloatArray) -> Fit:
+    """Return the fit with other weights (not solved again)."""
+    return replace(fit, weight=weight)

@@ -1,0 +1,86 @@
+"""Stabilization diagram as data: the poles of all model orders and which of them are stable."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.vibration.frf import Frf
+
+LARGEST_DAMPING = 0.2
+FREQUENCY_TOLERANCE = 0.01
+DAMPING_TOLERANCE = 0.10
+VECTOR_TOLERANCE = 0.95
+
+
+@dataclass(frozen=True, eq=False)
+class Diagram:
+    """Physically possible poles of every model order.
+
+    Parameters
+    ----------
+    order : (n,) ints
+        Model order of each pole.
+    poles : (n,) complex
+        Upper poles, rad/s, not yet corrected for a window.
+    participation : (n_inputs, n) complex
+        Participation vector of each, of unit length.
+    level : (n,) ints
+        0 new, 1 stable in frequency, 2 also in damping, 3 also in participation, against the next lower order.
+    orders : tuple of int
+        All orders that were solved.
+    """
+
+    order: np.ndarray
+    poles: ComplexArray
+    participation: ComplexArray
+    level: np.ndarray
+    orders: tuple[int, ...]
+
+    @classmethod
+    def collected(cls, found: Sequence[tuple[int, Array, Array]], frf: Frf) -> Diagram:
+        """Return the diagram of (order, poles, participation) triples, kept to stable poles in the band of `frf`."""
+        low, high = frf.omega[0], frf.omega[-1]
+        parts, previous = [], None
+        for order, poles, vectors in found:
+            size = np.abs(poles)
+            keep = (poles.imag > 0) & (size >= low) & (size <= high) & (poles.real < 0)
+            keep &= -poles.real <= LARGEST_DAMPING * size
+            s, v = poles[keep], vectors[:, keep]
+            v = v / np.maximum(np.linalg.norm(v, axis=0), np.finfo(float).tiny)
+            parts.append((np.full(s.size, order), s, v, _levels(s, v, previous)))
+            previous = (s, v)
+        number, s, v, level = [np.concatenate([part[i] for part in parts], axis=-1) for i in range(4)]
+        return cls(number, s, v, level, tuple(item[0] for item in found))
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Natural frequency of every pole, Hz."""
+        return np.abs(self.poles) / (2 * np.pi)
+
+    @property
+    def damping_ratio(self) -> FloatArray:
+        """Damping ratio of every pole."""
+        return -self.poles.real / np.abs(self.poles)
+
+    def __repr__(self) -> str:
+        return (f"Diagram({self.poles.size} poles of {len(self.orders)} orders up to {max(self.orders)}, "
+                f"{int((self.level == 3).sum())} stable)")
+
+
+def _levels(s: ComplexArray, v: ComplexArray, previous: tuple[ComplexArray, ComplexArray] | None) -> np.ndarray:
+    level = np.zeros(s.size, int)
+    if previous is None or previous[0].size == 0 or s.size == 0:
+        return level
+    before, vectors = previous
+    shift = np.abs(np.abs(s)[:, None] - np.abs(before)) / np.abs(s)[:, None]
+    ratio, old = -s.real / np.abs(s), -before.real / np.abs(before)
+    change = np.abs(ratio[:, None] - old) / ratio[:, None]
+    same = np.abs(v.conj().T @ vectors) ** 2
+    first = shift < FREQUENCY_TOLERANCE
+    second = first & (change < DAMPING_TOLERANCE)
+    third = second & (same > VECTOR_TOLERANCE)
+    return first.any(axis=1).astype(int) + second.any(axis=1) + third.any(axis=1)

@@ -1,0 +1,39 @@
+"use strict";
+// Starts the charts and views of a page. Data are read from inert JSON blocks; nothing is fetched.
+(function () {
+  const dark = matchMedia("(prefers-color-scheme: dark)");
+  const config = { responsive: true, displaylogo: false, showEditInChartStudio: false, showSendToCloud: false,
+    modeBarButtonsToRemove: ["lasso2d", "select2d"], toImageButtonOptions: { format: "svg" } };
+  window.toolpointCharts = {};
+
+  function colours(layout, isDark) {
+    const grid = isDark ? "rgba(190,200,220,0.16)" : "rgba(90,100,120,0.18)";
+    const change = { "font.color": isDark ? "#dfe4ee" : "#2a3140", "hoverlabel.bgcolor": isDark ? "#232a37" : "#ffffff",
+      "hoverlabel.font.color": isDark ? "#eef1f7" : "#1d2330" };
+    for (const key of Object.keys(layout)) if (/^[xy]axis\d*$/.test(key)) change[key + ".gridcolor"] = grid;
+    return change;
+  }
+
+  function clicked(event, view) {
+    const data = event.points[0].customdata, mode = Number(Array.isArray(data) ? data[0] : data);
+    const target = window.toolpointViews && window.toolpointViews[view];
+    if (target && Number.isInteger(mode) && mode >= 0 && mode < target.buttons.length) target.showMode(mode);
+  }
+
+  function chart(root) {
+    const { data, layout } = JSON.parse(document.getElementById(root.dataset.source).textContent);
+    root.replaceChildren();
+    window.Plotly.newPlot(root, data, layout, config).then(() => {
+      window.Plotly.relayout(root, colours(root._fullLayout, dark.matches));
+      if (root.dataset.clickView) root.on("plotly_click", (event) => clicked(event, root.dataset.clickView));
+      window.toolpointCharts[root.dataset.name] = root;
+    });
+    const recolour = (on) => window.Plotly.relayout(root, colours(root._fullLayout, on));
+    dark.addEventListener("change", () => recolour(dark.matches));
+    window.addEventListener("beforeprint", () => recolour(false));
+    window.addEventListener("afterprint", () => recolour(dark.matches));
+  }
+
+  if (window.toolpointStart) window.toolpointStart();
+  document.querySelectorAll(".tp-chart[data-source]").forEach(chart);
+})();

@@ -1,0 +1,147 @@
+"""Report: one self-contained HTML page from titled sections of parts."""
+
+from __future__ import annotations
+
+import datetime
+import html
+import os
+import re
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import toolpoint
+from toolpoint._check import ToolpointError, fail
+from toolpoint.plot.page import asset, chart_script, page
+from toolpoint.plot.parts import Chart, Listing, Notes, Table, Text
+from toolpoint.plot.shape_view import ShapeView, scripts_of
+
+Part = Text | Table | Notes | Listing | Chart | ShapeView
+
+
+@dataclass(frozen=True)
+class Section:
+    """A titled group of parts; a part that is a str is a `Text`."""
+
+    title: str
+    parts: tuple[Part, ...]
+
+    @property
+    def anchor(self) -> str:
+        """Identifier of the section on the page."""
+        return "s-" + (re.sub(r"[^a-z0-9]+", "-", self.title.lower()).strip("-") or "section")
+
+
+@dataclass(frozen=True)
+class Report:
+    """A page: title, summary, sections. Every `with_` gives a new report.
+
+    Parameters
+    ----------
+    title : str
+    summary : str
+        Paragraphs under the title, parted by empty lines.
+    sections : sequence of Section
+    subtitle : str
+        One line over the summary, for example the machine and the pose.
+    date : str
+        Date line; today's date and time where empty.
+    """
+
+    title: str
+    summary: str = ""
+    sections: tuple[Section, ...] = field(default=())
+    subtitle: str = ""
+    date: str = ""
+
+    def with_section(self, title: str, *parts: Part | str) -> Report:
+        """Return the report with one more section."""
+        made = tuple(Text(part) if isinstance(part, str) else part for part in parts)
+        for number, part in enumerate(made):
+            if not isinstance(part, Part):
+                fail("with_section", f"part {number} is a {type(part).__name__}",
+                     "must be Text, Table, Notes, Listing, Chart or ShapeView", "wrap a plotly figure as Chart(figure)")
+        return replace(self, sections=(*self.sections, Section(str(title), made)))
+
+    def html(self) -> str:
+        """Return the page: the chart library once, the shape script once, data as inert blocks, no outside address.
+
+        Raises
+        ------
+        ToolpointError
+            Where two charts or two views have one name, or a chart's click asks for a view that is not on the page.
+        """
+        sections = self._named()
+        parts = [part for section in sections for part in section.parts]
+        scripts = [chart_script()] if any(isinstance(part, Chart) for part in parts) else []
+        scripts += [asset(name) for name in (*scripts_of(parts), "page.js")]
+        return page(self.title, self._body(sections), scripts)
+
+    def save(self, path: str | os.PathLike[str]) -> Path:
+        """Write the page and return its path; a path without ``.html`` is a folder and gets ``index.html``.
+
+        The file appears whole or not at all: it is written beside its place and moved there.
+        """
+        target = Path(path)
+        if target.suffix.lower() not in (".html", ".htm"):
+            target = target / "index.html"
+        text = self.html()
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            handle, draft = tempfile.mkstemp(dir=target.parent, prefix=".report-", suffix=".tmp")
+            try:
+                with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
+                    file.write(text)
+                Path(draft).chmod(0o644)
+                Path(draft).replace(target)
+            except BaseException:
+                Path(draft).unlink(missing_ok=True)
+                raise
+        except OSError as error:
+            raise ToolpointError(f"path: {target} cannot be written ({error.strerror or error})") from error
+        return target
+
+    def _named(self) -> list[Section]:
+        number, seen, views = 0, set[str](), set[str]()
+        result = []
+        for section in self.sections:
+            parts: list[Any] = []
+            for part in section.parts:
+                if isinstance(part, Chart) and not part.name:
+                    number += 1
+                    part = replace(part, name=f"chart-{number}")
+                if isinstance(part, (Chart, ShapeView)):
+                    key = f"{type(part).__name__} {part.name!r}"
+                    if key in seen:
+                        fail("Report", f"{key} appears twice", "names must differ", "give one of them another name")
+                    seen.add(key)
+                if isinstance(part, ShapeView):
+                    views.add(part.name)
+                parts.append(part)
+            result.append(replace(section, parts=tuple(parts)))
+        self._check_clicks(result, views)
+        return result
+
+    @staticmethod
+    def _check_clicks(sections: Sequence[Section], views: set[str]) -> None:
+        for part in (part for section in sections for part in section.parts):
+            if isinstance(part, Chart) and part.click_view and part.click_view not in views:
+                fail("Chart.click_view", repr(part.click_view), "must name a ShapeView on the page")
+
+    def _body(self, sections: Sequence[Section]) -> str:
+        date = self.date or datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
+        anchors = [f"{section.anchor}-{i}" for i, section in enumerate(sections, start=1)]
+        links = "".join(f'<a href="#{a}">{html.escape(s.title)}</a>' for a, s in zip(anchors, sections))
+        contents = f'<nav aria-label="Contents">{links}</nav>' if len(sections) > 1 else ""
+        subtitle = f'<p class="subtitle">{html.escape(self.subtitle)}</p>' if self.subtitle else ""
+        inner = "".join(
+            f'<section id="{a}"><h2>{html.escape(s.title)}</h2>'
+            + "".join(part.fragment() for part in s.parts) + "</section>\n"
+            for a, s in zip(anchors, sections))
+        return (
+            f'<header><div class="brand">toolpoint</div><h1>{html.escape(self.title)}</h1>{subtitle}'
+            f'<div class="summary">{Text(self.summary).fragment()}</div>{contents}</header>\n<main>\n{inner}</main>\n'
+            f"<footer>toolpoint {html.escape(toolpoint.__version__)} · {html.escape(date)} · "
+            "self-contained page: it asks no host for anything</footer>")

@@ -1,0 +1,131 @@
+"""What the cut sees: relative FRFs of tool against table at several poses, and the stability lobes they imply."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail, increasing
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, StabilityChart, Tool, stability
+from toolpoint.cutting.stability import Method
+from toolpoint.machine.assemble import assemble
+from toolpoint.machine.description import CuttingDescription
+from toolpoint.machine.model import Machine
+from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, eigen, frequency_response
+
+FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
+
+
+@dataclass(frozen=True, eq=False)
+class ToolPoint:
+    """Tool-point dynamics at several poses.
+
+    poses : axis name to position, one mapping a pose; modes : Modes with one leading pose axis, seen at the tool point;
+    frf : Frf (n_poses, n_f, 3, 3), receptance, m/N; point : the name of the point, ``tool-table`` when it is relative.
+    """
+
+    machine: Machine
+    poses: tuple[Mapping[str, float], ...]
+    point: str
+    modes: Modes
+    frf: Frf
+
+    def __repr__(self) -> str:
+        return f"ToolPoint({self.machine.name!r}, {self.point}, {len(self.poses)} poses, {self.frf!r})"
+
+
+def tool_point(
+    machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, frequency: FloatArray | None = None
+) -> ToolPoint:
+    """Return modes and FRFs of the tool against the table.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its description names `tool`; the response is relative to `table` where that is named too.
+    poses : sequence of mappings of axis name to m or rad, optional
+        Those of the description, or the reference pose, where left out.
+    frequency : (n_f,) floats, optional
+        Hz; 800 lines over the lowest twelve modes where left out.
+
+    Raises
+    ------
+    ToolpointError
+        Where the machine names no tool point, or has no damping at all.
+    """
+    description = machine.description
+    if description.tool is None:
+        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+    point = description.tool if description.table is None else f"{description.tool}-{description.table}"
+    poses = tuple(poses if poses is not None else description.poses) or ({},)
+    batch = {axis.name: np.array([float(pose.get(axis.name, 0.0)) for pose in poses]) for axis in machine.chain.axes}
+    labels = [Dof(point, way) for way in ("+x", "+y", "+z")]
+    system = assemble(machine, batch or None, labels, modal_damping=False)
+    if not batch:
+        system = _as_batch(system, len(poses))
+    modes = eigen.undamped(system)
+    if description.damping_ratio is not None:
+        modes = modes.with_damping(description.damping_ratio)
+    if not modes.damping_ratio.any():
+        fail("machine", "no damping", "its FRF would be infinite at every resonance",
+             "give damping_ratio, or loss_factor or damping to joints")
+    lines = _lines(modes) if frequency is None else increasing("frequency", np.asarray(frequency, float))
+    return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines))
+
+
+def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:
+    def repeat(a: FloatArray | None) -> FloatArray | None:
+        return None if a is None else np.repeat(a[None], count, axis=0)
+    return SecondOrderSystem(
+        repeat(system.mass), repeat(system.stiffness), repeat(system.damping), repeat(system.structural_damping),  # type: ignore
+        repeat(system.output_map), repeat(system.input_map), system.outputs, system.inputs, system.coordinates, system.notes)
+
+
+def _lines(modes: Modes) -> FloatArray:
+    moving = np.where(modes.frequency > 1e-6, modes.frequency, np.nan)
+    low, high = float(np.nanmin(moving)), float(np.nanmax(moving[..., :12]))
+    return np.linspace(0.2 * low, 1.3 * high, 800)
+
+
+def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | None = None, y: str | None = None
+                    ) -> MillingProblem:
+    """Return the milling problem of a described cut on these dynamics; x, y label the machine axes of the cutting plane."""
+    return MillingProblem(
+        Tool(cut.diameter, cut.teeth),
+        Engagement.slot() if cut.direction == "slot" else getattr(Engagement, cut.direction)(cut.immersion),
+        CuttingCoefficients(cut.tangential, cut.normal), dynamics, x, y, feed_angle=FEED_ANGLE[cut.feed])
+
+
+def lobes(
+    study: ToolPoint, cut: CuttingDescription | None = None, speeds: FloatArray | None = None, method: Method | None = None,
+) -> tuple[StabilityChart, ...]:
+    """Return a stability chart for every pose of a study.
+
+    Parameters
+    ----------
+    study : ToolPoint
+    cut : CuttingDescription, optional
+        The machine's own where left out.
+    speeds : (n,) floats, optional
+        rev/min; 400 over the cut's range where left out.
+    method : stability method, optional
+    """
+    cut = cut or study.machine.description.cutting
+    if cut is None:
+        fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    n = np.linspace(*cut.speeds, 400) if speeds is None else speeds
+    x, y = f"{study.point}:+x", f"{study.point}:+y"
+    problems = [milling_problem(cut, study.modes.at_pose(i), x, y) for i in range(len(study.poses))]
+    return tuple(stability.chart(problem, n, method, depth_limit(problem)) for problem in problems)
+
+
+def depth_limit(problem: MillingProblem) -> float:
+    """Return a depth (m) well above the lowest limit of a cut, for the range of a chart: 12/(K_t max |Re G|), <= 0.5 m."""
+    low, high = problem.plane.span
+    f = np.linspace(0.5 * low, 2 * high, 4000) if problem.plane.is_modal else problem.plane.frequency
+    softness = float(np.abs(np.real(problem.plane.response(f))).max())  # type: ignore[arg-type]
+    if not np.isfinite(softness) or softness <= 0:
+        raise ToolpointError("dynamics: no compliance in the cutting plane; the cut is stable at any depth")
+    return float(min(0.5, 12 / (problem.coefficients.kt * softness)))
