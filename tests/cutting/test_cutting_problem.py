@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting_cases import altintas, benchmark, one_mode
+from cutting.cutting_cases import altintas, benchmark, one_mode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad

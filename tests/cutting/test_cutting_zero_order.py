@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cutting_cases import altintas, benchmark, random_problem
+from cutting.cutting_cases import altintas, benchmark, random_problem
 
 from toolpoint import Frf, Modes
 from toolpoint.cutting import Engagement, MillingProblem, Tool, TurningProblem, ZeroOrder, stability

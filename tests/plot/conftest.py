@@ -25,6 +25,14 @@ class Seen:
     requests: list[str] = field(default_factory=list)
     errors: list[str] = field(default_factory=list)
 
+    def wait(self, expression: str, seconds: float = 10.0) -> None:
+        """Wait until an expression is true; page.wait_for_function evaluates text, which the policy forbids."""
+        for _ in range(int(20 * seconds)):
+            if self.page.evaluate(expression):
+                return
+            self.page.wait_for_timeout(50)
+        raise AssertionError(f"still false after {seconds:g} s: {expression}")
+
 
 @pytest.fixture(scope="session")
 def browser() -> Iterator[Any]:
@@ -56,7 +64,7 @@ def opened(browser: Any, tmp_path: Path) -> Iterator[Callable[..., Seen]]:
         if script:
             page.add_init_script(script)
         page.goto(file.as_uri())
-        page.wait_for_function("document.readyState === 'complete'")
+        seen.wait("document.readyState === 'complete'")
         return seen
 
     yield open_page

@@ -37,7 +37,7 @@ def test_page_is_whole_quiet_and_asks_nothing(opened, machine, shapes):
     assert len(html) - len(chart_script()) < 200_000
     assert not re.search(r"<(script|link|img|iframe)[^>]+(src|href)=[\"']?(https?:)?//", html)
     seen = opened(html)
-    seen.page.wait_for_function("Object.keys(window.toolpointCharts).length === 2")
+    seen.wait("Object.keys(window.toolpointCharts).length === 2")
     assert seen.page.locator(".tp-chart .main-svg").count() >= 2
     seen.page.wait_for_timeout(300)
     assert len(seen.requests) == 1 and seen.requests[0].startswith("file:")
@@ -46,7 +46,7 @@ def test_page_is_whole_quiet_and_asks_nothing(opened, machine, shapes):
 
 def test_click_on_a_pole_shows_its_mode(opened, machine, shapes):
     seen = opened(full(machine, shapes).html(), reduced_motion="reduce")
-    seen.page.wait_for_function("Object.keys(window.toolpointCharts).length === 2")
+    seen.wait("Object.keys(window.toolpointCharts).length === 2")
     chart = seen.page.locator(".tp-chart[data-name=poles]")
     chart.scroll_into_view_if_needed()
     seen.page.wait_for_timeout(200)
@@ -55,13 +55,13 @@ def test_click_on_a_pole_shows_its_mode(opened, machine, shapes):
         seen.page.mouse.move(box["x"] + box["width"] / 2 + 1, box["y"] + box["height"] / 2)
         seen.page.wait_for_timeout(150)
         seen.page.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
-        seen.page.wait_for_function(f"window.toolpointViews.modes.mode === {mode}", timeout=3000)
+        seen.wait(f"window.toolpointViews.modes.mode === {mode}")
     assert seen.errors == []
 
 
 def test_user_text_is_escaped_everywhere(opened, machine, shapes):
     seen = opened(full(machine, shapes, EVIL).html(), reduced_motion="reduce")
-    seen.page.wait_for_function("Object.keys(window.toolpointCharts).length === 2")
+    seen.wait("Object.keys(window.toolpointCharts).length === 2")
     assert seen.page.evaluate("window.broken") is None
     assert seen.page.locator("img[src=x]").count() == 0
     assert "onerror" in seen.page.locator("h1").inner_text()
@@ -72,7 +72,7 @@ def test_dark_page_has_light_chart_text(opened, machine, shapes):
     colours = []
     for scheme in ("dark", "light"):
         seen = opened(full(machine, shapes).html(), color_scheme=scheme, reduced_motion="reduce")
-        seen.page.wait_for_function("Object.keys(window.toolpointCharts).length === 2")
+        seen.wait("Object.keys(window.toolpointCharts).length === 2")
         colours.append(seen.page.evaluate("window.toolpointCharts.poles._fullLayout.font.color"))
     assert colours[0] != colours[1]
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint.cutting import StabilityChart, stability
+from toolpoint.cutting import StabilityChart, ZeroOrder, stability
 from toolpoint.io import frf_text
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
@@ -78,7 +78,7 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
                  "response of the tool tip, and the same across.")
     direct = frf.selected([0], [0])
     problem = milling_problem(used, direct, str(direct.outputs[0]), "same")
-    chart = stability.chart(problem, np.linspace(*used.speeds, 400), None, depth_limit(problem))
+    chart = stability.chart(problem, np.linspace(*used.speeds, 400), ZeroOrder(), depth_limit(problem))
     return MeasuredResults(frf, modes, chart, used, tuple(dict.fromkeys([*notes, *chart.notes])))
 
 

@@ -74,7 +74,7 @@ def _parsed(path: Path) -> _Document:
     except UnicodeDecodeError as error:
         raise ToolpointError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
     document = _Document(path, text, {}, {}, [])
-    yaml = YAML(typ="rt", pure=True)
+    yaml = YAML(typ="safe", pure=True)
     try:
         node = yaml.compose(io.StringIO(text))
     except MarkedYAMLError as error:
@@ -130,7 +130,7 @@ def _scalar(node: ScalarNode, key: Key, document: _Document) -> Any:
         if tag == "float":
             return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
         if tag == "bool":
-            return text.lower() in ("true", "yes", "on")
+            return text.lower() == "true"
     except ValueError:
         document.fault(key, f"{text!r} is not a number that can be read")
         return None
@@ -215,10 +215,9 @@ def _converted(document: _Document, found: dict[str, dict[str, Any]]) -> dict[st
             try:
                 result[section][name] = make(part, document)
             except (ToolpointError, units.UnitError) as error:
-                inner = str(error).split(":")[0]
-                deeper = (section, name, *inner.split("."))
-                key = deeper if deeper in document.places else (section, name)
-                document.fault(key, str(error))
+                inner = str(error).split(":")[0].split(".")
+                document.fault((section, name, *inner) if all(word.isidentifier() for word in inner) else (section, name),
+                               str(error))
     return result
 
 
@@ -271,7 +270,7 @@ def _references(document: _Document, top: schema.MachineModel | None) -> None:
         allowed = [*names[section], *extra]
         if name is not None and name not in allowed:
             hint = suggestion(name, allowed)
-            what = section.rstrip("s").replace("bodie", "body")
+            what = {"bodies": "body", "joints": "joint", "axes": "axis", "points": "point"}[section]
             document.fault(key, f"there is no {what} {name!r}; " + (hint or f"known: {', '.join(allowed) or 'none'}"))
 
     # Taken from the raw data, so that an entry with another fault still has its references checked.
@@ -279,10 +278,11 @@ def _references(document: _Document, top: schema.MachineModel | None) -> None:
         for name, entry in (document.data.get(section) or {}).items():
             if isinstance(entry, dict) and isinstance(entry.get(key), str):
                 known((section, name, key), entry[key], target, extra)
+    for key in ("tool", "table"):
+        if isinstance(document.data.get(key), str):
+            known((key,), document.data[key], "points")
     if top is None:
         return
-    known(("tool",), top.tool, "points")
-    known(("table",), top.table, "points")
     for i, load in enumerate(top.loads):
         known(("loads", i, "point"), load.point, "points")
     for i, pose in enumerate(top.poses):

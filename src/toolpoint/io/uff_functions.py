@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,10 +14,17 @@ from toolpoint.io.uff_sets import UniversalFile, UniversalSet
 from toolpoint.vibration.dof import Dof
 
 TIME, RESPONSE, COHERENCE = 1, 4, 6
+TITLES = {TIME: "time record", RESPONSE: "frequency response", COHERENCE: "coherence"}
 DIRECTIONS = {1: "+x", 2: "+y", 3: "+z", 4: "+rx", 5: "+ry", 6: "+rz"}
 CODES = {name: code for code, name in DIRECTIONS.items()}
 KINDS = {8: "displacement", 11: "velocity", 12: "acceleration", 13: "force", 9: "force"}
 EXACT = "exact axis "
+# Rules that give an axis from two numbers and its length: start and step, start and end, start and lines per unit.
+AXES: dict[str, Callable[[float, float, int], Array]] = {
+    "step": lambda start, step, n: start + np.arange(n) * step,
+    "span": lambda start, stop, n: np.linspace(start, stop, n),
+    "rate": lambda start, rate, n: start + np.arange(n) / rate,
+}
 _TOUCHING = re.compile(r"(?<=\d)(?=[-+]\d*\.)")
 
 
@@ -33,6 +42,7 @@ class FunctionHeader:
     data_type: int
     count: int
     even: bool
+    axis: str
     start: float
     step: float
     numerator: int
@@ -62,11 +72,11 @@ def header(file: UniversalFile, one: UniversalSet) -> FunctionHeader:
         form = _TOUCHING.sub(" ", lines[6]).split()
         file.repaired("the data form record not in its columns")
     numerator, denominator = _characteristic(lines[8]), _characteristic(lines[9])
-    start, step = _axis(lines[4], _number(form[3]), _number(form[4]))
+    axis, start, step = _axis(lines[4], _number(form[3]), _number(form[4]))
     reference = None if not int(dof[8] or 0) else _dof(file, int(dof[8]), int(dof[9] or 0))
     return FunctionHeader(int(dof[0]), _dof(file, int(dof[5] or 0), int(dof[6] or 0)), reference, int(form[0]),
-                          int(form[1]), int(form[2]) == 1, start, step, numerator[0], denominator[0], numerator[1],
-                          lines[0].strip())
+                          int(form[1]), int(form[2]) == 1, axis, start, step, numerator[0], denominator[0],
+                          numerator[1], lines[0].strip())
 
 
 def values(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> tuple[FloatArray, Array]:
@@ -77,12 +87,11 @@ def values(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> tupl
         whole = min(numbers.size // each, head.count)
         file.repaired(f"function {head.title!r}: {numbers.size} numbers where {head.count * each} are stated")
         if whole < head.count:
-            raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} holds {whole} of {head.count} "
-                                 "values; it is cut short")
+            raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} holds {whole} of "
+                                 f"{head.count} values; it is cut short")
         numbers = numbers[:head.count * each]
     if head.even:
-        abscissa = head.start + np.arange(head.count) * head.step
-        return abscissa, _paired(numbers) if head.is_complex else numbers
+        return np.asarray(AXES[head.axis](head.start, head.step, head.count)), _paired(numbers) if head.is_complex else numbers
     table = numbers.reshape(head.count, each)
     ordinate = table[:, 1] + 1j * table[:, 2] if head.is_complex else table[:, 1].copy()
     return table[:, 0].copy(), ordinate
@@ -94,7 +103,7 @@ def _paired(numbers: FloatArray) -> Array:
 
 def _binary(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> FloatArray:
     width = 8 if head.data_type in (4, 6) else 4
-    raw = file.bytes(one)
+    raw = file.payload(one)
     each = (1 + head.is_complex) + (not head.even)
     wanted = head.count * each * width
     if len(raw) != wanted and len(raw.rstrip(b"\r\n")) >= wanted:
@@ -109,18 +118,24 @@ def _text(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> Float
     if "D" in body or "d" in body:
         file.repaired("Fortran D exponents")
         body = body.replace("D", "E").replace("d", "e")
-    words = body.split()
     try:
-        return np.array(words, dtype=float)
-    except ValueError:
+        return _parsed(body)
+    except (DeprecationWarning, ValueError):  # older and newer numpy's word for text that is not numbers
         pass
     parted = _TOUCHING.sub(" ", body).split()
     try:
         found = np.array(parted, dtype=float)
     except ValueError as error:
-        raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response}: {error}; the data are damaged") from None
+        raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response}: {error}; the data are "
+                             "damaged") from None
     file.repaired("numbers that touch each other")
     return found
+
+
+def _parsed(body: str) -> FloatArray:
+    with warnings.catch_warnings():
+        warnings.simplefilter("error", DeprecationWarning)
+        return np.fromstring(body, sep=" ")
 
 
 def _fields(line: str, widths: tuple[int, ...]) -> list[str]:
@@ -171,12 +186,24 @@ def _dof(file: UniversalFile, point: int, code: int) -> Dof:
     return Dof(point, name if code > 0 else "-" + name[1:])
 
 
-def _axis(line: str, start: float, step: float) -> tuple[float, float]:
-    """Return start and step of an even axis, exactly where this package wrote them in the last identification line."""
-    if line.startswith(EXACT):
-        words = line[len(EXACT):].split()
-        return float.fromhex(words[0]), float.fromhex(words[1])
-    return start, step
+def _axis(line: str, start: float, step: float) -> tuple[str, float, float]:
+    """Return kind, start and step of an even axis, exact where this package wrote them in an identification line."""
+    words = line[len(EXACT):].split() if line.startswith(EXACT) else []
+    if len(words) == 3 and words[0] in AXES:
+        return words[0], float.fromhex(words[1]), float.fromhex(words[2])
+    return "step", start, step
+
+
+def _even(axis: FloatArray, text: bool) -> tuple[str, float, float] | None:
+    """Return the rule that gives an even axis back to the last bit; in text also one that comes near; else None."""
+    start, step, n = float(axis[0]), float(axis[1] - axis[0]) if axis.size > 1 else 0.0, axis.size
+    mean = float(axis[-1] - axis[0]) / (n - 1) if n > 1 else 0.0
+    rules = [("step", start, step), ("step", start, mean), ("span", start, float(axis[-1]))]
+    rules += [("rate", start, rate) for rate in {1 / step, 1 / mean, round(1 / mean, 9)}] if step and mean else []
+    for rule in rules:
+        if np.array_equal(AXES[rule[0]](rule[1], rule[2], n), axis):
+            return rule
+    return rules[1] if text and np.abs(AXES["step"](start, mean, n) - axis).max() <= 1e-9 * abs(mean) else None
 
 
 def written(kind: int, response: Dof, reference: Dof | None, numerator: int, denominator: int, abscissa: FloatArray,
@@ -185,37 +212,46 @@ def written(kind: int, response: Dof, reference: Dof | None, numerator: int, den
 
     Text holds 13 significant digits, as the format has no more.
     """
-    step = float(abscissa[1] - abscissa[0]) if abscissa.size > 1 else 0.0
-    even = bool(np.array_equal(abscissa[0] + np.arange(abscissa.size) * step, abscissa))
+    rule = _even(abscissa, text)
+    even = rule is not None
     is_complex = np.iscomplexobj(data)
     numbers = np.ascontiguousarray(data, complex if is_complex else float).view(float).reshape(abscissa.size, -1)
     if not even:
         numbers = np.column_stack([abscissa, numbers])
     payload = b"" if text else numbers.astype("<f8").tobytes()
-    axis = f"{EXACT}{float(abscissa[0]).hex()} {step.hex()}" if even else "NONE"
-    point = (lambda d: f"{0:10d}{0:4d}" if d is None else f"{d.point:10d}{code_of(d):4d}")
-    spread = (abscissa[0], step) if even else (0.0, 0.0)
-    is_time = kind == TIME
+    axis = f"{EXACT}{rule[0]} {rule[1].hex()} {rule[2].hex()}" if rule is not None else "NONE"
+    spread = (float(abscissa[0]), float(abscissa[-1] - abscissa[0]) / max(abscissa.size - 1, 1)) if even else (0.0, 0.0)
+    form = f"{6 if is_complex else 4:10d}{abscissa.size:10d}{int(even):10d}"
+    abscissa_kind = (17, "Time", "s") if kind == TIME else (18, "Frequency", "Hz")
     head = [
-        f"{'time record' if is_time else 'coherence' if kind == COHERENCE else 'frequency response'}", "NONE", "NONE",
-        "NONE", axis,
-        f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{point(response)} {'NONE':10s}{point(reference)}",
-        f"{6 if is_complex else 4:10d}{abscissa.size:10d}{int(even):10d}{spread[0]:13.5E}{spread[1]:13.5E}{0.0:13.5E}",
-        f"{17 if is_time else 18:10d}{0:5d}{0:5d}{0:5d} {'Time' if is_time else 'Frequency':20s} {'s' if is_time else 'Hz':20s}",
-        f"{numerator:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {units[0]:20s}",
-        f"{denominator:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {units[1]:20s}",
-        f"{0:10d}{0:5d}{0:5d}{0:5d} {'NONE':20s} {'NONE':20s}"]
-    top = f"    -1\n    58{'' if text else f'b     1     2          11{len(payload):12d}     0     0           0           0'}\n"
-    start = top + "".join(f"{line:80s}\n" for line in head)
+        TITLES[kind], "NONE", "NONE", "NONE", axis,
+        f"{kind:5d}{0:10d}{0:5d}{0:10d} {'NONE':10s}{_point(response)} {'NONE':10s}{_point(reference)}",
+        form + f"{spread[0]:13.5E}{spread[1]:13.5E}{0.0:13.5E}",
+        _described(*abscissa_kind), _described(numerator, "NONE", units[0]), _described(denominator, "NONE", units[1]),
+        _described(0, "NONE", "NONE")]
+    mark = "" if text else f"b{1:6d}{2:6d}{11:12d}{len(payload):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
+    start = f"    -1\n    58{mark}\n" + "".join(f"{line:80s}\n" for line in head)
     if text:
         return (start + _lines(numbers, even, is_complex) + "    -1\n").encode("ascii")
     return start.encode("ascii") + payload + b"\n    -1\n"
 
 
+def _described(code: int, name: str, unit: str) -> str:
+    return f"{code:10d}{0:5d}{0:5d}{0:5d} {name:20s} {unit:20s}"
+
+
+def _point(dof: Dof | None) -> str:
+    if dof is None:
+        return f"{0:10d}{0:4d}"
+    code = code_of(dof)
+    return f"{dof.point:10d}{code:4d}"
+
+
 def code_of(dof: Dof) -> int:
     """Return the direction code of a Dof; the format knows only numbered points and axes."""
     if dof.vector is not None or not isinstance(dof.point, int) or dof.point < 0:
-        raise ToolpointError(f"{dof}: a universal file holds numbered points and the directions +x .. -rz only; give `points`")
+        raise ToolpointError(f"{dof}: a universal file holds numbered points and the directions +x .. -rz only; "
+                             "number the points")
     return CODES["+" + dof.direction[1:]] * (-1 if dof.direction[0] == "-" else 1)
 
 

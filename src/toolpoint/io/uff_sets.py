@@ -1,4 +1,4 @@
-"""Sets of a universal file: where each begins and ends, read lazily, every repair reported; a clear no to other files."""
+"""Sets of a universal file: where each begins and ends, read lazily, every repair reported."""
 
 from __future__ import annotations
 
@@ -10,7 +10,9 @@ from pathlib import Path
 
 from toolpoint._check import ToolpointError
 
-DELIMITER = re.compile(rb"(?:^|\n|\r)[ \t]{0,8}-1[ \t]*(?=\r|\n|$)")
+# The literal start lets the search skip through gigabytes of numbers; what stands before it is looked at afterwards.
+MARK = re.compile(rb"-1[ \t]*(?=[\r\n]|$)")
+_BEFORE = re.compile(rb"(?:^|[\r\n])([ \t]{0,8})$")
 _NUMBER = re.compile(rb"^\s*(\d{1,6})\s*([bB]?)(.*)$")
 HEADER_LINES = 11
 
@@ -70,7 +72,7 @@ class UniversalFile:
         stop = one.data if one.binary else one.stop
         return self._map[one.body:stop].decode("latin-1")
 
-    def bytes(self, one: UniversalSet) -> bytes:
+    def payload(self, one: UniversalSet) -> bytes:
         """Return the binary data of a set."""
         return self._map[one.data:one.data + one.length]
 
@@ -88,32 +90,40 @@ class UniversalFile:
         return f"UniversalFile({self.path.name}: {listed}; {len(self.repairs)} repairs)"
 
     def _scan(self) -> Iterator[UniversalSet]:
-        at = self._first()
+        at: int | None = self._first()
         while at is not None:
-            start, at = self._one(at)
-            if start is not None:
-                yield start
+            found, at = self._one(at)
+            if found is not None:
+                yield found
 
     def _first(self) -> int:
-        match = DELIMITER.search(self._map, 0, min(len(self._map), 65536))
-        lead = self._map[:match.start()] if match else self._map[:256]
-        if match is None or lead.strip() or self._line(match.end())[0].strip()[:1].isdigit() is False:
+        match = self._delimiter(0, 65536)
+        lead = self._map[:match[0]] if match else self._map[:256]
+        if match is None or lead.strip() or not self._line(match[1])[0].strip()[:1].isdigit():
             first = bytes(lead).decode("latin-1").strip().split("\n")[0][:60]
-            raise ToolpointError(f"{self.path}: not a universal file; it must start with a line of -1 and a set number, "
-                                 f"found {first!r}; export it as universal file (UNV, UFF), set 58")
+            raise ToolpointError(f"{self.path}: not a universal file; it must start with a line of -1 and a set "
+                                 f"number, found {first!r}; export it as universal file (UNV, UFF), set 58")
         if lead:
             self.repaired("blank lines before the first set")
-        return match.end()
+        return match[1]
+
+    def _delimiter(self, at: int, stop: int | None = None) -> tuple[int, int] | None:
+        """Return start (of its line) and end of the next line that holds -1 and nothing else."""
+        for match in MARK.finditer(self._map, at, len(self._map) if stop is None else min(stop, len(self._map))):
+            before = _BEFORE.search(self._map[max(match.start() - 9, 0):match.start()])
+            if before is not None:
+                return match.start() - len(before[1]), match.end()
+        return None
 
     def _line(self, at: int) -> tuple[bytes, int]:
-        """Return the line after the line end at or before `at`, and the offset behind it."""
+        """Return the line behind the line end at `at`, and the offset of its own end."""
         size = len(self._map)
-        while at < size and self._map[at:at + 1] in (b"\r", b"\n"):
-            step = 2 if self._map[at:at + 2] == b"\r\n" else 1
-            at += step
-            break
-        ends = [end for end in (self._map.find(b"\n", at), self._map.find(b"\r", at)) if end >= 0]
-        end = min(ends, default=size)
+        if self._map[at:at + 1] in (b"\r", b"\n"):
+            at += 2 if self._map[at:at + 2] == b"\r\n" else 1
+        end = self._map.find(b"\n", at)
+        end = size if end < 0 else end
+        early = self._map.find(b"\r", at, end)
+        end = end if early < 0 else early
         return self._map[at:end], end
 
     def _one(self, at: int) -> tuple[UniversalSet | None, int | None]:
@@ -133,19 +143,47 @@ class UniversalFile:
         body = end + (2 if self._map[end:end + 2] == b"\r\n" else 1)
         if binary:
             return self._binary(number, line, body, match[3])
-        stop, after = self._close(end)
+        stop, after = self._close(self._leap(body, end) if number == 58 else end)
         return UniversalSet(number, line.decode("latin-1"), body, stop, header=self._header(body, stop)), after
 
+    def _leap(self, body: int, end: int) -> int:
+        """Return an offset just before the closing line of a text function, from its stated length; `end` where unsure.
+
+        Lines of equal length are counted instead of searched, so that the headers of a gigabyte are read at once.
+        """
+        head = self._map[body:body + 2048].split(b"\n", 12)
+        if len(head) < 13:
+            return end
+        words = head[6].split()
+        try:
+            kind, count, even = (int(word) for word in words[:3])
+        except ValueError:
+            return end
+        each = (2 if kind in (5, 6) else 1) + (even != 1)
+        per_line = {(True, True): 4, (True, False): each if kind == 6 else 2 * each}.get((kind in (4, 6), even == 1), 6)
+        start = body + sum(len(line) + 1 for line in head[:11])
+        full, rest = divmod(count * each, per_line)
+        length = len(head[11]) + 1
+        guess = start + full * length - (length if not rest else 0)
+        if full < 2 or guess > len(self._map):
+            return end
+        found = self._delimiter(guess, guess + 3 * length)
+        return end if found is None else guess
+
     def _close(self, at: int) -> tuple[int, int | None]:
-        match = DELIMITER.search(self._map, at)
+        match = self._delimiter(at)
         if match is None:
             self.repaired("the last set is not closed by -1")
             return len(self._map), None
-        return match.start() + 1, self._next_open(match.end())
+        return match[0], self._next_open(match[1])
 
     def _next_open(self, at: int) -> int | None:
-        match = DELIMITER.search(self._map, at)
-        return None if match is None else match.end()
+        line, end = self._line(at)
+        if _NUMBER.match(line) and end < len(self._map):
+            self.repaired("one delimiter line between two sets instead of two")
+            return at
+        match = self._delimiter(at)
+        return None if match is None else match[1]
 
     def _header(self, body: int, stop: int) -> tuple[str, ...]:
         part = self._map[body:min(stop, body + 4096)].decode("latin-1")
@@ -156,8 +194,8 @@ class UniversalFile:
         try:
             order, lines, length = {1: "<", 2: ">"}[int(words[0])], int(words[2]), int(words[3])
         except (IndexError, KeyError, ValueError):
-            raise ToolpointError(f"{self.path}: the header {line.decode('latin-1').strip()!r} of a binary set must give "
-                                 "byte order, format, lines and bytes; the file is damaged") from None
+            raise ToolpointError(f"{self.path}: the header {line.decode('latin-1').strip()!r} of a binary set must "
+                                 "give byte order, format, lines and bytes; the file is damaged") from None
         at = body
         for _ in range(lines):
             found = self._map.find(b"\n", at)
@@ -170,14 +208,14 @@ class UniversalFile:
             stop = self._recovered(at, length)
         header = self._header(body, at)
         one = UniversalSet(number, line.decode("latin-1"), body, stop, at, stop - at, order, True, header)
-        match = DELIMITER.search(self._map, max(stop - 1, 0))
-        return one, None if match is None else self._next_open(match.end())
+        match = self._delimiter(stop)
+        return one, None if match is None else self._next_open(match[1])
 
     def _recovered(self, at: int, length: int) -> int:
         """Return where the data of a binary set end whose byte count is wrong: at the delimiter that a set follows."""
         match = re.compile(rb"\r?\n?[ \t]{0,8}-1[ \t]*\r?\n(?:[ \t]{0,8}-1[ \t]*\r?\n|[\s]*$)").search(self._map, at)
         if match is None:
-            raise ToolpointError(f"{self.path}: a binary set of {length} bytes is not closed by -1; the file is cut short "
-                                 "or was changed as text")
+            raise ToolpointError(f"{self.path}: a binary set of {length} bytes is not closed by -1; the file is cut "
+                                 "short or was changed as text")
         self.repaired(f"a binary set states {length} bytes but holds {match.start() - at}")
         return match.start()

@@ -19,7 +19,7 @@ POINTS = "points"
 
 
 def machine_scene(machine: Machine, pose: Pose | None = None) -> Scene:
-    """Return the machine at one pose: shapes, meshes or boxes of equal inertia, and a small box at every named point."""
+    """Return the machine at one pose: shapes, meshes or boxes of equal inertia; a small box at every named point."""
     return _scene(placed(machine, pose))[0]
 
 
@@ -33,7 +33,7 @@ def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -
         velocity = tf.point_velocity(scene.nodes[at]) @ found.twists[link]
         moved[:, at] = np.moveaxis(velocity, -1, 0)
     ratio = machine.description.damping_ratio
-    return scene, AnimatedShapes(found.frequency, np.full(found.frequency.size, ratio or 0.0), moved)
+    return scene, AnimatedShapes(found.frequency, np.full(found.frequency.size, ratio or 0.0), moved.astype(complex))
 
 
 def _scene(place: Placement) -> tuple[Scene, np.ndarray]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
-from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, StabilityChart, Tool, stability
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, StabilityChart, Tool, ZeroOrder, stability
 from toolpoint.cutting.stability import Method
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.description import CuttingDescription
@@ -111,6 +111,7 @@ def lobes(
     speeds : (n,) floats, optional
         rev/min; 400 over the cut's range where left out.
     method : stability method, optional
+        `ZeroOrder` where left out: quick over many poses, its usual error is in the notes of the charts.
     """
     cut = cut or study.machine.description.cutting
     if cut is None:
@@ -118,7 +119,7 @@ def lobes(
     n = np.linspace(*cut.speeds, 400) if speeds is None else speeds
     x, y = f"{study.point}:+x", f"{study.point}:+y"
     problems = [milling_problem(cut, study.modes.at_pose(i), x, y) for i in range(len(study.poses))]
-    return tuple(stability.chart(problem, n, method, depth_limit(problem)) for problem in problems)
+    return tuple(stability.chart(problem, n, method or ZeroOrder(), depth_limit(problem)) for problem in problems)
 
 
 def depth_limit(problem: MillingProblem) -> float:

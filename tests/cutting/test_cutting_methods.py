@@ -1,0 +1,115 @@
+"""The other stability methods: each shows its own known error; collocation is exact and general."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cutting.cutting_cases import altintas, benchmark, random_problem
+
+from toolpoint import ToolpointError
+from toolpoint.cutting import (
+    Collocation,
+    Engagement,
+    FullDiscretization,
+    MultiFrequency,
+    SemiDiscretization,
+    Tool,
+    ZeroOrder,
+    stability,
+)
+from toolpoint.vibration import frequency_response
+
+# |mu| of the 1-DOF slot at 5000 rev/min for depths in mm, converged (not the 200-interval values of the literature).
+MULTIPLIERS = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}
+
+
+@pytest.mark.parametrize("depth", MULTIPLIERS)
+def test_multipliers_of_the_slot(depth: float) -> None:
+    """Collocation gives the converged multipliers to 1e-8."""
+    got = np.abs(Collocation().multipliers(benchmark(Engagement.slot()), 5000.0, 1e-3 * depth)[0])
+    assert got == pytest.approx(MULTIPLIERS[depth], abs=1e-8)
+
+
+@pytest.mark.parametrize("method", [lambda n: SemiDiscretization(0, n), lambda n: SemiDiscretization(1, n),
+                                    lambda n: FullDiscretization(n)])
+def test_step_methods_are_second_order(method) -> None:  # type: ignore[no-untyped-def]
+    """Halving the interval divides the error of the multiplier by four."""
+    problem = benchmark(Engagement.slot())
+    error = [abs(np.abs(method(n).multipliers(problem, 5000.0, 0.5e-3)[0]) - MULTIPLIERS[0.5]) for n in (80, 160)]
+    assert np.log2(error[0] / error[1]) == pytest.approx(2, abs=0.15)
+
+
+def test_forty_intervals_overpredict_as_known() -> None:
+    """40-interval semi-discretization overpredicts the depth by up to 8 % on the 2-DOF benchmark."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    limit = stability.chart(problem, [5000.0], SemiDiscretization(levels=8, tolerance=1e-4), depth_max=0.004).limit[0]
+    assert 1.06 < limit / 1.843802e-3 < 1.085
+
+
+def test_multi_frequency_closes_in_on_the_converged_value() -> None:
+    """More harmonics come closer; with a constant matrix none are needed."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    error = [abs(stability.chart(problem, [10000.0], MultiFrequency(h, 60), depth_max=0.004).limit[0] / 1.486950e-3 - 1)
+             for h in (1, 6)]
+    assert error[1] < 1e-3 and error[1] < 0.3 * error[0]
+
+
+def test_collocation_finds_the_boundary() -> None:
+    """The general method's chart agrees with the converged depth and type."""
+    chart = stability.chart(altintas(), [9500.0], Collocation(levels=6), depth_max=0.0015)
+    assert 1e3 * chart.limit[0] == pytest.approx(0.913067, rel=1e-4)
+    assert chart.kind[0] == "Hopf"
+
+
+def test_equal_pitch_given_as_unequal_has_powers_of_the_same_multipliers() -> None:
+    """Over a spindle turn the multipliers are the N-th powers of those over a tooth period."""
+    for teeth in (2, 4):
+        even = benchmark(Engagement.slot(), 2, tool=Tool(0.02, teeth))
+        shift = 1e-10 * (-1.0) ** np.arange(teeth)
+        uneven = even.changed(tool=Tool(0.02, teeth, pitch=2 * np.pi / teeth + shift))
+        a = np.abs(Collocation().multipliers(even, 12500.0, 0.1e-3)[0]) ** teeth
+        b = np.abs(Collocation().multipliers(uneven, 12500.0, 0.1e-3)[0])
+        assert b == pytest.approx(a, rel=1e-7)
+
+
+def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() -> None:
+    """With depth = pi D/(N tan helix) the coefficient is constant: ZeroOrder's limit is exact there."""
+    problem = benchmark(Engagement.down(0.3), 2)
+    limit = stability.chart(problem, [9000.0], ZeroOrder()).limit[0]
+    helix = np.arctan(np.pi * 0.02 / (2 * limit))
+    if helix > np.radians(75):
+        tool = Tool(0.02, 2)
+        object.__setattr__(tool, "helix", np.full(2, helix))  # beyond any real tool, but the law holds
+    else:
+        tool = Tool(0.02, 2, helix=helix)
+    mu = np.abs(Collocation(nodes=8, slices=60).multipliers(problem.changed(tool=tool), 9000.0, limit))
+    assert mu[0] == pytest.approx(1, abs=2e-3)
+
+
+def test_determinant_of_the_monodromy_without_delay() -> None:
+    """Depth zero: the multipliers are those of the structure, their product exp(-2 sum zeta w T)."""
+    problem = random_problem(np.random.default_rng(5), modes=2)
+    mu = Collocation().multipliers(problem, 8000.0, 1e-30)
+    t = float(problem.tooth_period(8000.0))
+    poles = np.concatenate([problem.plane.poles, problem.plane.poles.conj()])
+    assert np.sort(np.abs(mu[:4])) == pytest.approx(np.sort(np.abs(np.exp(poles * t))), rel=1e-9)
+
+
+def test_process_damping_raises_the_limit_at_low_speed() -> None:
+    """Process damping stabilises; without it the general method equals the default."""
+    problem = benchmark(Engagement.slot())
+    plain = stability.chart(problem, [5000.0], depth_max=0.001).limit[0]
+    same = stability.chart(problem, [5000.0], Collocation(levels=4), depth_max=0.001).limit[0]
+    damped = stability.chart(problem.changed(process_damping=2e5), [5000.0], Collocation(levels=4), depth_max=0.001).limit[0]
+    assert same == pytest.approx(plain, rel=1e-5)
+    assert damped > 1.02 * plain
+
+
+def test_methods_refuse_what_they_cannot_do() -> None:
+    """A measured FRF has no multipliers; unequal pitch has no single tooth period."""
+    problem = benchmark(Engagement.slot())
+    frf = frequency_response.modal(problem.dynamics, np.arange(1.0, 8000))  # type: ignore[arg-type]
+    with pytest.raises(ToolpointError, match="identify modes"):
+        stability.chart(problem.changed(dynamics=frf), [5000.0], SemiDiscretization())
+    with pytest.raises(ToolpointError, match="Collocation"):
+        stability.chart(problem.changed(tool=Tool(0.02, 2, pitch=[3.0, 2 * np.pi - 3])), [5000.0], SemiDiscretization())

@@ -1,0 +1,114 @@
+"""The simulation: growth at the boundary, agreement with the engine, location error, spectra, loss of contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from cutting.cutting_cases import benchmark, random_problem
+from scipy.interpolate import CubicSpline
+
+from toolpoint import ToolpointError, ToolpointWarning
+from toolpoint.cutting import Engagement, Tool, stability
+from toolpoint.cutting.location import location_error
+from toolpoint.cutting.time_domain import ExactSteps, Simulation, simulate
+
+
+def at_exit(run: Simulation, direction: int = 1) -> float:
+    """Displacement when a tooth leaves the cut, in the last revolutions (cubic between samples)."""
+    engagement, m = run.problem.engagement, run.steps_per_period
+    place = engagement.arc / (2 * np.pi / run.problem.tool.teeth) * m
+    first = run.displacement.shape[0] - 1 - 3 * m + int(place)
+    spline = CubicSpline(np.arange(-4, 6), run.displacement[first - 4:first + 6, direction])
+    return float(spline(place - int(place)))
+
+
+def test_location_error_from_the_response_and_from_the_simulation() -> None:
+    """2 DOF, a/D 0.05 down, 0.5 mm, 0.1 mm a tooth: 36.70644, 3.73467, -2.07386 um at 13830, 12500, 5000 rev/min."""
+    problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
+    speeds, want = [13830.0, 12500.0, 5000.0], np.array([36.70644, 3.73467, -2.07386])
+    assert 1e6 * location_error(problem, speeds, 0.5e-3) == pytest.approx(want, abs=6e-6)  # type: ignore[arg-type]
+    simulated = [1e6 * at_exit(simulate(problem, n, 0.5e-3, 150, ExactSteps(2000))) for n in speeds]
+    assert simulated == pytest.approx(want, rel=1e-4)
+
+
+def test_growth_at_the_boundary_is_one() -> None:
+    """Over 80 tooth periods at the converged depth the growth rate is within 1e-4 of 1."""
+    problem = benchmark(Engagement.slot(), feed_per_tooth=1e-4)
+    run = simulate(problem, 5000.0, 0.408628e-3, 100, ExactSteps(1500))
+    assert run.growth(80) == pytest.approx(1, abs=1e-4)
+    assert simulate(problem, 5000.0, 0.5e-3, 45, ExactSteps(1500)).growth(30) == pytest.approx(1.0739755867, rel=1e-3)
+
+
+def test_agreement_with_the_engine_off_the_boundary() -> None:
+    """Random cuts 5 % inside and outside the limit decay and grow."""
+    rng = np.random.default_rng(4)
+    tried = 0
+    while tried < 8:
+        problem = random_problem(rng, modes=int(rng.integers(1, 5))).changed(feed_per_tooth=5e-4)
+        speed = float(rng.uniform(6000, 15000))
+        chart = stability.chart(problem, [speed], depth_max=0.01)
+        limit = chart.limit[0]
+        if not np.isfinite(limit) or chart.intervals(0)[0, 1] < 1e-4:
+            continue
+        tried += 1
+        for factor in (0.95, 1.05):
+            if chart.stable([factor * limit])[0, 0] != (factor < 1):
+                continue
+            run = simulate(problem, speed, factor * limit, 120, ExactSteps(600))
+            assert (run.growth(60) < 1) == (factor < 1) or run.is_chattering() == (factor > 1)
+
+
+def test_spectrum_marks_its_lines() -> None:
+    """A stable cut shows tooth passing only; with run-out also spindle lines; an unstable one a chatter line."""
+    problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
+    stable = simulate(problem, 12500.0, 0.5e-3, 200)
+    kinds = {kind for _, _, kind in stable.spectrum(last_revolutions=40).lines(0.1)}
+    assert kinds == {"tooth passing"}
+    runout = simulate(problem.changed(tool=Tool(0.02, 2, runout=10e-6)), 12500.0, 0.5e-3, 200)
+    assert "spindle" in {kind for _, _, kind in runout.spectrum("force", 1, 40).lines(0.02)}
+    chatter = simulate(problem, 10000.0, 3e-3, 200)
+    lines = [f for f, _, kind in chatter.spectrum(last_revolutions=64).lines(0.3) if kind == "chatter"]
+    want = stability.chart(problem, [10000.0]).frequency[0]
+    assert chatter.is_chattering() and min(abs(f - want) for f in lines) < 60
+
+
+def test_loss_of_contact_limits_the_vibration() -> None:
+    """Beyond the limit the amplitude stays bounded because teeth leave the cut."""
+    problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
+    run = simulate(problem, 10000.0, 3e-3, 300)
+    early, late = (np.ptp(run.displacement[part]) for part in (slice(-40000, -20000), slice(-20000, None)))
+    assert late == pytest.approx(early, rel=0.1) and 1e-5 < late < 5e-3
+
+
+def test_rigid_forces_follow_the_closed_form() -> None:
+    """A stiff structure: mean force is the closed form N/2pi w f int k sin, torque's mean is K_t w f a R/(2 pi R) N."""
+    problem = benchmark(Engagement.down(0.5), 2, feed_per_tooth=1e-4)
+    stiff = problem.dynamics
+    problem = problem.changed(dynamics=type(stiff)(stiff.frequency, stiff.damping_ratio, stiff.shape * 1e-4, stiff.dofs))  # type: ignore
+    run = simulate(problem, 6000.0, 1e-3, 20, ExactSteps(2000))
+    tail = slice(-10 * run.steps_per_revolution, None)
+    series = -1e-3 * 1e-4 * problem.mean_matrix @ np.array([1.0, 0.0])
+    assert run.force[tail].mean(0) == pytest.approx(series, rel=1e-5)
+    width = 0.5 * problem.tool.diameter
+    power = 6e8 * 1e-3 * width * (1e-4 * 2 * 6000 / 60)  # specific energy K_t times material removal rate
+    assert run.power[tail].mean() == pytest.approx(power, rel=1e-5)
+
+
+def test_slices_of_a_helix_converge_and_delay_the_entry() -> None:
+    """A helical cut's force equals the mean of straight ones shifted along the edge."""
+    problem = benchmark(Engagement.down(0.5), 2, feed_per_tooth=1e-4)
+    helical = problem.changed(tool=Tool(0.02, 2, helix=np.radians(30)))
+    a, b = (simulate(helical, 6000.0, 2e-4, 20, ExactSteps(400, slices=n)) for n in (8, 16))
+    assert np.abs(a.force[-800:] - b.force[-800:]).max() < 0.02 * np.abs(b.force[-800:]).max()
+
+
+def test_bad_input() -> None:
+    """No feed, no speed, no depth."""
+    problem = benchmark(Engagement.slot())
+    with pytest.raises(ToolpointError, match="feed_per_tooth"):
+        simulate(problem, 5000.0, 1e-3)
+    with pytest.raises(ToolpointError, match="speeds"):
+        simulate(problem.changed(feed_per_tooth=1e-4), 0.0, 1e-3)
+    with pytest.raises(ToolpointError, match="depth"):
+        simulate(problem.changed(feed_per_tooth=1e-4), 5000.0, 0.0)
+    assert issubclass(ToolpointWarning, UserWarning)

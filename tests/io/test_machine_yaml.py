@@ -1,0 +1,160 @@
+"""Machine files: what is read, what is written back, and every fault at once with line, column and remedy."""
+
+import json
+
+import numpy as np
+import pytest
+from broken_machines import CHANGED, GOOD, SEVERAL, WHOLE
+from hypothesis import given
+from hypothesis import strategies as st
+
+from toolpoint.app.main import main
+from toolpoint.io import machine_yaml, units
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.machine_schema import json_schema
+
+
+def read(tmp_path, text):
+    path = tmp_path / "machine.yaml"
+    path.write_text(text, encoding="utf-8")
+    return machine_yaml.read(path)
+
+
+def test_good_file_is_read_in_si(tmp_path):
+    machine = read(tmp_path, GOOD)
+    assert machine.value("joints.foot.stiffness.z") == pytest.approx(2e8)
+    assert machine.value("joints.foot.loss_factor") == pytest.approx(0.04)
+    assert machine.description.bodies["head"].centre == pytest.approx((0.3, 0, 1.5))
+    assert machine.description.axes["Z"].limits == pytest.approx((-0.3, 0.3))
+    assert machine.size == 4
+
+
+def test_written_file_reads_back_equal(tmp_path, vertical, vertical_drives):
+    for machine in (vertical, vertical_drives, read(tmp_path, GOOD)):
+        machine_yaml.write(machine.description, tmp_path / "copy.yaml")
+        assert machine_yaml.read(tmp_path / "copy.yaml").description == machine.description
+
+
+@pytest.mark.parametrize("name", list(CHANGED))
+def test_changed_file_gives_its_faults(tmp_path, name):
+    old, new, expected = CHANGED[name]
+    assert GOOD.count(old) >= 1
+    with pytest.raises(FileFaults) as caught:
+        read(tmp_path, GOOD.replace(old, new, 1))
+    _expect(caught.value, expected)
+
+
+@pytest.mark.parametrize("name", list(WHOLE))
+def test_file_that_is_no_machine_file(tmp_path, name):
+    text, expected = WHOLE[name]
+    with pytest.raises(FileFaults) as caught:
+        read(tmp_path, text)
+    _expect(caught.value, expected)
+
+
+def _expect(error, expected):
+    for line, text in expected:
+        found = [fault for fault in error.faults if fault.line == line and text in fault.message]
+        assert found, f"line {line}, {text!r} is not in\n{error}"
+    shown = str(error)
+    assert all(f":{fault.line}:{fault.column}:" in shown for fault in error.faults)
+
+
+def test_all_faults_come_at_once(tmp_path):
+    with pytest.raises(FileFaults) as caught:
+        read(tmp_path, SEVERAL)
+    _expect(caught.value, [(4, "greater than 0"), (4, "triangle"), (4, "unknown key 'colour'"), (5, "decimal comma"),
+                           (5, "not a finite"), (7, "did you mean 'column'"), (7, "2 values"), (7, "write the rad"),
+                           (8, "already given"), (9, "no acceleration")])
+
+
+@pytest.mark.parametrize("name", [*CHANGED, *WHOLE])
+def test_command_line_ends_with_code_two_and_no_traceback(tmp_path, capsys, name):
+    path = tmp_path / "machine.yaml"
+    path.write_text(GOOD.replace(*CHANGED[name][:2], 1) if name in CHANGED else WHOLE[name][0], encoding="utf-8")
+    with pytest.raises(SystemExit) as stopped:
+        main(["check", str(path)])
+    assert stopped.value.code == 2
+    shown = capsys.readouterr()
+    assert "Traceback" not in shown.err + shown.out
+    assert "machine.yaml" in shown.err
+
+
+def test_missing_and_binary_files(tmp_path):
+    with pytest.raises(ValueError, match="No such file"):
+        machine_yaml.read(tmp_path / "none.yaml")
+    (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00\x01")
+    with pytest.raises(ValueError, match="UTF-8"):
+        machine_yaml.read(tmp_path / "binary.yaml")
+
+
+def test_byte_order_mark_and_windows_line_ends_are_fine(tmp_path):
+    path = tmp_path / "machine.yaml"
+    path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
+    assert machine_yaml.read(path).size == 4
+
+
+def test_numbers_of_yaml_1_2(tmp_path):
+    machine = read(tmp_path, GOOD.replace("{z: 1e8}", "{z: 2e8}").replace("name: test stand", "name: no"))
+    assert machine.value("joints.guide.stiffness.z") == 2e8
+    assert machine.name == "no"
+
+
+def test_stl_body_equals_its_shape(tmp_path):
+    corners = np.array([[x, y, z] for x in (-200, 200) for y in (-150, 150) for z in (-300, 300)], float)
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
+             (1, 5, 7), (1, 7, 3)]
+    text = "solid box\n" + "".join(
+        "facet normal 0 0 0\nouter loop\n" + "".join(f"vertex {x} {y} {z}\n" for x, y, z in corners[list(face)])
+        + "endloop\nendfacet\n" for face in faces) + "endsolid box\n"
+    (tmp_path / "box.stl").write_text(text)
+    record = np.zeros(12, [("n", "<f4", 3), ("c", "<f4", (3, 3)), ("a", "<u2")])
+    record["c"] = corners[np.array(faces)]
+    (tmp_path / "binary.stl").write_bytes(b"binary".ljust(80) + (12).to_bytes(4, "little") + record.tobytes())
+    shape = 'shape: {kind: box, size: "0.4, 0.3, 0.6 m"}'
+    expected = read(tmp_path, GOOD).bodies[1].mass
+    for name in ("box.stl", "binary.stl"):
+        found = read(tmp_path, GOOD.replace(shape, f"mesh: {{file: {name}, unit: 1 mm}}")).bodies[1].mass
+        np.testing.assert_allclose(found, expected, rtol=1e-7, atol=1e-6)
+    (tmp_path / "cut.stl").write_text(text[: len(text) // 2])
+    with pytest.raises(FileFaults, match="cut off"):
+        read(tmp_path, GOOD.replace(shape, "mesh: {file: cut.stl}"))
+
+
+def test_schema_knows_every_section_and_is_json():
+    schema = json.loads(json.dumps(json_schema()))
+    assert {"bodies", "joints", "axes", "points", "cutting"} <= set(schema["properties"])
+    assert schema["additionalProperties"] is False
+
+
+@pytest.mark.parametrize(("text", "kind", "value"), [
+    ("902.78 GN*mm/rad", units.TURNING_STIFFNESS, 902.78e6), ("10 Nm", units.MOMENT, 10), ("200 N/um", units.STIFFNESS, 2e8),
+    ("200 N/µm", units.STIFFNESS, 2e8), ("7.2 g/cm^3", units.DENSITY, 7200), ("30 deg", units.ANGLE, np.pi / 6),
+    ("12000 rpm", units.SPEED, 12000), ("3 %", units.RATIO, 0.03), ("1.2 kHz", units.FREQUENCY, 1200),
+    ("2 N·s/mm", units.DAMPING, 2000), ("5 kg·m²", units.AREA_MOMENT, 5), (".5e3mm", units.LENGTH, 0.5),
+    ("3 N m s/rad", units.TURNING_DAMPING, 1.0 * 3)])
+def test_units_of_the_field(text, kind, value):
+    if text == "3 N m s/rad":
+        text = "3 N*m*s/rad"
+    assert units.quantity(text, kind) == pytest.approx(value, rel=1e-12)
+
+
+@pytest.mark.parametrize(("text", "kind"), [("1 Hz", units.SPEED), ("60 rpm", units.FREQUENCY), ("1 rad/s", units.FREQUENCY),
+                                            ("10 Nm", units.STIFFNESS), ("1,5 m", units.LENGTH), (True, units.LENGTH)])
+def test_what_must_not_be_mixed_up_is_refused(text, kind):
+    with pytest.raises(units.UnitError):
+        units.quantity(text, kind)
+
+
+@given(st.floats(-100, 100), st.sampled_from(["m", "mm", "um", "cm"]))
+def test_length_round_trip(number, unit):
+    factor = {"m": 1, "mm": 1e-3, "um": 1e-6, "cm": 1e-2}[unit]
+    assert units.quantity(f"{number!r} {unit}", units.LENGTH) == pytest.approx(number * factor, rel=1e-12, abs=0)
+
+
+@given(st.text(max_size=200))
+def test_any_text_gives_faults_and_nothing_else(tmp_path_factory, text):
+    path = tmp_path_factory.mktemp("fuzz") / "m.yaml"
+    path.write_text(text, encoding="utf-8", errors="replace")
+    with pytest.raises(ValueError):
+        machine_yaml.read(path)

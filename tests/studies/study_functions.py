@@ -1,0 +1,44 @@
+"""Functions that tests of execution send to workers; importable there."""
+
+import os
+import signal
+import time
+from pathlib import Path
+
+import numpy as np
+
+
+def square(point):
+    """The square of a number, and a small array."""
+    return {"square": np.array(point["x"] ** 2), "row": np.arange(3) * point["x"]}
+
+
+def failing(point):
+    """Fails for one point."""
+    if point["x"] == 3:
+        raise ValueError("three is not wanted")
+    return square(point)
+
+
+def slow(point):
+    """Takes a moment, and notes that it ran."""
+    time.sleep(0.05)
+    with Path(point["log"]).open("a") as file:
+        file.write(f"{point['x']}\n")
+    return {"square": np.array(point["x"] ** 2)}
+
+
+def deadly_once(point):
+    """Kills its worker the first time that point 5 runs; the second time it succeeds."""
+    marker = Path(point["marker"])
+    if point["x"] == 5 and not marker.exists():
+        marker.touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": np.array(point["x"] ** 2)}
+
+
+def poisoned(point):
+    """Kills its worker whenever point 7 runs."""
+    if point["x"] == 7:
+        os.kill(os.getpid(), signal.SIGKILL)
+    return {"square": np.array(point["x"] ** 2)}
