@@ -1,0 +1,70 @@
+"""The house rules that a program can hold: floors, forbidden libraries, light import, size of modules, no drawers."""
+
+import ast
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SOURCE = ROOT / "src" / "toolpoint"
+MODULES = sorted(SOURCE.rglob("*.py"))
+HOME = {"plotly": "plot", "h5py": "io", "ruamel": "io", "distributed": "studies/execute.py", "dask": "studies/execute.py",
+        "pydantic": "io", "click": "app", "rich": "app"}
+
+
+def imports(path):
+    """Every module that a file imports, also inside functions."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module:
+            yield node.module
+
+
+def test_floors_are_kept():
+    done = subprocess.run([sys.executable, "-c", "from importlinter.cli import lint_imports_command as c; c()", "--no-cache"],
+                          cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(("library", "home"), HOME.items())
+def test_libraries_stay_in_their_rooms(library, home):
+    strangers = [path.relative_to(SOURCE).as_posix() for path in MODULES
+                 if any(name.split(".")[0] == library for name in imports(path))
+                 and not path.relative_to(SOURCE).as_posix().startswith(home)]
+    assert strangers == []
+
+
+def test_no_plotly_or_other_heavy_library_on_import():
+    heavy = ["plotly", "h5py", "ruamel", "pydantic", "numba", "distributed", "dask", "rich", "click", "scipy"]
+    code = f"import toolpoint, sys, json; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
+    assert json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) == []
+
+
+def test_numba_is_loaded_only_when_asked_for():
+    code = "import toolpoint.machine, toolpoint.vibration, sys; print('numba' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
+def test_modules_are_small_and_say_what_they_own(path):
+    text = path.read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 400
+    assert ast.get_docstring(ast.parse(text)), "no first docstring line"
+    assert not any(part in ("utils", "tools", "helpers", "common", "misc") for part in (*path.parts, path.stem))
+
+
+def test_wheel_carries_scripts_styles_and_machines():
+    names = {path.suffix for path in SOURCE.rglob("*") if path.is_file()}
+    assert {".js", ".css", ".yaml"} <= names
+
+
+def test_bars_page_names_commands_that_exist():
+    text = (ROOT / "docs" / "bars.md").read_text(encoding="utf-8")
+    for line in text.splitlines():
+        for word in line.replace("`", " ").split():
+            if word.startswith(("benchmarks/", "tests/")):
+                assert (ROOT / word.split("::")[0]).exists(), word

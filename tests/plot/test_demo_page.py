@@ -1,0 +1,41 @@
+"""The demo's page in a browser: it renders, moves, asks no host, and says so where WebGL is missing."""
+
+import pytest
+
+from toolpoint.app import run
+
+
+@pytest.fixture(scope="module")
+def html(tmp_path_factory):
+    return run.demo(tmp_path_factory.mktemp("demo"), quiet=True).read_text(encoding="utf-8")
+
+
+def test_it_renders_moves_and_asks_nothing(opened, html):
+    seen = opened(html, reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointViews).length === 2")
+    seen.wait("Object.keys(window.toolpointCharts).length === 4")
+    canvas = seen.page.locator(".tp-view[data-name=machine] canvas").first
+    pictures = []
+    for phase in (0, 1.57, 3.14):
+        seen.page.evaluate(f"window.toolpointViews.machine.setPhase({phase})")
+        seen.page.wait_for_timeout(200)
+        pictures.append(canvas.screenshot())
+    assert len(set(pictures)) == 3
+    assert len(seen.requests) == 1
+    assert seen.errors == []
+
+
+def test_mode_buttons_change_the_mode(opened, html):
+    seen = opened(html, reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointViews).length === 2")
+    seen.page.locator(".tp-view[data-name=machine]").get_by_role("button", name="57.98").click()
+    seen.wait("window.toolpointViews.machine.mode === 5")
+
+
+def test_missing_webgl_is_said(opened, html):
+    script = ("const get = HTMLCanvasElement.prototype.getContext;"
+              "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"
+              " return kind.startsWith('webgl') ? null : get.call(this, kind, ...rest); };")
+    seen = opened(html, script)
+    seen.page.wait_for_timeout(300)
+    assert "WebGL" in seen.page.locator(".tp-view[data-name=machine]").inner_text()
