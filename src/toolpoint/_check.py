@@ -9,9 +9,11 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complex128]
+# The names say what an array holds; the element type is left open to the type checker, because NumPy's own stubs widen
+# it at almost every operation.
 Array = NDArray[Any]
+FloatArray = NDArray[Any]
+ComplexArray = NDArray[Any]
 
 
 class ToolpointError(ValueError):

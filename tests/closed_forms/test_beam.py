@@ -5,7 +5,13 @@ import pytest
 
 from toolpoint.bodies import beam as beams
 from toolpoint.machine import assemble, build
-from toolpoint.machine.description import BodyDescription, InertiaDescription, JointDescription, MachineDescription, PointDescription
+from toolpoint.machine.description import (
+    BodyDescription,
+    InertiaDescription,
+    JointDescription,
+    MachineDescription,
+    PointDescription,
+)
 from toolpoint.vibration import eigen
 
 MODULUS, DENSITY, LENGTH, SIDE = 210e9, 7850.0, 1.0, 0.05

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-from random_systems import random_system
 
+from random_systems import random_system
 from toolpoint.vibration import SecondOrderSystem, eigen, sensitivity
 from toolpoint.vibration import frequency_response as fr
 from toolpoint.vibration.sensitivity import MatrixDerivatives

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_systems import random_system
 from scipy.integrate import solve_ivp
 
+from random_systems import random_system
 from toolpoint.vibration import Record, SecondOrderSystem, correlation, damping, eigen, state_space, time_response
 from toolpoint.vibration import frequency_response as fr
 

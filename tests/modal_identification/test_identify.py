@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from modal_identification.modal_case import BAND, DAMPING, IN_BAND, benchmark, labels, responses, structure, with_noise
 
+from modal_identification.modal_case import BAND, DAMPING, IN_BAND, benchmark, labels, responses, structure, with_noise
 from toolpoint import Dof, Frf, Modes, SecondOrderSystem, ToolpointError
 from toolpoint.modal_identification import PolyReference, identify
 from toolpoint.vibration.correlation import mac

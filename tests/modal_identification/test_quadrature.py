@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from modal_identification.modal_case import responses, structure, with_noise
 
+from modal_identification.modal_case import responses, structure, with_noise
 from toolpoint import Dof, Frf, ToolpointError
 from toolpoint.modal_identification import quadrature
 from toolpoint.vibration.correlation import mac

@@ -72,7 +72,7 @@ def collected_warnings() -> Iterator[list[str]]:
             original(message, category, *rest)
     with warnings.catch_warnings():
         warnings.simplefilter("always", ToolpointWarning)
-        warnings.showwarning = keep
+        warnings.showwarning = keep  # type: ignore[assignment]
         yield texts
 
 

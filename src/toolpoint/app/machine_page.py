@@ -53,7 +53,8 @@ def computed(machine: Machine, pose: Pose | None, step: Step) -> MachineResults:
     if description.tool is None:
         missing.append("No tool-point FRFs: the machine file names no 'tool' point.")
     elif not has_damping(machine):
-        missing.append("No tool-point FRFs: the machine has no damping; give damping_ratio, or loss_factor or damping to joints.")
+        missing.append("No tool-point FRFs: the machine has no damping; "
+                       "give damping_ratio, or loss_factor or damping to joints.")
     else:
         study = tool_point(machine, [at] if pose else None)
     step("stability lobes")
@@ -155,8 +156,8 @@ def lobe_parts(results: MachineResults) -> list[Chart | Table | str]:
     assert cut is not None
     names = [pose_name(pose) for pose in results.study.poses]
     curves = [StabilityCurve(chart.speeds, chart.limit, name) for chart, name in zip(results.charts, names, strict=True)]
-    words = (f"{1e3 * cut.diameter:g} mm cutter, {cut.teeth} teeth, {cut.direction}-milling at a/D {cut.immersion:g}, feed "
-             f"along {cut.feed}, K_t {cut.tangential / 1e6:g}, K_n {cut.normal / 1e6:g} N/mm^2. "
+    words = (f"{1e3 * cut.diameter:g} mm cutter, {cut.teeth} teeth, {cut.direction}-milling at a/D {cut.immersion:g}, "
+             f"feed along {cut.feed}, K_t {cut.tangential / 1e6:g}, K_n {cut.normal / 1e6:g} N/mm^2. "
              f"Method: {results.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]
@@ -183,7 +184,8 @@ def _input_table(machine: Machine) -> Table:
         mark = joint.source if joint.source in ("published", "chosen", "measured", "assumed") else ""
         values = "; ".join(f"{k} {v:.5g} {'N m/rad' if k.startswith('r') else 'N/m'}" for k, v in joint.stiffness.items())
         loose = f" free: {', '.join(joint.free)}" if joint.free else ""
-        rows.append([f"joint {name}", f"{joint.parent} - {joint.child}", Cell((values + loose) or "all directions locked", mark)])
+        cell = Cell((values + loose) or "all directions locked", mark)
+        rows.append([f"joint {name}", f"{joint.parent} - {joint.child}", cell])
     for name, body in machine.description.bodies.items():
         mark = body.source if body.source in ("published", "chosen", "measured", "assumed") else ""
         mass = float(machine.bodies[machine.link(name)].mass[0, 0])

@@ -122,7 +122,7 @@ def check(machine: Path, as_json: bool) -> None:
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-0.3:0.3:21",
               help="Axis with first position, last position and number of positions; may be given several times.")
 @click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
-@click.option("--workers", default=0, show_default=True, help="Worker processes (needs the extra 'cluster'); 0 is this process.")
+@click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--folder", type=click.Path(path_type=Path), help="Keep finished parts here and resume from them.")
 @_OUTPUT
 @_JSON

@@ -22,7 +22,8 @@ from toolpoint.vibration.frf import joined
 
 EXAMPLE_CUT = CuttingDescription(
     0.02, 4, 0.5, 767.0e6, 168.8e6, speeds=(3000.0, 20000.0),
-    source="example: 20 mm end mill, four teeth, half immersion; Al 7075-T6, Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9")
+    source="example: 20 mm end mill, four teeth, half immersion; Al 7075-T6, "
+           "Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9")
 LOW_PART = 0.02
 
 

@@ -46,8 +46,8 @@ def _demo_page(casting: machine_page.MachineResults, drives: machine_page.Machin
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     scene, shapes = machine_shapes(drives.machine, {}, 18)
     page = page.with_section(
-        "With feed drives", f"The same casting with its feed drives has {drives.machine.size} degrees of freedom, as table 2 of "
-        "the paper counts them. The stiffnesses of the drives are chosen, not published. Tool-point responses and stability "
+        "With feed drives", f"The same casting with its feed drives has {drives.machine.size} degrees of freedom, as table 2 "
+        "of the paper counts them. The stiffnesses of the drives are chosen, not published. Tool-point responses and stability "
         "below are those of this machine.", ShapeView(scene, shapes, "drives", drives.machine.name))
     page = machine_page.with_responses(page, drives)
     more = [note for note in drives.machine.description.assumptions if note not in casting.machine.description.assumptions]

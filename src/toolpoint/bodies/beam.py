@@ -109,10 +109,10 @@ def beam(section: BeamSection, length: float, elements: int = 20, modes: int = 6
         basis[6 * node:6 * node + 6, :6] = np.block([[np.eye(3), -skew(offset)], [np.zeros((3, 3)), np.eye(3)]])
     basis[tip, 6:12] = np.eye(6)
     if len(free):
-        basis[np.ix_(free, range(6, 12))] = -np.linalg.solve(k_inner, stiffness[np.ix_(free, tip)])
+        basis[np.ix_(free, np.arange(6, 12))] = -np.linalg.solve(k_inner, stiffness[np.ix_(free, tip)])
         squares, vectors = eigh(k_inner, mass[np.ix_(free, free)])
         keep = min(modes, len(squares))
-        basis[np.ix_(free, range(12, 12 + keep))] = vectors[:, :keep]
+        basis[np.ix_(free, np.arange(12, 12 + keep))] = vectors[:, :keep]
         basis = basis[:, :12 + keep]
     reduced_mass, reduced_stiffness = basis.T @ mass @ basis, basis.T @ stiffness @ basis
     modal = basis.shape[1] - 6
@@ -120,5 +120,5 @@ def beam(section: BeamSection, length: float, elements: int = 20, modes: int = 6
     at_tip[:, :6] = np.eye(6)
     # The beam's twist order (x y z, rx ry rz) is the twist (v, w) of each node, so no reordering is needed.
     return Body((reduced_mass + reduced_mass.T) / 2,
-                (reduced_stiffness[6:, 6:] + reduced_stiffness[6:, 6:].T) / 2, None,
-                {"root": Interface(np.zeros(3)), "tip": Interface(np.array([length, 0, 0]), at_tip)})
+                (reduced_stiffness[6:, 6:] + reduced_stiffness[6:, 6:].T) / 2,
+                interfaces={"root": Interface(np.zeros(3)), "tip": Interface(np.array([length, 0, 0]), at_tip)})

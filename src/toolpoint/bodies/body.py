@@ -50,8 +50,8 @@ class Body:
     """
 
     mass: FloatArray
-    stiffness: FloatArray | None = None
-    damping: FloatArray | None = None
+    stiffness: FloatArray = None  # type: ignore[assignment]
+    damping: FloatArray = None  # type: ignore[assignment]
     interfaces: Mapping[str, Interface] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

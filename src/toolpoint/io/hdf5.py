@@ -81,7 +81,8 @@ def read(path: str | Path) -> Any:
 
 def _check(file: h5py.File, path: Path) -> None:
     if file.attrs.get("format") != FORMAT or "nouns" not in file:
-        raise ToolpointError(f"{path}: an HDF5 file, but not one of toolpoint (it holds {', '.join(list(file)[:5]) or 'nothing'})")
+        held = ", ".join(list(file)[:5]) or "nothing"
+        raise ToolpointError(f"{path}: an HDF5 file, but not one of toolpoint (it holds {held})")
     if int(file.attrs["version"]) > VERSION:
         raise ToolpointError(f"{path}: file version {file.attrs['version']}; this program reads up to {VERSION}; update it")
 

@@ -21,7 +21,7 @@ def _fault(error: UnitError) -> PydanticCustomError:
     return PydanticCustomError("quantity", "{message}", {"message": str(error)})
 
 
-def _q(kind: Kind, **limits: float) -> Any:
+def _q(kind: Kind, **limits: Any) -> Any:
     def read(value: object) -> float:
         try:
             return units.quantity(value, kind)

@@ -16,11 +16,11 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.io import stl, units
 from toolpoint.io import machine_schema as schema
+from toolpoint.io import stl, units
 from toolpoint.io.faults import Fault, FileFaults
-from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine import description as d
+from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.model import Machine
 
 Key = tuple[str | int, ...]
@@ -100,6 +100,7 @@ def _plain(node: Node, key: Key, document: _Document, above: set[int]) -> Any:
         return _mapping(node, key, document, above | {id(node)})
     if isinstance(node, SequenceNode):
         return [_plain(child, (*key, i), document, above | {id(node)}) for i, child in enumerate(node.value)]
+    assert isinstance(node, ScalarNode)
     return _scalar(node, key, document)
 
 
@@ -223,12 +224,16 @@ def _converted(document: _Document, found: dict[str, dict[str, Any]]) -> dict[st
 
 def _body(part: schema.BodyModel, document: _Document) -> d.BodyDescription:
     body = d.BodyDescription(
-        part.mass, part.centre, part.inertia and d.InertiaDescription(**part.inertia.model_dump()), part.density,
-        part.shape and d.ShapeDescription(**part.shape.model_dump()), part.mesh and _mesh(part.mesh, document),
+        part.mass, part.centre, _as(d.InertiaDescription, part.inertia), part.density, _as(d.ShapeDescription, part.shape),
+        None if part.mesh is None else _mesh(part.mesh, document),
         d.FrameDescription(part.frame.at, part.frame.rotation),
-        part.draw and d.ShapeDescription(**part.draw.model_dump()), part.draw_at, part.source)
+        _as(d.ShapeDescription, part.draw), part.draw_at, part.source)
     mass_properties(body)
     return body
+
+
+def _as(kind: type[Any], part: BaseModel | None) -> Any:
+    return None if part is None else kind(**part.model_dump())
 
 
 def _mesh(part: schema.MeshModel, document: _Document) -> d.MeshDescription:
@@ -317,7 +322,7 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
                       for name, value in pose.items()})
     if document.faults:
         return None
-    cutting = top.cutting and d.CuttingDescription(**top.cutting.model_dump())
+    cutting = _as(d.CuttingDescription, top.cutting)
     return d.MachineDescription(
         top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,

@@ -91,7 +91,8 @@ def values(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> tupl
                                  f"{head.count} values; it is cut short")
         numbers = numbers[:head.count * each]
     if head.even:
-        return np.asarray(AXES[head.axis](head.start, head.step, head.count)), _paired(numbers) if head.is_complex else numbers
+        axis = np.asarray(AXES[head.axis](head.start, head.step, head.count))
+        return axis, _paired(numbers) if head.is_complex else numbers
     table = numbers.reshape(head.count, each)
     ordinate = table[:, 1] + 1j * table[:, 2] if head.is_complex else table[:, 1].copy()
     return table[:, 0].copy(), ordinate

@@ -31,9 +31,9 @@ class LinearJoint:
     """
 
     states: tuple[str, ...]
-    stiffness: FloatArray | None = None
-    damping: FloatArray | None = None
-    structural_damping: FloatArray | None = None
+    stiffness: FloatArray = None  # type: ignore[assignment]
+    damping: FloatArray = None  # type: ignore[assignment]
+    structural_damping: FloatArray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         put = object.__setattr__

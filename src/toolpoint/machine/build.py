@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -139,7 +140,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=given))
 
 
-def _named(path: str, make: Callable[..., object], part: object) -> object:  # type: ignore[misc]
+def _named(path: str, make: Callable[[Any], Any], part: Any) -> Any:
     try:
         return make(part)
     except ToolpointError as error:

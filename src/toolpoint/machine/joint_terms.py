@@ -18,8 +18,8 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
     for i, law in enumerate(machine.joints):
         free, columns = list(law.freedoms), list(machine.joint_columns[i])
         at = np.ix_(columns, columns)
-        for k, matrix in enumerate((law.stiffness, law.damping, law.structural_damping)):
-            matrices[k, 0][at] += matrix[np.ix_(free, free)]  # type: ignore[index]
+        for term, matrix in enumerate((law.stiffness, law.damping, law.structural_damping)):
+            matrices[term, 0][at] += matrix[np.ix_(free, free)]  # type: ignore[index]
         modal = list(machine.modal_columns[i])
         if modal:
             matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness  # type: ignore[operator]
@@ -31,8 +31,8 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
     matrices = np.repeat(matrices, place.poses, axis=1)
     for loop in machine.loops:
         relative = loop_motion(place, loop)
-        for k, matrix in enumerate((loop.law.stiffness, loop.law.damping, loop.law.structural_damping)):
-            matrices[k] += np.swapaxes(relative, -1, -2) @ matrix @ relative
+        for term, matrix in enumerate((loop.law.stiffness, loop.law.damping, loop.law.structural_damping)):
+            matrices[term] += np.swapaxes(relative, -1, -2) @ matrix @ relative
     return matrices[0], matrices[1], matrices[2]
 
 

@@ -50,14 +50,14 @@ class Placement:
     def _participation(self, link: int, interface: str | None) -> FloatArray:
         body = self.machine.bodies[link]
         columns = body.participation(interface)
-        place = body.interfaces[interface].position if interface in body.interfaces else np.zeros(3)
+        place = np.zeros(3) if interface is None else body.interfaces[interface].position
         return tf.adjoint(self.frames[:, link] @ tf.transform(None, place)) @ columns
 
     def position(self, point: PointDescription) -> FloatArray:
         """Return where a point is, machine frame, m, shape (P, 3)."""
         link = self.machine.link(point.body)
         at = np.asarray(point.at, float)
-        if link >= 0 and self.machine.bodies[link].modal_count and point.interface in self.machine.bodies[link].interfaces:
+        if link >= 0 and self.machine.bodies[link].modal_count and point.interface is not None:
             at = self.machine.bodies[link].interfaces[point.interface].position
         if link < 0:
             return np.broadcast_to(at, (self.poses, 3))

@@ -80,7 +80,7 @@ def iterative_closest_point(
     tree, matrix = cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
     last = np.inf
     for k in range(1, count("iterations", iterations) + 1):
-        distance, match = tree.query(tf.moved(matrix, a))
+        distance, match = (np.asarray(found) for found in tree.query(tf.moved(matrix, a)))
         found = rigid(a, b[match])
         matrix = found.transform
         if last - found.residual <= tolerance * max(last if np.isfinite(last) else 1.0, 1e-300):

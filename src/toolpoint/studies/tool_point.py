@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -76,10 +77,10 @@ def tool_point(
 
 
 def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:
-    def repeat(a: FloatArray | None) -> FloatArray | None:
+    def repeat(a: FloatArray | None) -> Any:
         return None if a is None else np.repeat(a[None], count, axis=0)
     return SecondOrderSystem(
-        repeat(system.mass), repeat(system.stiffness), repeat(system.damping), repeat(system.structural_damping),  # type: ignore
+        repeat(system.mass), repeat(system.stiffness), repeat(system.damping), repeat(system.structural_damping),
         repeat(system.output_map), repeat(system.input_map), system.outputs, system.inputs, system.coordinates, system.notes)
 
 

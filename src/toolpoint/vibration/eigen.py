@@ -7,6 +7,8 @@ are made orthogonal in that product. Source: Ewins, Modal Testing, 2nd ed., sect
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from scipy.linalg import null_space, sqrtm
 
@@ -86,7 +88,7 @@ def _diagonal_damping(
     return ratio, "structural" if matrix is structural else "viscous", note if coupled else ()
 
 
-def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, object]:
+def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, Any]:
     same = system.inputs == system.outputs and np.array_equal(
         system.input_map, np.swapaxes(system.output_map, -1, -2))  # type: ignore[arg-type]
     if same:

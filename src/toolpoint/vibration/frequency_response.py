@@ -98,7 +98,7 @@ def modal(
 def _sum(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArray) -> ComplexArray:
     outputs, inputs = left.shape[-2], right.shape[-2]
 
-    def term(factors: ComplexArray, l: ComplexArray, r: ComplexArray) -> ComplexArray:  # noqa: E741
+    def term(factors: ComplexArray, l: ComplexArray, r: ComplexArray) -> ComplexArray:
         # One matrix product over modes for all output-input pairs: (n_f, n_modes) @ (n_modes, n_o n_i).
         residues = np.swapaxes(l[..., :, None, :] * r[..., None, :, :], -1, -3)
         residues = np.swapaxes(residues, -1, -2).reshape(*residues.shape[:-3], residues.shape[-3], -1)

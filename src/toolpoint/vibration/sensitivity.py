@@ -8,6 +8,7 @@ Sources: Fox, Kapoor, AIAA J. 6 (1968); repeated roots: Dailey, AIAA J. 27 (1989
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -160,7 +161,7 @@ def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: st
         return _viscous(system, derivatives)
     if damping not in ("undamped", "structural"):
         fail("damping", repr(damping), "must be undamped, structural or viscous")
-    values, vectors, a, b = _symmetric_pencil(system, structural=damping == "structural")
+    values, vectors = _symmetric_pencil(system, structural=damping == "structural")
     slopes, shapes, bases, unknown = [], [], [], []
     for p in range(len(derivatives.names)):
         da = _one(derivatives.mass, p, system.size)
@@ -178,18 +179,18 @@ def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: st
                            np.stack(unknown))
 
 
-def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Array, Array, Array, Array]:
+def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Array, Array]:
     if not structural:
         values, vectors = mass_normalised(system.mass, system.stiffness)
         top = float(np.abs(values).max())
-        return np.where(np.abs(values) < 1e-12 * top, 0.0, values), vectors, system.mass, system.stiffness
+        return np.where(np.abs(values) < 1e-12 * top, 0.0, values), vectors
     loss = np.zeros_like(system.stiffness) if system.structural_damping is None else system.structural_damping
     stiffness = system.stiffness + 1j * loss
     values, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
     order = np.argsort(values.real)
     values, vectors = values[order], vectors[:, order]
     vectors = orthogonalised(vectors, values, lambda x, y: x.T @ system.mass @ y)
-    return values, vectors, system.mass, stiffness
+    return values, vectors
 
 
 def _one(matrices: FloatArray | None, p: int, n: int) -> FloatArray:
@@ -296,9 +297,10 @@ def frequency_response(
     """
     omega = 2 * np.pi * floats("frequency", np.atleast_1d(frequency))
     result = np.empty((*system.poses, len(derivatives.names), omega.size, len(system.outputs), len(system.inputs)), complex)
-    transposed = replace(system, **{
+    turned: dict[str, Any] = {
         name: None if (value := getattr(system, name)) is None else np.swapaxes(value, -1, -2)
-        for name in ("mass", "stiffness", "damping", "structural_damping")})
+        for name in ("mass", "stiffness", "damping", "structural_damping")}
+    transposed = replace(system, **turned)
     for k, w in enumerate(omega):
         right = np.linalg.solve(system.dynamic_stiffness(w), system.input_map + 0j)  # type: ignore[operator]
         left = np.linalg.solve(transposed.dynamic_stiffness(w), np.swapaxes(system.output_map, -1, -2) + 0j)  # type: ignore

@@ -45,8 +45,8 @@ class SecondOrderSystem:
     stiffness: FloatArray
     damping: FloatArray | None = None
     structural_damping: FloatArray | None = None
-    output_map: FloatArray | None = None
-    input_map: FloatArray | None = None
+    output_map: FloatArray = None  # type: ignore[assignment]
+    input_map: FloatArray = None  # type: ignore[assignment]
     outputs: tuple[Dof, ...] = ()
     inputs: tuple[Dof, ...] = ()
     coordinates: tuple[str, ...] = ()
