@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import altintas, benchmark, random_problem
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import Modes, ToolpointError
 from toolpoint.cutting import (
     Collocation,

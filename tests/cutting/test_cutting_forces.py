@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import benchmark
 
+from cutting.cutting_cases import benchmark
 from toolpoint import Dof, Record, ToolpointError
 from toolpoint.cutting import CuttingCoefficients, Engagement, Tool
 from toolpoint.cutting.calibration import average_force, instantaneous, revolution
@@ -102,23 +102,23 @@ def test_average_forces_give_back_the_coefficients() -> None:
 
 
 def test_calibration_intervals_cover_the_truth() -> None:
-    """Five feeds, noise 2 %, run-out: the 95 % intervals hold the truth in about 95 % of the cases (8 parameters x 40)."""
+    """Five feeds, noise 2 %, run-out: the 95 % intervals hold the truth in about 95 % of the cases."""
     tool = Tool(0.016, 2, helix=np.radians(30), runout=12e-6, runout_angle=0.7)
     problem = benchmark(Engagement.slot(), tool=tool).changed(coefficients=MATERIAL)
     feeds = np.array([0.04, 0.08, 0.12, 0.16, 0.2]) * 1e-3
     turn = np.linspace(0, 2 * np.pi, 90, endpoint=False)
-    clean = np.array([rigid_forces(problem.changed(feed_per_tooth=f), 2e-3, turn).force for f in feeds])
+    clean = np.array([rigid_forces(problem.changed(feed_per_tooth=f), 2e-3, turn, slices=10).force for f in feeds])
     truth = np.concatenate([MATERIAL.cutting, MATERIAL.edge, [12e-6, 0.7]])
     rng = np.random.default_rng(8)
     start = problem.changed(tool=tool.with_runout(0.0))
     held = []
-    for _ in range(12):
+    for _ in range(25):
         noisy = clean + 0.02 * np.abs(clean).max() * rng.standard_normal(clean.shape)
-        fit = instantaneous(start, feeds, turn, noisy, 2e-3)
+        fit = instantaneous(start, feeds, turn, noisy, 2e-3, slices=10)
         held.append((fit.interval[:, 0] <= truth) & (truth <= fit.interval[:, 1]))
         assert fit.status == "converged"
-    assert 0.87 <= np.mean(held) <= 1.0
-    assert fit.values == pytest.approx(truth, rel=0.2)
+    assert 0.9 <= np.mean(held) <= 0.99
+    assert fit.values[:4] == pytest.approx(truth[:4], rel=0.1)
     assert "runout" in fit.table() and "kt" in repr(fit)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import altintas, benchmark, random_problem
 
+from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import ToolpointError
 from toolpoint.cutting import (
     Collocation,

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import altintas, benchmark, one_mode
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
+from cutting.cutting_cases import altintas, benchmark, one_mode
 from toolpoint import Frf, Modes, ToolpointError, ToolpointWarning
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, TurningProblem, stability
 from toolpoint.cutting.coefficients import chip_direction, force_direction, mean_matrix

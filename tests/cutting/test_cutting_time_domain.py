@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import benchmark, random_problem
 from scipy.interpolate import CubicSpline
 
+from cutting.cutting_cases import benchmark, random_problem
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.cutting import Engagement, Tool, stability
 from toolpoint.cutting.location import location_error

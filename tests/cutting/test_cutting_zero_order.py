@@ -6,8 +6,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from cutting.cutting_cases import altintas, benchmark, random_problem
 
+from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import Frf, Modes
 from toolpoint.cutting import Engagement, MillingProblem, Tool, TurningProblem, ZeroOrder, stability
 from toolpoint.vibration import frequency_response

@@ -3,11 +3,26 @@
 from toolpoint.cutting import stability
 from toolpoint.cutting.chart import StabilityChart
 from toolpoint.cutting.coefficients import CuttingCoefficients
+from toolpoint.cutting.collocation import Collocation
+from toolpoint.cutting.discretization import FullDiscretization, SemiDiscretization
+from toolpoint.cutting.floquet import FloquetDeterminant
+from toolpoint.cutting.multi_frequency import MultiFrequency
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.tool import Engagement, Tool
 from toolpoint.cutting.zero_order import ZeroOrder
 
 __all__ = [
-    "CuttingCoefficients", "Engagement", "MillingProblem", "StabilityChart", "Tool", "TurningProblem", "ZeroOrder",
+    "Collocation",
+    "CuttingCoefficients",
+    "Engagement",
+    "FloquetDeterminant",
+    "FullDiscretization",
+    "MillingProblem",
+    "MultiFrequency",
+    "SemiDiscretization",
+    "StabilityChart",
+    "Tool",
+    "TurningProblem",
+    "ZeroOrder",
     "stability",
 ]

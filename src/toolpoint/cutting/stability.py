@@ -62,5 +62,12 @@ def chart(
 
 
 def default_method(problem: Problem) -> Method:
-    """Return the method that suits a problem."""
-    return ZeroOrder()
+    """Return the method that suits a problem: the exact one where it applies, collocation for everything else."""
+    from toolpoint.cutting.collocation import Collocation
+    from toolpoint.cutting.floquet import FloquetDeterminant
+
+    if isinstance(problem, TurningProblem):
+        return ZeroOrder()
+    if problem.tool.is_regular and not problem.tool.has_helix and problem.process_damping == 0:
+        return FloquetDeterminant()
+    return Collocation()

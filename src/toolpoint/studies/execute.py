@@ -84,6 +84,9 @@ class Dask:
         client, cluster = self._connected()
         try:
             yield from _distributed(client, function, points, todo, seconds)
+            if cluster is not None:
+                # Closing while a killed worker is being started again fails inside the library.
+                client.wait_for_workers(self.workers, timeout=60)
         finally:
             client.close()
             if cluster is not None:
@@ -129,7 +132,7 @@ def _distributed(client: Any, function: Function, points: Sequence[Any], todo: l
         return future
 
     owners: dict[str, list[int]] = {}
-    waiting = list(todo)
+    waiting, suspects = list(todo), list[int]()
     workers = max(1, len(client.scheduler_info()["workers"]))
     # Single points first: their time sets the size of the chunks.
     running = as_completed([submit([waiting.pop(0)]) for _ in range(min(workers, len(waiting)))])
@@ -141,17 +144,26 @@ def _distributed(client: Any, function: Function, points: Sequence[Any], todo: l
             chunk: Chunk = future.result()
             size = _chunk_size(chunk, seconds, len(waiting), workers)
             yield chunk
-        elif isinstance(error, KilledWorker) and len(indices) > 1:
-            # Some point of the chunk kills its worker: run them one by one to find it.
-            for index in indices:
-                running.add(submit([index]))
-            continue
+        elif isinstance(error, KilledWorker):
+            suspects += indices
         else:
-            reason = ("its worker process died each time it ran (out of memory, or a crash in compiled code)"
-                      if isinstance(error, KilledWorker) else f"{type(error).__name__}: {error}")
-            yield [(index, Outcome(None, reason)) for index in indices]
+            yield [(index, Outcome(None, f"{type(error).__name__}: {error}")) for index in indices]
         if waiting:
             running.add(submit([waiting.pop(0) for _ in range(min(size, len(waiting)))]))
+    # A worker takes what else it holds down with it, so the points of lost chunks run again one at a time: only the one
+    # that kills a worker when nothing else runs is to blame.
+    for index in suspects:
+        yield [_alone(client, function, points[index], index)]
+
+
+def _alone(client: Any, function: Function, point: Any, index: int) -> tuple[int, Outcome]:
+    from distributed import KilledWorker
+
+    try:
+        result: Chunk = client.submit(_evaluated_chunk, function, [point], [index], pure=False).result()
+    except KilledWorker:
+        return index, Outcome(None, "its worker process died each time it ran (out of memory, or a crash in compiled code)")
+    return result[0]
 
 
 def _chunk_size(chunk: Chunk, seconds: float, waiting: int, workers: int) -> int:
