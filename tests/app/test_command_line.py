@@ -102,6 +102,7 @@ def test_wrong_input_gives_a_message_and_code_two(arguments, words, capsys):
 
 def test_the_installed_program_runs_without_a_display():
     environment = {**os.environ, "DISPLAY": ""}
-    done = subprocess.run([sys.executable, "-m", "toolpoint", "modes", MACHINE], capture_output=True, text=True, env=environment)
+    command = [sys.executable, "-m", "toolpoint", "modes", MACHINE]
+    done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0
     assert "58." in done.stdout or "57.9" in done.stdout

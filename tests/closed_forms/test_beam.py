@@ -47,7 +47,8 @@ def test_reference_frequencies():
 
 
 def test_six_fixed_interface_modes_are_as_near_as_the_reference_says():
-    # Six fixed-interface bending modes in each of two planes; torsion and axial modes lie among them. Errors quoted: 1.1e-6 3.2e-5 1.9e-4.
+    # Six fixed-interface bending modes in each of two planes; torsion and axial modes lie among them.
+    # Errors quoted: 1.1e-6 3.2e-5 1.9e-4.
     error = bending(cantilever(16)) / closed_form(MODULUS, DENSITY) - 1
     assert (error > -1e-9).all()
     assert (error < [1.2e-6, 3.3e-5, 2.0e-4]).all()

@@ -1,4 +1,4 @@
-"""Geometric stiffness: pendulums on ideal hinges (A3), buckling columns of links, loops cut in different places."""
+"""Geometric stiffness: pendulums on ideal hinges (A3), a column that buckles, loops cut in different places."""
 
 import numpy as np
 import pytest
@@ -77,7 +77,8 @@ def four_bar(cut):
             joints[name] = JointDescription(parent, child, FrameDescription(at), closes_loop=name == cut, **law(name))
         else:
             joints[name] = JointDescription(parent, child, FrameDescription(at), closes_loop=True, **law(name))
-    return MachineDescription("four-bar", bodies, joints, gravity=(0, 0, -G), points={"p": PointDescription("c", (0, 0.3, -0.4))})
+    return MachineDescription("four-bar", bodies, joints, gravity=(0, 0, -G),
+                              points={"p": PointDescription("c", (0, 0.3, -0.4))})
 
 
 def law(name):
@@ -110,18 +111,19 @@ def spatial_loop(cut):
     bodies = {"plate": BodyDescription(mass=5.0, centre=(0, 0, 0.6), inertia=InertiaDescription(0.3, 0.35, 0.5))}
     joints = {}
     for i, angle in enumerate(angles):
-        foot, top = 0.5 * np.array([np.cos(angle), np.sin(angle), 0]), np.array([0.2 * np.cos(angle), 0.2 * np.sin(angle), 0.55])
+        along = np.array([np.cos(angle), np.sin(angle), 0])
+        foot, top = 0.5 * along, 0.2 * along + [0, 0, 0.55]
         middle = tuple((foot + top) / 2)
         bodies[f"leg{i}"] = rod(1.0 + 0.1 * i, middle, 0.02)
         joints[f"foot{i}"] = JointDescription("ground", f"leg{i}", FrameDescription(tuple(foot)),
                                               stiffness={"rx": 400.0, "ry": 300.0, "rz": 200.0})
         joints[f"top{i}"] = JointDescription(f"leg{i}", "plate", FrameDescription(tuple(top)), free=("rx", "ry", "rz"),
                                              closes_loop=i != cut)
-    return MachineDescription("tripod", bodies, joints, gravity=(0, 0, -G), points={"p": PointDescription("plate", (0, 0, 0.6))})
+    return MachineDescription("tripod", bodies, joints, gravity=(0, 0, -G),
+                              points={"p": PointDescription("plate", (0, 0, 0.6))})
 
 
 def test_spatial_loop_is_the_same_whichever_leg_carries_the_plate():
-    # Three legs with three rotations each, a plate held at three points: 9 + 3 - 6 = 6... minus 9 constraints plus 3.
     results = [frequencies(spatial_loop(cut)) for cut in range(3)]
     assert all(len(r) == len(results[0]) for r in results)
     np.testing.assert_allclose(results[1], results[0], rtol=1e-7)

@@ -82,8 +82,8 @@ def test_axis_jacobian_is_the_derivative_of_the_forward_kinematics():
 
 def test_springs_ride_with_the_child_or_stay_with_the_parent():
     base = two_bodies()
-    stay = MachineDescription(base.name, base.bodies, {**base.joints, "guide": JointDescription(
-        "column", "head", base.joints["guide"].frame, base.joints["guide"].stiffness, elastic_at="parent")}, base.axes, base.points)
+    fixed = JointDescription("column", "head", base.joints["guide"].frame, base.joints["guide"].stiffness, elastic_at="parent")
+    stay = MachineDescription(base.name, base.bodies, {**base.joints, "guide": fixed}, base.axes, base.points)
     home = [eigen.undamped(assemble(build(d), {"Z": 0.0})).frequency for d in (base, stay)]
     away = [eigen.undamped(assemble(build(d), {"Z": 0.4})).frequency for d in (base, stay)]
     np.testing.assert_allclose(home[0], home[1], rtol=1e-12)
