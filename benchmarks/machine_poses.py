@@ -20,6 +20,8 @@ from elastic_robot import CENTRES, INERTIAS, LINKS, MASSES, REFERENCE, SPRINGS, 
 from toolpoint.machine import assemble  # noqa: E402
 from toolpoint.machine.derivatives import matrix_derivatives  # noqa: E402
 from toolpoint.machine.frequencies import natural_frequencies  # noqa: E402
+from toolpoint.spatial import rotation  # noqa: E402
+from toolpoint.spatial import transform as tf  # noqa: E402
 from toolpoint.vibration import eigen, frequency_response, sensitivity  # noqa: E402
 
 POSES = 8192
@@ -71,6 +73,51 @@ def pinocchio_rate(poses: np.ndarray) -> tuple[float, float] | None:
     return 1000 / seconds, error
 
 
+def exudyn_rate(poses: np.ndarray) -> tuple[float, float] | None:
+    """Return poses per second and the relative error at zero of Exudyn's kinematic tree, or None if not installed.
+
+    The tree is built anew for every pose, as its joint transformations are fixed when it is made.
+    """
+    try:
+        import exudyn as exu
+        from exudyn.itemInterface import NodeGenericODE2, ObjectKinematicTree
+        from exudyn.solver import ComputeODE2Eigenvalues
+    except ImportError:
+        return None
+    kinds = [exu.JointType.RevoluteX, exu.JointType.RevoluteY, exu.JointType.RevoluteZ] * 6
+    springs = [s for k, kz in SPRINGS for s in (k, k, kz)]
+
+    def one(q: np.ndarray) -> np.ndarray:
+        rotations, offsets, masses, centres, inertias = [], [], [], [], []
+        before = np.eye(4)
+        for i in range(6):
+            after = tf.transform(rotation.about("z", q[i])) @ link(*LINKS[i])
+            r = after[:3, :3]
+            for k in range(3):
+                rotations.append(before[:3, :3] if k == 0 else np.eye(3))
+                offsets.append(before[:3, 3] if k == 0 else np.zeros(3))
+                last = k == 2
+                masses.append(MASSES[i] if last else 0.0)
+                centres.append(r @ CENTRES[i] + after[:3, 3] if last else np.zeros(3))
+                inertias.append(r @ np.diag(INERTIAS[i]) @ r.T if last else np.zeros((3, 3)))
+            before = after
+        container = exu.SystemContainer()
+        system = container.AddSystem()
+        node = system.AddNode(NodeGenericODE2(referenceCoordinates=[0.0] * 18, initialCoordinates=[0.0] * 18,
+                                              initialCoordinates_t=[0.0] * 18, numberOfODE2Coordinates=18))
+        system.AddObject(ObjectKinematicTree(
+            nodeNumber=node, jointTypes=kinds, linkParents=list(range(-1, 17)),
+            jointTransformations=exu.Matrix3DList(rotations), jointOffsets=exu.Vector3DList(offsets),
+            linkInertiasCOM=exu.Matrix3DList(inertias), linkCOMs=exu.Vector3DList(centres), linkMasses=masses,
+            jointPControlVector=springs, jointDControlVector=[0.0] * 18, jointPositionOffsetVector=[0.0] * 18,
+            jointVelocityOffsetVector=[0.0] * 18))
+        system.Assemble()
+        return np.sort(np.asarray(ComputeODE2Eigenvalues(system, convert2Frequencies=True)[0]))[:6]
+    error = float(np.abs(one(np.zeros(6))[:4] / REFERENCE - 1).max())
+    seconds = best(lambda: [one(q) for q in poses[:100]], 3)
+    return 100 / seconds, error
+
+
 def main() -> None:
     """Measure, print a table, and the compiled path's rate as the last line."""
     machine = robot()
@@ -87,9 +134,9 @@ def main() -> None:
             "poses_per_second": POSES / seconds,
             "error_at_zero": float(np.abs(natural_frequencies(machine, zero, 6, path)[0, :4] / REFERENCE - 1).max()),
             "error_against_general": float(np.abs(natural_frequencies(machine, poses, 6, path) / exact - 1).max())}
-    peer = pinocchio_rate(table)
-    if peer is not None:
-        rows["Pinocchio in a Python loop"] = {"poses_per_second": peer[0], "error_at_zero": peer[1]}
+    for name, peer in (("Pinocchio in a Python loop", pinocchio_rate(table)), ("Exudyn kinematic tree", exudyn_rate(table))):
+        if peer is not None:
+            rows[name] = {"poses_per_second": peer[0], "error_at_zero": peer[1]}
     thousand = {name: v[:1000] for name, v in poses.items()}
     lines = np.linspace(1, 200, 400)
 

@@ -79,7 +79,8 @@ CHANGED = {
     "damping ratio in per cent without its sign": ("tool: tool\n", "tool: tool\ndamping_ratio: 3\n", [(28, "less than 1")]),
     "old version": ("toolpoint: 1", "toolpoint: 7", [(1, "reads version 1")]),
     "no version": ("toolpoint: 1\n", "", [(1, "toolpoint: 1")]),
-    "damping of a locked direction": ("    loss_factor: 4 %\n", "    damping: {x: 300 N*s/m}\n", [(17, "direction x is locked")]),
+    "damping of a locked direction": ("    loss_factor: 4 %\n", "    damping: {x: 300 N*s/m}\n",
+                                      [(17, "direction x is locked")]),
     "free and elastic": ("    loss_factor: 4 %\n", "    free: [z]\n", [(17, "also elastic")]),
     "missing mesh": ('shape: {kind: box, size: "0.4, 0.3, 0.6 m"}', "mesh: {file: none.stl}", [(11, "cannot be read")]),
     "hertz for rpm": ("tool: tool\n", 'tool: tool\ncutting: {diameter: 20 mm, teeth: 4, immersion: 0.5, tangential: 2 GPa, '

@@ -17,7 +17,8 @@ def nouns():
     system = random_system(rng, 4)
     frf = fr.direct(system, np.linspace(1, 50, 9))
     labels = (Dof("tool", "+x"), Dof(7, "-rz"), Dof("probe", "oblique", (0.6, 0.0, 0.8)), Dof("a", "y"))
-    frf = Frf(frf.frequency, frf.values, labels, frf.inputs, coherence=np.full(frf.values.shape, 0.9), decay=3.0, notes=("one", "zwei ä"))
+    frf = Frf(frf.frequency, frf.values, labels, frf.inputs, coherence=np.full(frf.values.shape, 0.9), decay=3.0,
+              notes=("one", "zwei ä"))
     record = Record(rng.normal(size=(20, 2)), 1024.0, ("1:+x", "2:+z"), ("force", "acceleration"), name="hit")
     return {"system": system, "frf": frf, "modes": eigen.complex_modes(system), "real": eigen.undamped(system),
             "record": record, "state": state_space.physical(system).discretised(1e-3, "first")}

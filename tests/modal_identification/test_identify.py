@@ -275,7 +275,7 @@ def test_bad_inputs_have_clear_errors():
         identify(frf, band=(100, 101))
     with pytest.raises(ToolpointError, match="low < high"):
         identify(frf, band=(300, 100))
-    with pytest.raises(ToolpointError, match="did you mean|one of"):
+    with pytest.raises(ToolpointError, match="must be one of"):
         identify(frf, "polymax", BAND)
     dead = Frf(frf.frequency, 0 * frf.values, frf.outputs, frf.inputs, frf.quantity)
     with pytest.raises(ToolpointError, match="all responses are zero"):
@@ -289,9 +289,10 @@ def test_pure_noise_gives_no_modes():
     try:
         found = identify(frf)
     except ToolpointError as error:
-        assert "no mode" in str(error)
+        message = str(error)
     else:
-        assert found.fit < 0.2 and found.advice
+        message = "no mode" if found.fit < 0.2 and found.advice else found.status
+    assert "no mode" in message
 
 
 def test_measured_tool_holder():

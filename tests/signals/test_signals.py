@@ -36,7 +36,7 @@ def test_clean_hits_give_the_exact_response():
     assert test.used == 3 and len(test.hits) == 3
     assert test.frf.quantity == "mobility" and test.frf.decay == 0
     assert relative_error(test.frf.values, truth(test.frf.frequency)) < 4e-3
-    assert test.frf.coherence.min() > 0.999
+    assert test.frf.coherence[5:300].min() > 0.999
 
 
 @pytest.mark.parametrize("final", [0.1, 0.01])
@@ -89,7 +89,8 @@ def test_the_ring_down_of_an_earlier_hit_and_a_cut_ring_down_are_rejected():
     light = MODES.with_damping(0.001)
     with pytest.raises(ToolpointError, match="ring-down not ended"):
         hammer_test(struck([100.0, 100], modes=light), DURATION)
-    test = hammer_test(struck([100.0, 100, 100], modes=light), DURATION, final=0.01)
+    with pytest.warns(ToolpointWarning, match="one hit only"):
+        test = hammer_test(struck([100.0, 100, 100], modes=light), DURATION, final=0.01)
     assert test.hits[0].accepted
     assert "ring-down of an earlier hit" in test.hits[1].reasons[0]
 
@@ -97,7 +98,7 @@ def test_the_ring_down_of_an_earlier_hit_and_a_cut_ring_down_are_rejected():
 def test_swapped_channels_are_noticed():
     record = struck([100.0, 100, 100], modes=MODES.with_damping(0.01))
     swapped = Record(record.samples[:, [1, 0, 2, 3]], RATE, record.channels, record.quantities)
-    with pytest.raises(ToolpointError, match="wrong channel|ring"):
+    with pytest.raises(ToolpointError, match="wrong channel"):
         hammer_test(swapped, DURATION)
 
 

@@ -1,0 +1,90 @@
+"""Poses, probability, best speed."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cutting.cutting_cases import benchmark, random_problem
+from toolpoint import Modes
+from toolpoint.cutting import Engagement, FloquetDeterminant, stability
+from toolpoint.cutting.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
+from toolpoint.cutting.pose_charts import chart_poses
+from toolpoint.cutting.probability import coefficient_parameters, modal_parameters, probability
+
+SPEEDS = np.linspace(8000, 16000, 33)
+
+
+def test_poses_and_directions_equal_single_charts() -> None:
+    """A batch of poses gives pose by pose what single calls give; a faulty pose is kept with its reason."""
+    rng = np.random.default_rng(2)
+    single = [random_problem(rng, modes=2).dynamics for _ in range(3)]
+    batch = Modes(np.stack([m.frequency for m in single]), np.stack([m.damping_ratio for m in single]),  # type: ignore
+                  np.stack([m.shape for m in single]), single[0].dofs)  # type: ignore
+    problem = benchmark(Engagement.down(0.3), 2)
+    angles = [0.0, 0.6]
+    found = chart_poses(problem, batch, SPEEDS[::8], 0.01, angles, workers=2)
+    for i, modes in enumerate(single):
+        for j, angle in enumerate(angles):
+            want = stability.chart(problem.changed(dynamics=modes, feed_angle=angle), SPEEDS[::8], depth_max=0.01).limit
+            assert found.limit[i, j] == pytest.approx(want, rel=1e-9)
+    faulty = Modes([900.0], [0.0], np.ones((2, 1)), single[0].dofs)  # type: ignore[union-attr]
+    mixed = chart_poses(problem, [single[0], faulty], SPEEDS[:3], 0.01)  # type: ignore[list-item]
+    assert len(mixed.failures) == 1 and "damping" in mixed.failures[0][2]
+    assert np.isnan(mixed.limit[1]).all() and not np.isnan(mixed.limit[0]).any()
+
+
+def test_probability_tends_to_the_chart_and_names_what_matters() -> None:
+    """Without uncertainty P is the chart; with only kt uncertain, kt explains nearly all of the limit's variance."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    depths = np.linspace(1e-4, 4e-3, 20)
+    none = probability(problem, coefficient_parameters(0.0), SPEEDS, depths, np.random.default_rng(0), 3)
+    assert np.array_equal(none.probability > 0.5, stability.chart(problem, SPEEDS, depth_max=4e-3).stable(depths))
+    parameters = [coefficient_parameters(0.1)[0], coefficient_parameters(0.005)[1]]
+    varied = probability(problem, parameters, SPEEDS, depths, np.random.default_rng(1), 60)
+    assert (varied.probability >= 0).all() and (varied.probability <= 1).all() and (varied.error < 0.07).all()
+    share = varied.importance()
+    assert next(iter(share)) == "kt" and 0.7 < share["kt"] <= 1.05
+    assert (varied.depth_at(0.95) <= varied.depth_at(0.5)).all()
+
+
+def test_uncertain_stiffness_scales_the_limit() -> None:
+    """All stiffnesses times c (with the masses) multiply the limit by c: the parameters enter as they say."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    changed = problem
+    for parameter in modal_parameters(problem):
+        if parameter.name.startswith("stiffness"):
+            changed = parameter.change(changed, 1.3)
+    a, b = (stability.chart(p, SPEEDS[:5], FloquetDeterminant(), depth_max=0.006).limit for p in (problem, changed))
+    finite = np.isfinite(b)
+    assert finite.any() and b[finite] == pytest.approx(1.3 * a[finite], rel=1e-6)
+    stiffer = modal_parameters(problem)[0].change(problem, 1.02).plane
+    assert np.linalg.norm(stiffer.response(np.array([0.0]))) == pytest.approx(
+        np.linalg.norm(problem.plane.response(np.array([0.0]))), rel=1e-9)
+
+
+def test_cuts_with_known_outcome_narrow_the_chart() -> None:
+    """A deep stable cut raises P(stable) there; the best cut proposed is one that is likely stable."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    depths = np.linspace(1e-4, 4e-3, 20)
+    prior = probability(problem, [*modal_parameters(problem, 0.01, 0.2), *coefficient_parameters(0.15)], SPEEDS, depths,
+                        np.random.default_rng(3), 60)
+    test = most_informative(prior)
+    i, d = int(np.argmin(np.abs(SPEEDS - test.speed))), int(np.argmin(np.abs(depths - test.depth)))
+    assert 0.2 < prior.probability[i, d] < 0.8
+    after = prior.after_cuts([(test.speed, test.depth, True)])
+    assert after.probability[i, d] > prior.probability[i, d] and after.weights.sum() == pytest.approx(1)
+    advice = from_cuts(prior, [(test.speed, test.depth, True)], 0.8)
+    assert advice.depth > 0
+
+
+def test_best_speed() -> None:
+    """From the chart: inside the best lobe; from the chatter frequency: tooth passing at f/k."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    chart = stability.chart(problem, np.linspace(8000, 16000, 81), depth_max=4e-3)
+    advice = from_chart(chart)
+    assert chart.limit[np.argmin(np.abs(chart.speeds - advice.speed))] >= advice.depth
+    first = from_chatter_frequency(930.0, 2, 30000.0)[0]
+    assert first.speed == pytest.approx(60 * 930 / 2)
+    limit = stability.chart(problem, [first.speed * 0.98, first.speed * 0.8], depth_max=0.02).limit
+    assert limit[0] > limit[1] or np.isinf(limit[0])
