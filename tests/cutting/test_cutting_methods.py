@@ -10,6 +10,7 @@ from toolpoint import ToolpointError
 from toolpoint.cutting import (
     Collocation,
     Engagement,
+    FloquetDeterminant,
     FullDiscretization,
     MultiFrequency,
     SemiDiscretization,
@@ -17,6 +18,7 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
+from toolpoint.cutting.floquet import Frozen
 from toolpoint.vibration import frequency_response
 
 # |mu| of the 1-DOF slot at 5000 rev/min for depths in mm, converged (not the 200-interval values of the literature).
@@ -35,7 +37,7 @@ def test_multipliers_of_the_slot(depth: float) -> None:
 def test_step_methods_are_second_order(method) -> None:  # type: ignore[no-untyped-def]
     """Halving the interval divides the error of the multiplier by four."""
     problem = benchmark(Engagement.slot())
-    error = [abs(np.abs(method(n).multipliers(problem, 5000.0, 0.5e-3)[0]) - MULTIPLIERS[0.5]) for n in (80, 160)]
+    error = [abs(np.abs(method(n).multipliers(problem, 5000.0, 0.5e-3)[0]) - MULTIPLIERS[0.5]) for n in (60, 120)]
     assert np.log2(error[0] / error[1]) == pytest.approx(2, abs=0.15)
 
 
@@ -73,17 +75,25 @@ def test_equal_pitch_given_as_unequal_has_powers_of_the_same_multipliers() -> No
 
 
 def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() -> None:
-    """With depth = pi D/(N tan helix) the coefficient is constant: ZeroOrder's limit is exact there."""
+    """With depth = pi D/(N tan helix) the coefficient is constant: ZeroOrder's limit is the default engine's to 1e-9."""
     problem = benchmark(Engagement.down(0.3), 2)
-    limit = stability.chart(problem, [9000.0], ZeroOrder()).limit[0]
-    helix = np.arctan(np.pi * 0.02 / (2 * limit))
-    if helix > np.radians(75):
-        tool = Tool(0.02, 2)
-        object.__setattr__(tool, "helix", np.full(2, helix))  # beyond any real tool, but the law holds
-    else:
-        tool = Tool(0.02, 2, helix=helix)
-    mu = np.abs(Collocation(nodes=8, slices=60).multipliers(problem.changed(tool=tool), 9000.0, limit))
-    assert mu[0] == pytest.approx(1, abs=2e-3)
+    limit = stability.chart(problem, [9000.0], ZeroOrder(), depth_max=0.002).limit[0]
+    tool = Tool(0.02, 2)
+    # An angle beyond any real tool's, but the law holds for it.
+    object.__setattr__(tool, "helix", np.full(2, np.arctan(np.pi * 0.02 / (2 * limit))))
+    frozen = Frozen(FloquetDeterminant(tolerance=1e-9), problem.changed(tool=tool), 9000.0)
+    assert frozen(limit, 9000.0, 1.3 * limit)[0, 0] == pytest.approx(limit, rel=1e-9)
+
+
+def test_helical_boundary_is_one_of_the_general_method() -> None:
+    """The default engine's limit of a helical tool has a multiplier on the unit circle by sliced collocation."""
+    problem = benchmark(Engagement.down(0.3), 2, tool=Tool(0.01, 3, helix=np.radians(35)))
+    chart = stability.chart(problem, [15000.0], depth_max=0.001)
+    assert chart.method == "FloquetDeterminant" and np.isfinite(chart.limit[0])
+    mu = np.abs(Collocation(nodes=6, slices=6).multipliers(problem, 15000.0, chart.limit[0]))
+    assert mu[0] == pytest.approx(1, abs=1e-5)
+    straight = stability.chart(problem.changed(tool=Tool(0.01, 3)), [15000.0], depth_max=0.001).limit[0]
+    assert abs(chart.limit[0] / straight - 1) > 1e-3
 
 
 def test_determinant_of_the_monodromy_without_delay() -> None:

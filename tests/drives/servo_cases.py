@@ -18,32 +18,32 @@ RATIO = 0.010 / (2 * np.pi)
 MOTOR = SynchronousMotor(4, 0.5, 5e-3, 5e-3, 0.15)
 
 
-def frame(scale: float = 1.0) -> Structure:
+def frame(scale: float = 1.0, tool: float = 1.4, phase: float = 0.5) -> Structure:
     """Twenty modes 38..800 Hz, 2 %: both bases are driven, both bases and the tool move."""
     frequency = np.geomspace(38.0, 800.0, 20)
     k = np.arange(20)
-    shape = np.stack([np.cos(1.3 * k + 0.2), np.sin(1.7 * k + 0.5), -1.4 * np.cos(1.3 * k + 0.5),
-                      -1.4 * np.sin(1.7 * k + 0.9)])
+    shape = np.stack([np.cos(1.3 * k + 0.2), np.sin(1.7 * k + 0.5), -tool * np.cos(1.3 * k + phase),
+                      -tool * np.sin(1.7 * k + phase + 0.4)])
     shape = scale * shape / np.sqrt(2000.0)
     modes = Modes(frequency, np.full(20, 0.02), shape, ("base:+x", "base:+y", "tool:+x", "tool:+y"))
     return Structure.from_modes(modes, {"x.base": Dof("base", "+x"), "y.base": Dof("base", "+y")},
                                 {"x": Dof("tool", "+x"), "y": Dof("tool", "+y")})
 
 
-def lugre(coulomb: float = 220.0, ratio: float = 1.2, stiffness: float = 2e7, velocity: float = 2e-3,
+def lugre(coulomb: float = 338.9, ratio: float = 1.2, stiffness: float = 1e7, velocity: float = 2e-3,
           viscous: float = 400.0) -> LuGre:
     """Guideway friction, N."""
     return LuGre(stiffness, 3e3, coulomb, ratio * coulomb, velocity, viscous)
 
 
-def benchmark_plant(law: FrictionLaw, frame_scale: float = 1.0, masses: tuple[float, float] = (400.0, 300.0)) -> Plant:
+def benchmark_plant(law: FrictionLaw, frame_scale: float = 0.4704, masses: tuple[float, float] = (400.0, 354.8)) -> Plant:
     """Two axes with dq motors on the frame: 54 states with two LuGre bristles (52 in the linear part)."""
     axes = [Axis(name, MOTOR, two_mass_axis(0.008, mass, RATIO, 1.2e8, 6e3, motor_damping=0.01, guide_friction=law))
             for name, mass in zip("xy", masses, strict=True)]
     return plant(axes, frame(frame_scale))
 
 
-def controller(position: float = 60.0, velocity: float = 3.0, integral: float = 0.02, ff: float = 1.0,
+def controller(position: float = 60.0, velocity: float = 2.0, integral: float = 0.015, ff: float = 1.0,
                feedback: str = "scale") -> Controller:
     """Cascade of the benchmark: 125 us, 250 us, 1 ms; 60 A, 320 V; velocity feed-forward."""
     return Controller(PositionLoop(position, 1e-3, ff, feedback=feedback), VelocityLoop(velocity, integral, 250e-6), RATIO,
@@ -51,7 +51,7 @@ def controller(position: float = 60.0, velocity: float = 3.0, integral: float = 
                       inverter=Inverter(320.0))
 
 
-def benchmark_servo(law: FrictionLaw | None = None, frame_scale: float = 1.0) -> Servo:
+def benchmark_servo(law: FrictionLaw | None = None, frame_scale: float = 0.4704) -> Servo:
     """The servo of the benchmark."""
     return Servo(benchmark_plant(lugre() if law is None else law, frame_scale), (controller(), controller()))
 
@@ -108,9 +108,9 @@ def plant_rate(p: Plant, friction: list):
                 v, z = s[j], x[n + j]
                 e = (law.static - law.coulomb) * np.exp(-((v / law.stribeck_velocity) ** 2))
                 dz[j] = v - law.stiffness * abs(v) * z / (law.coulomb + e)
-                w[j] = law.stiffness * z + law.damping * dz[j] + law.viscous * v
+                w[j] = law.stiffness * z + law.damping * dz[j]
             else:
-                w[j] = law.viscous * s[j]
+                w[j] = 0.0
         w[laws:] = s[one] * s[other]
         return np.concatenate([a @ x[:n] + bw @ w + drive, dz])
 

@@ -233,3 +233,13 @@ def test_pyuff_reads_what_is_written_and_the_other_way_round(path):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToolpointWarning)
         assert uff.read_frf(path).values.shape == frf.values.shape
+
+
+def test_real_shapes_among_complex_ones_share_their_scaling(path):
+    real = Modes(np.array([10.0]), np.array([0.01]), np.array([[0.5], [-2.0]]), ["1:+x", "2:+x"])
+    uff.write(path, real)
+    uff.write(path, Modes(np.array([20.0]), np.array([0.02]), np.array([[1 + 1j], [2.0]]), ["1:+x", "2:+x"], "modal A"),
+              append=True)
+    found = uff.read_modes(path)
+    assert found.scaling == "modal A"
+    assert np.allclose(found.shape[:, 0] ** 2, real.shape[:, 0] ** 2 / (2j * real.poles[0].imag), rtol=1e-4)

@@ -155,7 +155,7 @@ def test_non_proportional_damping_gives_the_complex_modes():
 
 def test_intervals_hold_as_often_as_they_say():
     deviation = []
-    for seed in range(40):
+    for seed in range(24):
         rng = np.random.default_rng(seed)
         case = benchmark(rng, points=8)
         found = identify(with_noise(case.frf, 0.005, rng), band=BAND).modes
@@ -163,7 +163,7 @@ def test_intervals_hold_as_often_as_they_say():
         deviation.append([(found.frequency - IN_BAND) / found.frequency_interval,
                           (found.damping_ratio - DAMPING) / found.damping_interval])
     held = (np.abs(deviation) < 1).mean()
-    assert 0.92 < held < 0.98  # 960 trials: 0.95 +- 0.014 (two standard deviations)
+    assert 0.91 < held < 0.98  # 576 trials: 0.95 +- 0.018 (two standard deviations)
 
 
 def test_stated_variance_is_used_as_weight():
@@ -185,7 +185,7 @@ def test_stated_variance_is_used_as_weight():
 
 def test_noise_that_varies_over_the_band_keeps_the_intervals_honest():
     deviation = []
-    for seed in range(10):
+    for seed in range(6):
         rng = np.random.default_rng(seed)
         frf = benchmark(rng, points=8).frf
         rms = np.sqrt((np.abs(frf.values) ** 2).mean(axis=0))
@@ -306,3 +306,52 @@ def test_measured_tool_holder():
     assert found.fit > 0.97
     for picked, near in ((1074.0, 0.02), (1961.0, 0.03), (2617.0, 0.02)):  # by hand by the author of the data
         assert np.abs(found.modes.frequency / picked - 1).min() < near
+
+
+def test_from_hammer_blows_with_imperfections_to_modes():
+    from signals.hammer_case import DURATION, MODES, pulse, struck
+    from toolpoint.signals import hammer_test
+
+    light = MODES.with_damping(0.004)
+    rng = np.random.default_rng(0)
+    n = 400 + 5000 * 5
+    record = struck([100.0, 90, 110, 15, 100], 5000, rng, 2e-5, pulse(200 + 5000 + 100, n, 40), light)
+    test = hammer_test(record, DURATION, final=0.02)
+    assert [hit.accepted for hit in test.hits] == [True, False, True, False, True]
+    found = identify(test.frf, band=(20, 350)).modes
+    assert found.frequency == pytest.approx(light.frequency, rel=2e-4)
+    assert found.damping_ratio == pytest.approx(light.damping_ratio, rel=0.02)  # 0.9 % to 1.4 % without the correction
+    shape = found.shape * np.sqrt(2j * found.poles.imag)
+    assert np.abs(np.abs(shape) - np.abs(light.shape)).max() < 0.06  # the sampled force pulse has lost sinc^2 by 260 Hz
+
+
+def test_one_response_alone_is_enough():
+    modes = structure(np.random.default_rng(3), 2, np.array([40.0, 90, 150]), np.array([0.01, 0.02, 0.015]))
+    frf = with_noise(responses(modes, 1, "receptance", np.arange(5, 200, 0.25)), 0.001, np.random.default_rng(0))
+    found = identify(frf.selected([0], [0])).modes
+    assert found.frequency == pytest.approx(modes.frequency, rel=1e-3)
+    assert found.damping_ratio == pytest.approx(modes.damping_ratio, rel=0.02)
+
+
+def test_more_references_than_outputs_are_turned_round():
+    rng = np.random.default_rng(3)
+    modes = structure(rng, 4, np.array([40.0, 90, 150]), np.array([0.01, 0.02, 0.015]))
+    frf = with_noise(responses(modes, 12, "receptance", np.arange(5, 200, 0.25)), 0.001, rng).selected([0, 1])
+    found = identify(frf)
+    assert found.modes.dofs == frf.outputs and found.modes.input_dofs == frf.inputs
+    assert found.quality.shape == (2, 12)
+    assert found.modes.frequency == pytest.approx(modes.frequency, rel=1e-4)
+    assert np.abs(found.synthesis.values - frf.values).max() < 0.02 * np.abs(frf.values).max()
+
+
+def test_smooth_residuals_widen_the_intervals():
+    rng = np.random.default_rng(0)
+    modes = structure(rng, 3, np.array([40.0, 90, 150]), np.array([0.01, 0.02, 0.015]))
+    white = with_noise(responses(modes, 1, "accelerance", np.arange(5, 200, 0.1)), 0.02, rng)
+    noise = white.values - responses(modes, 1, "accelerance", np.arange(5, 200, 0.1)).values
+    smooth = np.apply_along_axis(lambda c: np.convolve(c, np.ones(8) / np.sqrt(8), "same"), 0, noise)
+    same = Frf(white.frequency, white.values - noise + smooth, white.outputs, white.inputs, white.quantity)
+    first, second = identify(white), identify(same)
+    wider = second.modes.frequency_interval / first.modes.frequency_interval
+    assert np.median(wider) == pytest.approx(np.sqrt(8), rel=0.3)
+    assert any("smooth over about" in line for line in second.advice)

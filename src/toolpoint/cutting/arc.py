@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import pairwise
 
 import numpy as np
 from numpy.polynomial import legendre
@@ -72,7 +74,7 @@ def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, te
     pitch = 2 * np.pi / teeth
     ends = breaks(engagement, teeth)
     parts = []
-    for a, b in zip(ends[:-1], ends[1:]):
+    for a, b in pairwise(ends):
         n = least + int(np.ceil(density * (b - a)))
         x, w, rising = gauss(n)
         angle = a + (b - a) / 2 * (1 + x)
@@ -83,16 +85,16 @@ def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, te
     return _joined(parts, second_direction)
 
 
-def _joined(parts: list[tuple[FloatArray, ...]], second_direction: bool) -> ArcNodes:
+def _joined(parts: Sequence[tuple[FloatArray, ...]], second_direction: bool) -> ArcNodes:
     rows = []
-    for place, (angle, weight, _, k, chip) in enumerate(parts):
+    for at, (angle, weight, _, k, chip) in enumerate(parts):
         if k.shape[1] == 1:
-            rows.append((np.full(angle.size, place), np.arange(angle.size), angle, weight, chip[:, 0], k[:, 0]))
+            rows.append((np.full(angle.size, at), np.arange(angle.size), angle, weight, chip[:, 0], k[:, 0]))
             continue
         matrix = np.einsum("qti,qtj->qij", k, chip)
         for way in range(2 if second_direction else 1):
             unit = np.broadcast_to(np.eye(2)[way], (angle.size, 2))
-            rows.append((np.full(angle.size, place), np.arange(angle.size), angle, weight, unit, matrix[:, :, way]))
+            rows.append((np.full(angle.size, at), np.arange(angle.size), angle, weight, unit, matrix[:, :, way]))
     place, number, angle, weight = (np.concatenate([row[i] for row in rows]) for i in range(4))
     chip, force = (np.ascontiguousarray(np.concatenate([row[i] for row in rows])) for i in (4, 5))
     partial = np.where(place[None, :] < place[:, None], weight[None, :], 0.0)

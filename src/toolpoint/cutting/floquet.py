@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import Array, FloatArray, count, fail, positive
 from toolpoint.cutting.arc import ArcNodes, straight_nodes
 from toolpoint.cutting.chart import StabilityChart, assembled
+from toolpoint.cutting.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
 
@@ -27,6 +28,7 @@ class FloquetDeterminant:
     :math:`D(\theta, w) = \det(I + w (1 - e^{-i\theta}) K(\theta))` is a polynomial in w. The number of unstable
     multipliers is minus the phase change of D over :math:`\theta \in [0, \pi]` in units of pi: a whole number.
     Boundary points are solved for (theta, w) and solved again with more nodes: the difference is the stated error.
+    Helical tools of equal pitch are solved with the mean matrix of each depth (about a second a speed).
 
     Parameters
     ----------
@@ -62,6 +64,8 @@ class FloquetDeterminant:
         """Return the chart; see `stability.chart`."""
         checked(problem)
         assert isinstance(problem, MillingProblem)
+        if problem.tool.has_helix:
+            return self._helical(problem, speeds, depth_max)
         found = [self._group(problem, speeds, group, depth_max) for group in _alike(problem, speeds)]
         columns = [np.concatenate(c) for c in zip(*[f[:-1] for f in found])]
         index, depth, theta, change, error = columns
@@ -69,6 +73,21 @@ class FloquetDeterminant:
         state = max(f[-1] for f in found)
         return assembled(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
                          notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
+
+    def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
+        levels = np.concatenate([[0.0], depth_max * (np.arange(1, 21) / 20) ** 2])
+        rows, state = [], 0
+        for i, speed in enumerate(speeds):
+            frozen = Frozen(self, problem, float(speed))
+            counts = np.array([0, *(count_at(frozen, float(speed), float(d)) for d in levels[1:])])
+            rows += [(i, *row) for row in boundaries(frozen, float(speed), counts, levels)]
+            state = max(state, frozen.state)
+        table = np.array(rows, float).reshape(-1, 5)
+        frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
+        note = "helix: bands narrower than the spacing of 20 search levels can be missed"
+        return assembled(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
+                         method=str(self), notes=(*problem.notes, note), status=STATUS[state])
 
     def _note(self, depth_max: float) -> str:
         return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "
@@ -92,25 +111,59 @@ class FloquetDeterminant:
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
                  density: float, least: int, final: bool = False) -> tuple[Array, tuple[Array, ...], int]:
-        from toolpoint.cutting.floquet_kernels import MAX_POINTS
-        from toolpoint.cutting.floquet_scan import scan_many
-
-        second = bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]) or not plane.is_modal)
+        second = _second(plane)
         sets = [green_set(straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, n, second), plane)
                 for d, n in ((density, least), (1.15 * density, least + 3))]
         n = speeds[group]
-        points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
-        top = np.zeros(n.size)
-        hints = _hints(plane)
-        scan_many(problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, lines_of(plane), *hints,
-                  (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
-        used = np.arange(MAX_POINTS) < found[:, None]
+        points, found, status = self.scanned(problem, plane, n, sets, depth_max)
+        used = np.arange(points.shape[1]) < found[:, None]
         tight = np.array([_tight(points[i, :found[i]], self.tolerance) for i in range(n.size)])
         done = np.ones(n.size, bool) if final else tight
         at = np.nonzero(used & done[:, None])
         p = points[at]
         part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
         return done, part, int(status[done].max(initial=0))
+
+    def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Array, ...]],
+                depth_max: float) -> tuple[FloatArray, Array, Array]:
+        """Return (points, number of points, status) of these speeds from the kernels."""
+        from toolpoint.cutting.floquet_kernels import MAX_POINTS
+        from toolpoint.cutting.floquet_scan import scan_many
+
+        points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
+        top = np.zeros(n.size)
+        scan_many(  # type: ignore[call-arg]
+            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, lines_of(plane), *_hints(plane),
+            (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
+        return points, found, status
+
+
+class Frozen:
+    """Boundaries of one speed with the shape of the cut frozen at a depth (see `helical.Frozen`)."""
+
+    def __init__(self, method: FloquetDeterminant, problem: MillingProblem, speed: float) -> None:
+        self.method, self.problem, self.plane = method, problem, problem.plane_at(speed)
+        self.density = 1.05 * _highest(self.plane) / (2 * np.pi * speed / 60)
+        self.state = 0
+
+    def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
+        method, least = self.method, self.method.nodes
+        for attempt in range(4):
+            sets = [green_set(helical_nodes(self.problem, depth, d, n, _second(self.plane)), self.plane)
+                    for d, n in ((self.density, least), (1.15 * self.density, least + 3))]
+            points, found, status = method.scanned(self.problem, self.plane, np.array([speed]), sets, top)
+            rows = points[0, :found[0]]
+            if _tight(rows, method.tolerance) or attempt == 3:
+                break
+            least += 4
+        self.state = max(self.state, int(status[0]))
+        rows = rows[np.argsort(rows[:, 0])]
+        return rows * np.array([top, 1, 1, top])
+
+
+def _second(plane: PlaneDynamics) -> bool:
+    """Whether the tool can vibrate along y."""
+    return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]) or not plane.is_modal)
 
 
 def _tight(points: FloatArray, tolerance: float) -> bool:
@@ -203,8 +256,8 @@ def checked(problem: MillingProblem | TurningProblem) -> None:
     """Refuse problems that need another method, naming it."""
     if isinstance(problem, TurningProblem):
         fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
-    if not problem.tool.is_regular or problem.tool.has_helix:
-        fail("problem", "unequal pitch, unequal helix or helix", "must have straight teeth of equal pitch",
+    if not problem.tool.is_regular:
+        fail("problem", "unequal pitch or helix", "must have teeth of equal pitch and helix",
              "use method=Collocation() or leave it out")
     if problem.process_damping > 0:
         fail("problem", "process damping", "is not linear in the delay factor", "use method=Collocation()")

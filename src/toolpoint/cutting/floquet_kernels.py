@@ -4,6 +4,8 @@ Everything is scaled: s = w/w_max in [0, 1]; D(theta, s) = det(I + s M(theta)), 
 nu = exp(-i theta). A polynomial's coefficients come from a Hessenberg form of M.
 """
 
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math

@@ -1,5 +1,7 @@
 """Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points."""
 
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
 import math
@@ -87,7 +89,7 @@ def count_at(order, used, c, degrees, s):
             if abs(step) > worst:
                 worst, place = abs(step), k - 1
         before = now
-    return int(round(-total / math.pi)), place
+    return int(np.round(-total / math.pi)), place
 
 
 @nb.njit(cache=True, nogil=True)
@@ -275,7 +277,7 @@ def improve(points, found, fine, poles, factors, lines, w_max, period, omega):
                                      minors, c)
             if t > math.pi:
                 t = 2 * math.pi - t
-        error = abs(new - s) + 1e-12 * s
+        error = abs(new - s) + 1e-10 * s  # rounding of the determinant
         if ok and error < 0.1 * s:
             points[p, 0], points[p, 1] = new, t
             points[p, 3] += error

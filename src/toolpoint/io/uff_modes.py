@@ -37,8 +37,10 @@ def modes(file: UniversalFile) -> Modes:
     moving = np.abs(table).sum(axis=1) > 0
     if not moving.all():
         keys, table = [key for key, keep in zip(keys, moving, strict=True) if keep], table[moving]
-    scales = np.array([shape.scale for shape in found])
     real = all(shape.real for shape in found)
+    # Among complex modes a real one of modal mass m has the modal A 2 i w m.
+    scales = np.array([shape.scale * (2j * 2 * np.pi * shape.frequency * np.sqrt(max(1 - shape.ratio**2, 0.0))
+                                      if shape.real and not real else 1.0) for shape in found])
     scaled = bool((np.abs(scales) > 0).all())
     table = table / np.sqrt(scales) if scaled else table
     kind = ("unit modal mass" if real else "modal A") if scaled else "unscaled"

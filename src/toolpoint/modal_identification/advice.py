@@ -13,11 +13,13 @@ from toolpoint.vibration.modes import Modes
 BLIND = 0.02
 POOR_FIT = 0.9
 UNCERTAIN = 0.2
+SHARED = 4.0
 
 
-def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float) -> tuple[str, ...]:
+def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
+            spread: float) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
-    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_mode_remarks(frf, modes),
+    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_shared_remarks(spread), *_mode_remarks(frf, modes),
             *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
 
 
@@ -37,6 +39,13 @@ def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes:
         found.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
                      "differ; the intervals are widened to what is seen")
     return found
+
+
+def _shared_remarks(spread: float) -> list[str]:
+    if spread < SHARED:
+        return []
+    return [f"the residual is smooth over about {spread:.0f} lines: the model misses something (a mode, a structure that "
+            "is not linear) or the data are smoothed; the intervals are widened for it"]
 
 
 def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:

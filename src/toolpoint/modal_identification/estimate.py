@@ -13,6 +13,7 @@ from toolpoint.modal_identification.identification import Model
 from toolpoint.modal_identification.refinement import Data, Fit, evaluated, free_parameters, informative, refined
 from toolpoint.modal_identification.scaling import driving_points, scaled
 from toolpoint.modal_identification.stabilization import LARGEST_DAMPING
+from toolpoint.modal_identification.twins import without_twins
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
@@ -26,11 +27,16 @@ EXPLAINED = 3.0
 
 @dataclass(frozen=True, eq=False)
 class Estimate:
-    """A converged fit with its data; `excess` is the residual over the stated variance (1 where none is stated)."""
+    """A converged fit with its data.
+
+    `excess` is the residual over the stated variance (1 where none is stated); `spread` says by how much neighbouring
+    lines share their residual, which widens the covariance (1 for independent lines).
+    """
 
     data: Data
     fit: Fit
     excess: float
+    spread: float = 1.0
 
 
 def starting_weight(frf: Frf) -> FloatArray:
@@ -46,7 +52,7 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
     weight = starting_weight(frf) if stated is None else stated
     fit = evaluated(data, poles / data.scale, participation, weight)
     if not refine:
-        return Estimate(data, fit, 1.0)
+        return Estimate(data, _sifted(data, fit), 1.0)
     fit = _pruned(data, _refined_twice(data, fit, stated), stated)
     fit = _completed(data, fit, stated)
     if frf.variance is None:
@@ -57,7 +63,16 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
     seen = _noise(data, fit)
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
-    return Estimate(data, evaluated(data, fit.poles, fit.participation, final), excess)
+    fit = evaluated(data, fit.poles, fit.participation, final)
+    return Estimate(data, fit, excess, shared(residual(data, fit)))
+
+
+def _sifted(data: Data, fit: Fit) -> Fit:
+    """Return the fit with its poles as they are, less twins of one mode and modes without evidence."""
+    fit = evaluated(data, *without_twins(fit), fit.weight)
+    fit = evaluated(data, fit.poles, fit.participation, _noise(data, fit))
+    keep = _plausible(data, fit) & (fit.significance > _evidence_limit(fit.weight.shape[0]))
+    return evaluated(data, fit.poles[keep], fit.participation[:, keep], fit.weight) if keep.any() else fit
 
 
 def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
@@ -157,6 +172,26 @@ def residual(data: Data, fit: Fit) -> ComplexArray:
     return (data.frf.values[:, some] - part.values()) * data.line_weight[:, None, None] * fit.weight[some]
 
 
+def shared(left: ComplexArray) -> float:
+    r"""Return :math:`1 + 2 \sum_l \rho_l` of residuals along the lines, as far as their correlation is significant.
+
+    Noise of windowed data, and what the model cannot follow (a structure that is not quite linear), is shared by
+    neighbouring lines: as many lines as share it count as one.
+    """
+    flat = left.reshape(left.shape[0], -1)
+    power = (np.abs(flat) ** 2).sum(axis=0)
+    flat = flat[:, power > 0] / np.sqrt(power[power > 0])
+    lines, responses = flat.shape
+    limit = 3 / np.sqrt(2 * max(lines * responses, 1))
+    total = 1.0
+    for lag in range(1, lines // 4):
+        part = float((flat[lag:] * flat[:-lag].conj()).sum().real) / max(responses, 1)
+        if part < limit:
+            break
+        total += 2 * part
+    return total
+
+
 def synthesised(data: Data, fit: Fit) -> Model:
     """Return the model of a fit."""
     terms = (pole_terms(data.p, fit.poles) * data.factor[:, None, None]).reshape(data.p.size, -1)
@@ -203,8 +238,8 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
         data.frf.outputs, "modal A" if is_scaled else "unscaled",
         participation=np.stack([part[1] for part in parts], axis=1), input_dofs=data.frf.inputs,
         lower_residual=lower, upper_residual=upper,
-        covariance=covariance(data, fit)[rank] if with_covariance else None,
-        shape_variance=diagonal * gain**2 if with_covariance else None, notes=data.frf.notes)
+        covariance=estimate.spread * covariance(data, fit)[rank] if with_covariance else None,
+        shape_variance=estimate.spread * diagonal * gain**2 if with_covariance else None, notes=data.frf.notes)
 
 
 def covariance(data: Data, fit: Fit) -> FloatArray:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Protocol
 
 import numpy as np
 
@@ -11,40 +10,16 @@ from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
 from toolpoint.modal_identification import estimate as _estimate
 from toolpoint.modal_identification.advice import remarks
 from toolpoint.modal_identification.band import cut
+from toolpoint.modal_identification.circle_fit import CircleFit, Quadrature
+from toolpoint.modal_identification.era import Realization
 from toolpoint.modal_identification.identification import Identification, mode_quality
+from toolpoint.modal_identification.lsce import ComplexExponential
+from toolpoint.modal_identification.lscf import CommonDenominator
 from toolpoint.modal_identification.plscf import poles_of_orders
+from toolpoint.modal_identification.rational_fraction import RationalFraction
 from toolpoint.modal_identification.selection import selected
-from toolpoint.modal_identification.stabilization import Diagram
+from toolpoint.modal_identification.start import Method, Start
 from toolpoint.vibration.frf import Frf
-
-
-@dataclass(frozen=True, eq=False)
-class Start:
-    """Poles (rad/s, of the data as windowed), participation (n_inputs, n_modes), and where they came from."""
-
-    poles: ComplexArray
-    participation: ComplexArray
-    diagram: Diagram | None = None
-    support: FloatArray | None = None
-    notes: tuple[str, ...] = ()
-
-
-class Method(Protocol):
-    """A way to find poles; `refine` says whether they are refined afterwards."""
-
-    @property
-    def name(self) -> str:
-        """Name in messages."""
-        ...
-
-    @property
-    def refine(self) -> bool:
-        """Whether the poles are refined by variable projection."""
-        ...
-
-    def start(self, frf: Frf) -> Start:
-        """Return the poles of responses that are cut to the band."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -88,7 +63,10 @@ def _weight(frf: Frf) -> FloatArray | None:
     return None if (mean <= 0).any() else 1 / np.sqrt(mean)
 
 
-METHODS: dict[str, Method] = {"refined": PolyReference(), "plscf": PolyReference(refine=False)}
+METHODS: dict[str, Method] = {
+    "refined": PolyReference(), "plscf": PolyReference(refine=False), "lscf": CommonDenominator(),
+    "lsce": ComplexExponential(), "era": Realization(), "global rfp": RationalFraction(),
+    "circle fit": CircleFit(), "quadrature": Quadrature()}
 
 
 def identify(frf: Frf, method: str | Method = "refined", band: tuple[float, float] | None = None) -> Identification:
@@ -130,7 +108,7 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")
-    advice = (*dead, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess))
+    advice = (*dead, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
                           fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice)

@@ -51,10 +51,10 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, weight: FloatArray
     interval = np.pi / (GAP * frf.omega[-1])
     normal = _normal_matrix(values, frf.omega * interval, order)
     inputs = len(frf.inputs)
-    factor = _cholesky(normal, float(np.abs(np.diagonal(normal)).mean()))
+    factor = cholesky(normal, float(np.abs(np.diagonal(normal)).mean()))
     found: list[tuple[int, Array, Array]] = []
     for m in range(step, order + 1, step):
-        roots, vectors = _roots(factor, m, inputs)
+        roots, vectors = roots_of_order(factor, m, inputs)
         found.append((m, -np.log(roots) / interval, vectors / reference_scale[:, None]))
     return Diagram.collected(found, frf)
 
@@ -75,8 +75,8 @@ def _normal_matrix(values: ComplexArray, angle: FloatArray, order: int) -> Float
     phase = np.arange(order + 1)[:, None] * angle
     waves = np.cos(phase), np.sin(phase)
     whiten = _whitening(_sums(np.ones((lines, 1), complex), waves)[lag, 0])
-    power = np.einsum("foi,foj->fij", values.conj(), values, optimize=True).reshape(lines, -1)
-    toeplitz = _sums(power, waves)[lag].reshape(order + 1, order + 1, inputs, inputs)
+    power = np.concatenate([np.swapaxes(part.conj(), -1, -2) @ part for part in np.array_split(values, 16)])
+    toeplitz = _sums(power.reshape(lines, -1), waves)[lag].reshape(order + 1, order + 1, inputs, inputs)
     normal = toeplitz.transpose(0, 2, 1, 3).reshape((order + 1) * inputs, -1)
     for at in range(0, outputs, CHUNK):
         part = values[:, at:at + CHUNK, :]
@@ -104,7 +104,7 @@ def _whitening(gram: FloatArray) -> FloatArray:
     return (vectors[:, keep] / np.sqrt(size[keep])).T
 
 
-def _cholesky(normal: FloatArray, scale: float) -> FloatArray:
+def cholesky(normal: FloatArray, scale: float) -> FloatArray:
     """Return the lower factor; data without noise make M singular, so a trace of the identity is added where needed."""
     ridge = 1e-14
     identity = scale * np.eye(normal.shape[0])
@@ -116,8 +116,8 @@ def _cholesky(normal: FloatArray, scale: float) -> FloatArray:
     fail("frf", "the normal matrix of the poles is not positive", "must be", "check the responses for corrupt values")
 
 
-def _roots(factor: FloatArray, order: int, inputs: int) -> tuple[ComplexArray, ComplexArray]:
-    """Return the roots z^-1 = e^{-s dt} of det D of one order and their participation vectors, (n_inputs, n_roots)."""
+def roots_of_order(factor: FloatArray, order: int, inputs: int) -> tuple[ComplexArray, ComplexArray]:
+    """Return the roots of det D of one order and their participation vectors, (n_inputs, n_roots)."""
     size = order * inputs
     right = factor[size:size + inputs, :size].T
     alpha = -solve_triangular(factor[:size, :size], right, lower=True, trans="T", check_finite=False)

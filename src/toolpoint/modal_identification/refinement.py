@@ -55,7 +55,10 @@ class Data:
         """Return the data of one pose, cut to the band; `line_weight` (n_f,): one over the relative noise of a line."""
         scale = float(frf.omega[-1])
         weight = np.ones(frf.frequency.size) if line_weight is None else line_weight
-        values = real_rows(frf.values * weight[:, None, None])
+        lines = weight.size
+        values = np.empty((2 * lines, *frf.values.shape[1:]))  # filled in place: the largest array of all
+        np.multiply(frf.values.real, weight[:, None, None], out=values[:lines])
+        np.multiply(frf.values.imag, weight[:, None, None], out=values[lines:])
         outside = real_rows(outside_terms(frf) * (factor(frf) * weight)[:, None])
         left, size, _ = np.linalg.svd(outside, full_matrices=False)
         left = np.ascontiguousarray(left[:, size > 1e-10 * size[0]])

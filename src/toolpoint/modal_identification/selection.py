@@ -62,6 +62,20 @@ def selected(diagram: Diagram, share: float = 0.35) -> Selection:
                      np.array([one[2] for one in kept]))
 
 
+def distinct(choice: Selection) -> Selection:
+    """Return the selection without poles that repeat another within a tenth of its half width.
+
+    For methods with a common denominator, which know no participation and cannot have repeated roots.
+    """
+    kept: list[int] = []
+    for i in np.argsort(-choice.support, kind="stable").tolist():
+        s = choice.poles[i]
+        if all(abs(s - choice.poles[j]) > 0.1 * abs(choice.poles[j].real) for j in kept):
+            kept.append(i)
+    kept.sort()
+    return Selection(choice.poles[kept], choice.participation[:, kept], choice.support[kept])
+
+
 def _groups(diagram: Diagram) -> list[list[int]]:
     """Return the indices of the poles of every group, from the highest order down."""
     groups: list[list[int]] = []

@@ -1,0 +1,259 @@
+r"""Time-domain milling: regeneration with loss of contact, helix, run-out, unequal pitch, several flutes' memory."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
+from toolpoint.cutting.collocation import _Modal, modal
+from toolpoint.cutting.problem import MillingProblem, checked_speeds
+from toolpoint.vibration import Dof, Record
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """Result of a simulated cut.
+
+    Parameters
+    ----------
+    problem, speed, depth : MillingProblem, float (rev/min), float (m)
+    time : (n,) floats
+        s.
+    displacement : (n, 2) floats
+        Tool against work in the feed frame, m.
+    force : (n, 2) floats
+        Force on the tool, N.
+    torque : (n,) floats
+        Spindle torque, N m.
+    chip : (n,) floats
+        Largest chip thickness of any edge element, m.
+    steps_per_period : int
+        Samples in one tooth period.
+    status : str
+    notes : sequence of str
+    """
+
+    problem: MillingProblem
+    speed: float
+    depth: float
+    time: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    torque: FloatArray
+    chip: FloatArray
+    steps_per_period: int
+    status: str = "complete"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def steps_per_revolution(self) -> int:
+        """Samples in one revolution."""
+        return self.steps_per_period * self.problem.tool.teeth
+
+    @property
+    def power(self) -> FloatArray:
+        """Cutting power, W."""
+        return self.torque * 2 * np.pi * self.speed / 60
+
+    def once_per_revolution(self) -> FloatArray:
+        """Displacement sampled once a revolution: a point when stable, a closed curve in Hopf chatter, two points in flip."""
+        return self.displacement[::self.steps_per_revolution]
+
+    def once_per_tooth(self) -> FloatArray:
+        """Displacement sampled once a tooth period."""
+        return self.displacement[::self.steps_per_period]
+
+    def peak_to_peak(self, last_revolutions: int = 10) -> FloatArray:
+        """Peak-to-peak displacement in x and y over the last revolutions, m."""
+        return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
+
+    def is_chattering(self, tolerance: float = 1e-3, last_revolutions: int = 10) -> bool:
+        """Whether successive tooth periods still differ by more than `tolerance` of the vibration, or grow."""
+        tail = self.displacement[-last_revolutions * self.steps_per_revolution:]
+        m = self.steps_per_period
+        return bool(np.abs(tail[m:] - tail[:-m]).max() > tolerance * max(np.ptp(tail, axis=0).max(), 1e-300))
+
+    def growth(self, periods: int = 80) -> float:
+        """Growth of the difference between tooth periods, per period, over the last `periods`; 1 on the boundary."""
+        m = self.steps_per_period
+        d = self.displacement[-(periods + 2) * m - 1:]
+        change = d[m:] - d[:-m]
+        energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
+        slope = np.polyfit(np.arange(energy.size), np.log(np.maximum(energy, 1e-300)), 1)[0]
+        return float(np.exp(slope))
+
+    def spectrum(self, what: str = "displacement", direction: int = 0, last_revolutions: int | None = None) -> Spectrum:
+        """Return the amplitude spectrum over whole revolutions with spindle, tooth-passing and chatter lines marked."""
+        values = np.asarray(getattr(self, what), float)
+        values = values[:, direction] if values.ndim == 2 else values
+        whole = (values.size - 1) // self.steps_per_revolution
+        turns = min(whole, last_revolutions or whole)
+        part = values[-turns * self.steps_per_revolution:]
+        amplitude = np.abs(np.fft.rfft(part - part.mean())) / part.size * 2
+        frequency = np.arange(amplitude.size) * (self.speed / 60) / turns
+        return Spectrum(frequency, amplitude, self.speed / 60, self.problem.tool.teeth)
+
+    def record(self) -> Record:
+        """Return displacement and force as a Record (channels tool x, y twice)."""
+        labels = (Dof("tool", "x"), Dof("tool", "y"))
+        return Record(self.displacement, 1 / float(self.time[1] - self.time[0]), labels, ("displacement",) * 2)
+
+    def __repr__(self) -> str:
+        return (f"Simulation({self.speed:g} rev/min, {1e3 * self.depth:g} mm, {self.time.size} samples, "
+                f"{self.time[-1]:.3g} s, {self.status})")
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Amplitude spectrum with the frequencies that a cut is expected to show, Hz."""
+
+    frequency: FloatArray
+    amplitude: FloatArray
+    spindle: float
+    teeth: int
+
+    def lines(self, share: float = 0.05) -> list[tuple[float, float, str]]:
+        """Return (Hz, amplitude, kind) of peaks above `share` of the largest: spindle, tooth passing or chatter."""
+        a = self.amplitude
+        peak = np.flatnonzero((a[1:-1] >= a[:-2]) & (a[1:-1] > a[2:]) & (a[1:-1] > share * a.max())) + 1
+        found = []
+        for i in peak.tolist():
+            order = self.frequency[i] / self.spindle
+            kind = "chatter"
+            if abs(order - round(order)) < 1e-6:
+                kind = "tooth passing" if round(order) % self.teeth == 0 else "spindle"
+            found.append((float(self.frequency[i]), float(a[i]), kind))
+        return found
+
+
+@dataclass(frozen=True)
+class ExactSteps:
+    """How a cut is simulated.
+
+    Parameters
+    ----------
+    steps : int
+        Steps in one tooth period; forces are linear over a step, the structure's response to them exact, entry and
+        exit weighted exactly, so the error is second order in 1/steps. 0 takes at least 400, and 40 in each period of
+        the highest mode.
+    slices : int
+        Axial slices of a helical tool.
+    memory : int
+        How many earlier passages may have left the surface (0: number of teeth).
+    """
+
+    steps: int = 0
+    slices: int = 12
+    memory: int = 0
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "slices", "memory"):
+            count(f"ExactSteps.{name}", getattr(self, name), 0)
+
+    def chosen(self, problem: MillingProblem, speed: float) -> int:
+        """Return the number of steps in a tooth period."""
+        if self.steps:
+            return self.steps
+        highest = np.abs(problem.plane_at(speed).poles).max() / (2 * np.pi)
+        return int(max(400, np.ceil(40 * highest * float(problem.tooth_period(speed)))))
+
+
+def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: int = 50,
+             method: ExactSteps | None = None, start: FloatArray | None = None) -> Simulation:
+    """Simulate a cut from rest (or from a first displacement `start` of the modes, m of each pole).
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        With `feed_per_tooth` above zero.
+    speed, depth : float
+        rev/min and m.
+    revolutions : int
+    method : ExactSteps, optional
+    start : (n_poles,) complex, optional
+        Modal states at time zero.
+    """
+    method = method or ExactSteps()
+    speed = float(checked_speeds(speed)[0])
+    depth = positive("depth", depth, 1.0)
+    if problem.feed_per_tooth <= 0:
+        fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
+             "problem.changed(feed_per_tooth=...)")
+    system = _Modal(modal(problem.plane_at(speed)))
+    m = method.chosen(problem, speed)
+    n = count("revolutions", revolutions) * m * problem.tool.teeth
+    dt = 60 / speed / (m * problem.tool.teeth)
+    arrays = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.zeros(n + 1), np.zeros(n + 1)
+    done = _march(problem, system, speed, depth, m, n, dt, method, start, arrays)
+    displacement, force, torque, chip = (a[:done + 1] for a in arrays)
+    status = "complete"
+    if done < n:
+        status = f"stopped at {done * dt:.4g} s: the vibration passed 1 m; the cut is unstable"
+        warnings.warn(status, ToolpointWarning, stacklevel=2)
+    return Simulation(problem, speed, depth, np.arange(done + 1) * dt, displacement, force,
+                      torque * problem.tool.radius, chip, m, status, problem.notes)
+
+
+def _march(problem: MillingProblem, system: _Modal, speed: float, depth: float, m: int, n: int, dt: float,
+           method: ExactSteps, start: FloatArray | None, arrays: tuple[Array, ...]) -> int:
+    from toolpoint.cutting.time_kernels import simulate as kernel
+
+    first, last, compliance = step_weights(system, dt)
+    lag, share, delay, extra = elements(problem, depth, m, method)
+    state = np.zeros(system.poles.size, complex)
+    if start is not None:
+        state[:] = start
+    material, arc = problem.coefficients, problem.engagement
+    angle_step = 2 * np.pi / (m * problem.tool.teeth)
+    drag = problem.process_damping / (2 * np.pi * speed / 60 * problem.tool.radius)
+    return int(kernel(
+        n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt), system.left, first, last,
+        compliance, state, arc.entry, angle_step, lag, share, delay, extra, arc.entry, arc.exit, material.cutting,
+        material.edge, delay.shape[1], drag, dt, *arrays))
+
+
+def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
+    """Weights of the force at a step's start and end on the modal states, and the end's own compliance (2, 2)."""
+    x = system.poles * dt
+    phi1 = np.expm1(x) / x
+    small = np.abs(x) < 1e-2
+    phi2 = np.where(small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(small, 1, x))
+    first, last = (system.right * (weight * dt)[:, None] for weight in (phi1 - phi2, phi2))
+    return first, last, 2 * np.real(system.left @ last)
+
+
+def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> tuple[FloatArray, ...]:
+    """Edge elements: lag (rad), length (m), steps back to and run-out chip of every remembered passage."""
+    tool = problem.tool
+    slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
+    height = (np.arange(slices) + 0.5) * depth / slices
+    lag, radius = tool.angles(height), tool.edge_radius(height)
+    memory = method.memory or tool.teeth
+    delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
+    per_turn = m * tool.teeth
+    for i in range(1, memory + 1):
+        back = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
+        turns = (i - 1) // tool.teeth
+        angle = (lag[:, back] - lag) % (2 * np.pi)
+        angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * turns
+        delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * per_turn, 9)
+        extra[:, :, i - 1] = radius - radius[:, back]
+    every = slices * tool.teeth
+    share = np.full(every, depth / slices)
+    return (lag.ravel() % (2 * np.pi), share, delay.reshape(every, memory), extra.reshape(every, memory))
+
+
+def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
+                     method: ExactSteps | None = None) -> FloatArray:
+    """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2)."""
+    n, w = checked_speeds(speeds), floats("depths", np.atleast_1d(depths))
+    out = np.empty((n.size, w.size, 2))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ToolpointWarning)
+        for i, speed in enumerate(n):
+            for j, depth in enumerate(w):
+                out[i, j] = simulate(problem, float(speed), float(depth), revolutions, method).peak_to_peak()
+    return out

@@ -1,0 +1,111 @@
+"""Compiled kernel of the milling simulation: exact modal steps, forces linear over a step, memory of several flutes."""
+
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+
+@nb.njit(cache=True, nogil=True)
+def engaged_share(angle, step, entry, leave):
+    """Share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
+    total = 0.0
+    for turn in (-1, 0, 1):
+        centre = angle + 2 * math.pi * turn
+        low, high = max(entry, centre - step), min(leave, centre + step)
+        if high > low:
+            total += _hat((high - centre) / step) - _hat((low - centre) / step)
+    return total
+
+
+@nb.njit(cache=True, nogil=True)
+def _hat(u):
+    """Integral of the unit hat function from -1 to u."""
+    u = min(1.0, max(-1.0, u))
+    return 0.5 * (1 + u) ** 2 if u < 0 else 1.0 - 0.5 * (1 - u) ** 2
+
+
+@nb.njit(cache=True, nogil=True, fastmath=True)
+def simulate(steps, period_steps, feed_step, decay, left, first, last, compliance, state, start, angle_step, lag, share,
+             delay, extra, entry, leave, cutting, edge, memory, damping, dt, displacement, force, torque, chip_max):
+    """March `steps` steps; displacement, force (steps + 1, 2), torque and chip_max (steps + 1,) are filled.
+
+    lag, share (elements,): angle behind tooth 0 and axial length of each edge element; delay, extra (elements, memory):
+    steps back to the i-th earlier passage and the static chip it leaves beside feed (run-out), m; feed_step is the
+    feed in m per step. cutting, edge = (t, n, a); damping = process damping per metre over cutting speed.
+    """
+    modes, elements = decay.size, lag.size
+    dre, dim = decay.real.copy(), decay.imag.copy()
+    zre, zim = state.real.copy(), state.imag.copy()
+    lxr, lxi, lyr, lyi = left[0].real.copy(), left[0].imag.copy(), left[1].real.copy(), left[1].imag.copy()
+    axr, axi, ayr, ayi = first[:, 0].real.copy(), first[:, 0].imag.copy(), first[:, 1].real.copy(), first[:, 1].imag.copy()
+    bxr, bxi, byr, byi = last[:, 0].real.copy(), last[:, 0].imag.copy(), last[:, 1].real.copy(), last[:, 1].imag.copy()
+    contact = np.empty((period_steps, elements))
+    for k in range(period_steps):
+        for e in range(elements):
+            phi = (start + k * angle_step - lag[e]) % (2 * math.pi)
+            contact[k, e] = engaged_share(phi, angle_step, entry, leave)
+    fx, fy = force[0, 0], force[0, 1]
+    for k in range(1, steps + 1):
+        rx, ry = 0.0, 0.0
+        for m in range(modes):
+            re = dre[m] * zre[m] - dim[m] * zim[m] + axr[m] * fx + ayr[m] * fy
+            im = dre[m] * zim[m] + dim[m] * zre[m] + axi[m] * fx + ayi[m] * fy
+            zre[m], zim[m] = re, im
+            rx += lxr[m] * re - lxi[m] * im
+            ry += lyr[m] * re - lyi[m] * im
+        rx, ry = 2 * rx, 2 * ry
+        fx, fy, moment, thick = 0.0, 0.0, 0.0, 0.0
+        row = k % period_steps
+        px, py = rx, ry
+        for _ in range(2):
+            nx, ny, nm, thick = 0.0, 0.0, 0.0, 0.0
+            for e in range(elements):
+                g = contact[row, e]
+                if g <= 0.0:
+                    continue
+                phi = start + row * angle_step - lag[e]
+                s, c = math.sin(phi), math.cos(phi)
+                here = s * px + c * py
+                h = 1e300
+                for i in range(memory):
+                    back = delay[e, i]
+                    at = k - back
+                    low = math.floor(at)
+                    part = at - low
+                    if low < 0:
+                        was = 0.0
+                    else:
+                        was = s * displacement[low, 0] + c * displacement[low, 1]
+                        if part > 0.0:
+                            was += part * (s * (displacement[low + 1, 0] - displacement[low, 0])
+                                           + c * (displacement[low + 1, 1] - displacement[low, 1]))
+                    h = min(h, feed_step * back * s + extra[e, i] + here - was)
+                if h <= 0.0:
+                    continue
+                ft = cutting[0] * h + edge[0]
+                fn = cutting[1] * h + edge[1]
+                if damping > 0.0:
+                    rate = (here - s * displacement[k - 1, 0] - c * displacement[k - 1, 1]) / dt
+                    fn += damping * rate
+                a = share[e] * g
+                nx -= a * (ft * c + fn * s)
+                ny -= a * (-ft * s + fn * c)
+                nm += a * ft
+                thick = max(thick, h)
+            fx, fy, moment = nx, ny, nm
+            px = rx + compliance[0, 0] * fx + compliance[0, 1] * fy
+            py = ry + compliance[1, 0] * fx + compliance[1, 1] * fy
+        for m in range(modes):
+            zre[m] += bxr[m] * fx + byr[m] * fy
+            zim[m] += bxi[m] * fx + byi[m] * fy
+        displacement[k, 0], displacement[k, 1] = px, py
+        force[k, 0], force[k, 1] = fx, fy
+        torque[k], chip_max[k] = moment, thick
+        if abs(px) > 1.0:
+            return k
+    return steps

@@ -1,0 +1,280 @@
+"""Friction laws with one interface: steady curve, its slope, and the row of numbers that the simulation kernel reads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol, runtime_checkable
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, positive, scalar
+
+STATIC, BRISTLE, MAXWELL, CONTACT = 0.0, 1.0, 2.0, 3.0
+MAX_ELEMENTS = 8
+ROW = 13 + 2 * MAX_ELEMENTS
+# Row: kind, a0, a1, v1, d1, a2, v2, d2, viscous, sigma0, sigma1, attraction, elements, k_1.., alpha_1..
+
+
+@runtime_checkable
+class FrictionLaw(Protocol):
+    """What every friction law offers; forces in N or torques in N m, velocities in m/s or rad/s."""
+
+    def steady(self, velocity: FloatArray | float) -> FloatArray:
+        """Return the force at constant velocity."""
+
+    @property
+    def row(self) -> FloatArray:
+        """Return the law as the row of numbers of the simulation kernel."""
+
+
+@dataclass(frozen=True)
+class _Curve:
+    """Dry level g(v) = a0 + a1 exp(-|v/v1|^d1) + a2 exp(-|v/v2|^d2) and a viscous part, common to all laws."""
+
+    a0: float = 0.0
+    a1: float = 0.0
+    v1: float = 1.0
+    d1: float = 2.0
+    a2: float = 0.0
+    v2: float = 1.0
+    d2: float = 1.0
+    viscous: float = 0.0
+
+    def level(self, velocity: FloatArray | float) -> FloatArray:
+        v = np.abs(np.asarray(velocity, float))
+        return self.a0 + self.a1 * np.exp(-((v / self.v1) ** self.d1)) + self.a2 * np.exp(-((v / self.v2) ** self.d2))
+
+    def steady(self, velocity: FloatArray | float) -> FloatArray:
+        v = np.asarray(velocity, float)
+        return np.sign(v) * self.level(v) + self.viscous * v
+
+    def slope(self, velocity: FloatArray | float) -> FloatArray:
+        v = np.maximum(np.abs(np.asarray(velocity, float)), 1e-300)
+        total = np.full_like(v, self.viscous)
+        for a, vs, d in ((self.a1, self.v1, self.d1), (self.a2, self.v2, self.d2)):
+            if a:
+                total = total - a * d / vs * (v / vs) ** (d - 1) * np.exp(-((v / vs) ** d))
+        return total
+
+    def row(self, kind: float) -> FloatArray:
+        row = np.zeros(ROW)
+        row[:9] = kind, self.a0, self.a1, self.v1, self.d1, self.a2, self.v2, self.d2, self.viscous
+        return row
+
+
+class _Law:
+    """Steady curve and slope of a law from its `_curve`."""
+
+    _kind = STATIC
+
+    @property
+    def _curve(self) -> _Curve:
+        raise NotImplementedError
+
+    def steady(self, velocity: FloatArray | float) -> FloatArray:
+        """Return the force at constant velocity: sgn(v) g(v) + viscous part."""
+        return self._curve.steady(velocity)
+
+    def slope(self, velocity: FloatArray | float) -> FloatArray:
+        """Return dF/dv of the steady curve for v != 0, N s/m or N m s/rad; negative on the falling branch."""
+        return self._curve.slope(velocity)
+
+    def level(self, velocity: FloatArray | float) -> FloatArray:
+        """Return the dry level g(v) > 0 without the viscous part."""
+        return self._curve.level(velocity)
+
+    @property
+    def row(self) -> FloatArray:
+        """Return the law as the row of numbers of the simulation kernel."""
+        return self._curve.row(self._kind)
+
+
+@dataclass(frozen=True)
+class Coulomb(_Law):
+    """Dry friction F_c sgn(v) + sigma2 v; at rest any force up to F_c.
+
+    Parameters
+    ----------
+    coulomb : float
+        F_c, N or N m, at least zero.
+    viscous : float
+        sigma2, N s/m or N m s/rad, at least zero.
+    """
+
+    coulomb: float
+    viscous: float = 0.0
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "coulomb", "viscous")
+
+    @property
+    def _curve(self) -> _Curve:
+        return _Curve(a0=self.coulomb, viscous=self.viscous)
+
+
+@dataclass(frozen=True)
+class Viscous(_Law):
+    """Viscous friction sigma2 v, N s/m or N m s/rad."""
+
+    viscous: float
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "viscous")
+
+    @property
+    def _curve(self) -> _Curve:
+        return _Curve(viscous=self.viscous)
+
+
+@dataclass(frozen=True)
+class Stribeck(_Law):
+    """Stribeck curve [F_c + (F_s - F_c) exp(-|v/v_s|^delta)] sgn(v) + sigma2 v; at rest any force up to F_s.
+
+    Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
+    """
+
+    coulomb: float
+    static: float
+    stribeck_velocity: float
+    viscous: float = 0.0
+    exponent: float = 2.0
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "coulomb", "viscous")
+        _stribeck(self)
+
+    @property
+    def _curve(self) -> _Curve:
+        return _Curve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
+                      viscous=self.viscous)
+
+
+@dataclass(frozen=True)
+class TwoExponential(_Law):
+    """Two-exponential curve [F_s exp(-|v|/v_1) + F_c (1 - exp(-|v|/v_2))] sgn(v) + sigma2 v.
+
+    Source: Erkorkmaz, Altintas, Int. J. Machine Tools and Manufacture 41 (2001) 1487.
+    """
+
+    coulomb: float
+    static: float
+    static_velocity: float
+    coulomb_velocity: float
+    viscous: float = 0.0
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "coulomb", "static", "viscous")
+        positive("TwoExponential.static_velocity", self.static_velocity)
+        positive("TwoExponential.coulomb_velocity", self.coulomb_velocity)
+
+    @property
+    def _curve(self) -> _Curve:
+        return _Curve(self.coulomb, self.static, self.static_velocity, 1.0, -self.coulomb, self.coulomb_velocity, 1.0,
+                      self.viscous)
+
+
+@dataclass(frozen=True)
+class LuGre(_Law):
+    r"""LuGre bristle friction.
+
+    .. math:: \dot z = v - \sigma_0 |v| z / g(v), \quad F = \sigma_0 z + \sigma_1 \dot z + \sigma_2 v,
+              \quad g = F_c + (F_s - F_c) e^{-|v/v_s|^\delta}
+
+    Source: Canudas de Wit, Olsson, Astrom, Lischinsky, IEEE Trans. Automatic Control 40 (1995) 419.
+    """
+
+    stiffness: float
+    damping: float
+    coulomb: float
+    static: float
+    stribeck_velocity: float
+    viscous: float = 0.0
+    exponent: float = 2.0
+    _kind = BRISTLE
+
+    def __post_init__(self) -> None:
+        _not_negative(self, "damping", "viscous")
+        positive("LuGre.stiffness", self.stiffness)
+        positive("LuGre.coulomb", self.coulomb)
+        _stribeck(self)
+
+    @property
+    def _curve(self) -> _Curve:
+        return _Curve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
+                      viscous=self.viscous)
+
+    @property
+    def row(self) -> FloatArray:
+        """Return the law as the row of numbers of the simulation kernel."""
+        row = self._curve.row(self._kind)
+        row[9:11] = self.stiffness, self.damping
+        return row
+
+
+@dataclass(frozen=True)
+class MaxwellSlip(_Law):
+    r"""Generalised Maxwell-slip friction: N massless blocks in parallel, each a spring that sticks or slips.
+
+    Stick: :math:`\dot F_i = k_i v` until :math:`|F_i| = \alpha_i s(v)`; slip:
+    :math:`\dot F_i = \mathrm{sgn}(v) C (\alpha_i - |F_i|/s(v))`; sum plus :math:`\sigma_2 v`; the Stribeck curve s(v)
+    is that of `curve`.
+    Source: Al-Bender, Lampaert, Swevers, IEEE Trans. Automatic Control 50 (2005) 1883.
+
+    Parameters
+    ----------
+    stiffness : (n_elements,) floats
+        k_i, N/m or N m/rad.
+    share : (n_elements,) floats
+        alpha_i, sums to one.
+    curve : Stribeck
+        s(v) and the viscous part.
+    attraction : float
+        C, N/s or N m/s: how fast a slipping block follows the Stribeck curve.
+    """
+
+    stiffness: tuple[float, ...]
+    share: tuple[float, ...]
+    curve: Stribeck
+    attraction: float
+    _kind = MAXWELL
+    _names: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        k, share = floats("MaxwellSlip.stiffness", self.stiffness, (None,)), floats("share", self.share, (None,))
+        if k.size != share.size or not 1 <= k.size <= MAX_ELEMENTS:
+            fail("MaxwellSlip.share", f"{share.size} shares for {k.size} stiffnesses",
+                 f"must be as many, 1 to {MAX_ELEMENTS}")
+        if k.min() <= 0 or share.min() <= 0 or abs(share.sum() - 1) > 1e-6:
+            fail("MaxwellSlip.share", f"sum {share.sum():g}", "must be positive and sum to one")
+        positive("MaxwellSlip.attraction", self.attraction)
+        object.__setattr__(self, "stiffness", tuple(k.tolist()))
+        object.__setattr__(self, "share", tuple(share.tolist()))
+
+    @property
+    def _curve(self) -> _Curve:
+        return self.curve._curve
+
+    @property
+    def row(self) -> FloatArray:
+        """Return the law as the row of numbers of the simulation kernel."""
+        row, n = self._curve.row(self._kind), len(self.stiffness)
+        row[11:13] = self.attraction, n
+        row[13:13 + n] = self.stiffness
+        row[13 + MAX_ELEMENTS:13 + MAX_ELEMENTS + n] = self.share
+        return row
+
+
+def _not_negative(law: object, *names: str) -> None:
+    for name in names:
+        if scalar(f"{type(law).__name__}.{name}", getattr(law, name)) < 0:
+            fail(f"{type(law).__name__}.{name}", f"{getattr(law, name):g}", "must not be negative")
+
+
+def _stribeck(law: Stribeck | LuGre) -> None:
+    name = type(law).__name__
+    positive(f"{name}.static", law.static)
+    positive(f"{name}.stribeck_velocity", law.stribeck_velocity)
+    positive(f"{name}.exponent", law.exponent)
+    if law.static < law.coulomb:
+        fail(f"{name}.static", f"{law.static:g} below coulomb {law.coulomb:g}", "must be at least the Coulomb level",
+             "exchange the two, or use a Coulomb law")

@@ -1,0 +1,95 @@
+"""Permanent-magnet synchronous motor in dq, a motor with an ideal torque loop, and the inverter that feeds them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, one_of, positive
+
+
+@dataclass(frozen=True)
+class SynchronousMotor:
+    r"""Permanent-magnet synchronous motor in rotor coordinates, amplitude-invariant dq.
+
+    .. math:: L_d \dot i_d = u_d - R i_d + p \omega L_q i_q, \quad
+              L_q \dot i_q = u_q - R i_q - p \omega (L_d i_d + \psi), \quad
+              T = \tfrac32 p (\psi i_q + (L_d - L_q) i_d i_q)
+
+    A linear motor is the same with forces, velocities and p/tau_p (pi over the pole pitch) in the place of p.
+    Source: Krishnan, Permanent Magnet Synchronous and Brushless DC Motor Drives, ch. 3.
+
+    Parameters
+    ----------
+    pole_pairs, resistance, inductance_d, inductance_q, flux
+        p (1; rad/m for a linear motor), R (ohm of a phase), L_d, L_q (H), psi (V s).
+
+    The rotor's inertia and damping belong to the `Mechanics` that it drives.
+    """
+
+    pole_pairs: float
+    resistance: float
+    inductance_d: float
+    inductance_q: float
+    flux: float
+
+    def __post_init__(self) -> None:
+        for name in ("pole_pairs", "resistance", "inductance_d", "inductance_q", "flux"):
+            positive(f"SynchronousMotor.{name}", getattr(self, name))
+
+    @property
+    def torque_constant(self) -> float:
+        """Torque per q current (peak of a phase), 3/2 p psi, N m/A."""
+        return 1.5 * self.pole_pairs * self.flux
+
+    @property
+    def electrical(self) -> FloatArray:
+        """(R, L_d, L_q, psi, p) as the controller reads them."""
+        return np.array([self.resistance, self.inductance_d, self.inductance_q, self.flux, self.pole_pairs])
+
+    @classmethod
+    def from_catalogue(cls, torque_constant_rms: float, resistance_line: float, inductance_line: float, pole_pairs: int
+                       ) -> SynchronousMotor:
+        """Return the motor from catalogue values: N m/A(rms), ohm and H between two lines (star), pole pairs.
+
+        psi = k_T,rms sqrt(2) / (3 p) from T = 3/2 p psi i_q and i_q = sqrt(2) I_rms; a phase is half of line to line.
+        """
+        flux = positive("torque_constant_rms", torque_constant_rms) * np.sqrt(2) / (3 * count("pole_pairs", pole_pairs))
+        half = positive("inductance_line", inductance_line) / 2
+        return cls(pole_pairs, resistance_line / 2, half, half, flux)
+
+
+@dataclass(frozen=True)
+class TorqueMotor:
+    """Motor whose torque follows the command at once (N m, or N of a linear motor): no electrical states."""
+
+    torque_constant: float = 1.0
+
+    def __post_init__(self) -> None:
+        positive("TorqueMotor.torque_constant", self.torque_constant)
+
+
+@dataclass(frozen=True)
+class Inverter:
+    """What feeds the motor: voltage limit and the model of switching.
+
+    Parameters
+    ----------
+    voltage : float
+        Largest amplitude of a phase voltage, V (u_dc/sqrt(3) in the linear range of space-vector modulation).
+    kind : str
+        ``averaged``: the commanded dq voltage, constant over each step; ``six-pulse``: two-level legs switched by
+        comparison with a symmetric triangle, exact in volt-seconds over each simulation step.
+    carrier : int
+        Carrier periods for each current sample (six-pulse only).
+    """
+
+    voltage: float = 320.0
+    kind: str = "averaged"
+    carrier: int = 1
+
+    def __post_init__(self) -> None:
+        positive("Inverter.voltage", self.voltage)
+        one_of("Inverter.kind", self.kind, ("averaged", "six-pulse"))
+        count("Inverter.carrier", self.carrier)

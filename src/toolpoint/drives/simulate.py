@@ -1,0 +1,255 @@
+"""Simulation of a servo: the discrete step of the plant, command and excitation in, histories out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
+from toolpoint.drives.command import Command
+from toolpoint.drives.control import Controller
+from toolpoint.drives.plant import OUTPUTS, Plant
+from toolpoint.vibration.state_space import hold_matrices
+
+PLACES = ("none", "position", "speed", "torque", "current", "voltage")
+SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_error")
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A plant and a controller for each of its axes; all axes share the three sample times."""
+
+    plant: Plant
+    controllers: tuple[Controller, ...]
+
+    def __post_init__(self) -> None:
+        controllers = tuple(self.controllers)
+        object.__setattr__(self, "controllers", controllers)
+        if len(controllers) != len(self.plant.axes):
+            fail("Servo.controllers", f"{len(controllers)}", f"must be one for each of {len(self.plant.axes)} axes")
+        times = controllers[0].sample_times
+        for axis, c in zip(self.plant.axes, controllers, strict=True):
+            c.parameters(axis.motor)
+            if c.sample_times != times:
+                fail("Servo.controllers", f"sample times {c.sample_times} s of axis {axis.name!r}",
+                     f"must be those of the first axis, {times} s")
+        for name, inner, outer in (("velocity", times[0], times[1]), ("position", times[1], times[2])):
+            ratio = outer / inner
+            if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
+                fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
+                     f"for example {max(1, round(ratio)) * inner:g} s")
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Current samples for each current, velocity and position sample."""
+        inner, velocity, position = self.controllers[0].sample_times
+        return 1, round(velocity / inner), round(position / inner)
+
+    def __repr__(self) -> str:
+        times = ", ".join(f"{1e6 * t:g}" for t in self.controllers[0].sample_times)
+        return f"Servo({', '.join(a.name for a in self.plant.axes)}; loops at {times} us; {self.plant.a.shape[0]} states)"
+
+
+@dataclass(frozen=True, eq=False)
+class StepMatrices:
+    """Exact step of a plant: x1 = phi x + held u + force d + first w0 + last w1, stored by columns for the kernel.
+
+    The rows of the scalars s and of the outputs y follow those of the states.
+    """
+
+    step: float
+    phi: FloatArray
+    held: FloatArray
+    force: FloatArray
+    first: FloatArray
+    last: FloatArray
+    scalars: FloatArray
+    gain: FloatArray
+    reading: FloatArray
+
+
+def step_matrices(plant: Plant, step: float) -> StepMatrices:
+    """Return the matrices of one step, all from one matrix exponential.
+
+    Friction, contact and bilinear terms are linear over the step (first-order hold); a set-valued static law holds its
+    end value, because a held multiplier is the one that does not chatter.
+    """
+    nu, nf = plant.b_input.shape[1], plant.b_force.shape[1]
+    phi, g1, g2 = hold_matrices(plant.a, np.hstack([plant.b_input, plant.b_force, plant.b_scalar]), step)
+    at = nu + nf
+    first, last = g1[:, at:] - g2[:, at:], g2[:, at:].copy()
+    for k in np.flatnonzero(plant.rows[:, 0] == 0):
+        first[:, k], last[:, k] = 0.0, g1[:, at + k]
+    all_rows = np.vstack([np.eye(phi.shape[0]), plant.scalars, plant.outputs])
+    by_column = lambda m: np.ascontiguousarray(m.T)
+    parts = [by_column(all_rows @ part) for part in (phi, g1[:, :nu], g1[:, nu:at], first, last)]
+    return StepMatrices(step, *parts, by_column(plant.scalars), np.ascontiguousarray(plant.scalars @ last),
+                        by_column(plant.outputs))
+
+
+@dataclass(frozen=True, eq=False)
+class ServoResult:
+    """Histories of a simulation.
+
+    `outputs` (n, n_axes, 7): motor angle, speed, scale, i_d, i_q, table, tool; `signals` (n, n_axes, 6): speed, torque and
+    current set points, u_d, u_q, following error; `forces` (n, n_laws): friction and contact values; `command` the
+    position command at every instant. SI throughout.
+    """
+
+    time: FloatArray
+    axes: tuple[str, ...]
+    outputs: FloatArray
+    signals: FloatArray
+    forces: FloatArray
+    command: FloatArray
+    state: FloatArray
+    unconverged: int = 0
+    notes: tuple[str, ...] = field(default=())
+
+    def output(self, name: str, axis: str | int | None = None) -> FloatArray:
+        """Return one output: (n, n_axes), or (n,) of one axis."""
+        one_of("output", name, OUTPUTS)
+        return self._of(self.outputs[:, :, OUTPUTS.index(name)], axis)
+
+    def signal(self, name: str, axis: str | int | None = None) -> FloatArray:
+        """Return one controller signal: (n, n_axes), or (n,) of one axis."""
+        one_of("signal", name, SIGNALS)
+        return self._of(self.signals[:, :, SIGNALS.index(name)], axis)
+
+    def _of(self, values: FloatArray, axis: str | int | None) -> FloatArray:
+        if axis is None:
+            return values
+        return values[:, axis if isinstance(axis, int) else self.axes.index(axis)]
+
+    @property
+    def status(self) -> str:
+        """What to know and try next."""
+        if self.unconverged == 0:
+            return "all steps converged"
+        return f"{self.unconverged} of {self.time.size} steps did not converge; use more substeps"
+
+    def __repr__(self) -> str:
+        return f"ServoResult({', '.join(self.axes)}; {self.time[-1]:.4g} s, {self.time.size} samples; {self.status})"
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """Additive excitation of every axis, (n, n_axes), at one place: ``speed`` (rad/s), ``torque`` (N m), ``current`` (A)
+    or ``voltage`` (V), sampled with that loop; ``position`` is an ordinary command."""
+
+    place: str
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        one_of("Excitation.place", self.place, PLACES[2:])
+        object.__setattr__(self, "values", floats("Excitation.values", self.values, (None, None)))
+
+
+def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
+             matrices: StepMatrices | None = None) -> ServoResult:
+    """Return the histories of a servo that follows a command from rest.
+
+    Parameters
+    ----------
+    servo : Servo
+    command : Command
+        Positions, velocities and accelerations at the position loop's sample time, an axis a column, in the plant's order.
+    substeps : int
+        Plant steps for each current sample.
+    every : int
+        Plant steps between records.
+    excitation : Excitation, optional
+    load : (n_steps, n_axes) floats, optional
+        Force on every table, N, held over each plant step; the last line holds to the end.
+    start : (n_states,) floats, optional
+        State of the plant at the start; at rest where left out.
+    duration : float, optional
+        s; the command's where left out.
+    matrices : StepMatrices, optional
+        Of the same plant and step, to simulate many commands.
+
+    Raises
+    ------
+    ToolpointError
+        Where the command's sample time is not the position loop's, or the motion is not finite (unstable).
+    """
+    prepared = _prepare(servo, command, substeps, every, excitation, load, start, duration, matrices)
+    from toolpoint.drives.kernel import run
+
+    failed = run(*prepared.arguments)
+    return prepared.result(failed)
+
+
+def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, **options: Any) -> list[ServoResult]:
+    """Return the results of many servos and commands, in `threads` threads (the kernel releases the interpreter lock)."""
+    with ThreadPoolExecutor(count("threads", threads)) as pool:
+        return list(pool.map(lambda case: simulate(case[0], case[1], **options), list(cases)))
+
+
+@dataclass
+class _Prepared:
+    servo: Servo
+    command: Command
+    arguments: tuple[Any, ...]
+    every_step: float
+
+    def result(self, failed: int) -> ServoResult:
+        outputs, signals, forces = self.arguments[-3:]
+        if failed < 0:
+            fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
+                 "check loops.stability(servo), or take more substeps")
+        n, axes = outputs.shape[0], self.servo.plant.axes
+        time = np.arange(n) * self.every_step
+        return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(n, len(axes), -1)),
+                           frozen(signals), frozen(forces), frozen(self.command.held_at(time)), self.arguments[-6], failed)
+
+
+def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitation: Excitation | None,
+             load: FloatArray | None, start: FloatArray | None, duration: float | None,
+             matrices: StepMatrices | None) -> _Prepared:
+    plant, axes = servo.plant, len(servo.plant.axes)
+    count("substeps", substeps)
+    count("every", every)
+    inner, _, outer = servo.controllers[0].sample_times
+    if abs(command.sample_time / outer - 1) > 1e-9 or command.position.shape[1] != axes:
+        fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {outer:g} s",
+             "use command.resampled(sample_time)")
+    step = inner / substeps
+    m = step_matrices(plant, step) if matrices is None else matrices
+    if abs(m.step - step) > 1e-12 * step:
+        fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
+    steps = int(round((command.duration if duration is None else duration) / step)) + 1
+    counts = np.array([c * substeps for c in servo.counts], np.int64)
+    from toolpoint.drives.control_kernel import STATE
+
+    control = np.zeros((axes, STATE))
+    parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
+    inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
+    where = 0 if excitation is None else PLACES.index(excitation.place)
+    x = np.zeros(plant.a.shape[0]) if start is None else np.array(floats("start", start, (plant.a.shape[0],)))
+    loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
+    lines = (steps + every - 1) // every
+    laws = plant.b_scalar.shape[1]
+    table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
+    arguments = (steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
+                 np.array(plant.viscous), plant.products, m.reading, parameters, control, counts, table, np.array(inject), where, np.array(loads),
+                 x, np.zeros((max(plant.rows.shape[0], 1), 8)), every,
+                 np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
+    return _Prepared(servo, command, arguments, step * every)
+
+
+def settled(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:
+    """Return the first time after which the named outputs stay within `within` of their last value, s."""
+    late = 0.0
+    for name in names:
+        values = result.output(name)
+        outside = np.flatnonzero((np.abs(values - values[-1]) > within).any(axis=1))
+        late = max(late, float(result.time[outside[-1] + 1]) if outside.size and outside[-1] + 1 < result.time.size else 0.0)
+    if late >= result.time[-1]:
+        raise ToolpointError(f"settled: still outside {within:g} at the end; simulate longer")
+    return late

@@ -1,0 +1,62 @@
+r"""Mode indicator functions: complex (CMIF) and multivariate (MvMIF).
+
+Sources: Shih, Tsuei, Allemang, Brown, MSSP 2 (1988) 367 (CMIF); Williams, Crowley, Vold, IMAC 3 (1985) (MvMIF).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.signal import find_peaks
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.modal_identification.band import cut, noise_of
+from toolpoint.vibration.frf import Frf
+
+
+@dataclass(frozen=True, eq=False)
+class Indicator:
+    """Values (n_f, n_references) on `frequency` (Hz), largest (CMIF) or smallest (MvMIF) first.
+
+    For the CMIF `shape` (n_f, n_outputs, n) and `participation` (n_f, n_inputs, n) are the singular vectors: shape and
+    participation of the mode that dominates a line.
+    """
+
+    frequency: FloatArray
+    values: FloatArray
+    shape: ComplexArray | None = None
+    participation: ComplexArray | None = None
+
+
+def cmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
+    """Return the singular values of the response matrix on every line; a peak is a mode, a second high value a repeated one."""
+    inside = cut(frf, band, 1)
+    left, values, right = np.linalg.svd(inside.values, full_matrices=False)
+    return Indicator(inside.frequency, values, left, np.swapaxes(right, -1, -2))
+
+
+def mvmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
+    r"""Return the multivariate mode indicator, 0 .. 1: a dip of the first value is a mode, one of the second a repeated root.
+
+    The force pattern f that leaves least in-phase response: :math:`(H_R^T H_R) f = \lambda (H_R^T H_R + H_I^T H_I) f`,
+    H_R the part that vanishes at a resonance (real of receptance and accelerance, imaginary of mobility).
+    """
+    inside = cut(frf, band, 1)
+    values = inside.values * 1j if inside.quantity == "mobility" else inside.values
+    real = np.swapaxes(values.real, -1, -2) @ values.real
+    total = real + np.swapaxes(values.imag, -1, -2) @ values.imag
+    size, vectors = np.linalg.eigh(total)
+    keep = size > 1e-12 * size[:, -1:]
+    whiten = np.where(keep[:, None, :], vectors / np.sqrt(np.where(keep, size, 1.0))[:, None, :], 0.0)
+    found = np.linalg.eigvalsh(np.swapaxes(whiten, -1, -2) @ real @ whiten)
+    # Directions without response carry a zero that is no mode: they count as one.
+    found = np.sort(np.where(keep.sum(axis=1)[:, None] > np.arange(found.shape[1])[::-1], found, 1.0), axis=1)
+    return Indicator(inside.frequency, np.clip(found, 0.0, 1.0))
+
+
+def peaks(indicator: Indicator, prominence: float = 2.0) -> FloatArray:
+    """Return the frequencies (Hz) of the peaks of the first CMIF curve that stand out by a factor `prominence`."""
+    level = np.log(np.maximum(indicator.values[:, 0], np.finfo(float).tiny))
+    limit = max(float(np.log(prominence)), 8 * float(noise_of(level)))
+    return indicator.frequency[find_peaks(level, prominence=limit)[0]]

@@ -1,0 +1,60 @@
+r"""Least-squares frequency-domain residues (LSFD): given poles, the residues of every response with residual terms.
+
+:math:`H_{jk} = \sum_r \frac{A_{jkr}}{p - s_r} + \frac{A_{jkr}^*}{p - s_r^*} + \frac{LR_{jk}}{p^2} + UR_{jk}` times
+:math:`p^0 .. p^2` for receptance .. accelerance. Source: Heylen, Lammens, Sas, Modal Analysis Theory and Testing, A.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
+from toolpoint.modal_identification.scaling import factored
+from toolpoint.vibration.frf import Frf
+
+
+@dataclass(frozen=True, eq=False)
+class Residues:
+    """Residues (n_outputs, n_inputs, n_modes), lower and upper residual (n_outputs, n_inputs), share of energy explained."""
+
+    values: ComplexArray
+    lower: FloatArray
+    upper: FloatArray
+    quality: FloatArray
+
+
+def residues(frf: Frf, poles: ComplexArray, lower: bool = True, upper: bool = True) -> Residues:
+    """Return the residues of all responses for common poles (rad/s, free of the window's decay), each on its own.
+
+    Poles that coincide cannot be told apart by residues alone; a method with participation factors is needed for them.
+    """
+    size = np.abs(poles)
+    near = np.abs(poles[:, None] - poles) + np.eye(poles.size) * size.max(initial=1.0)
+    if poles.size > 1 and near.min() < 1e-6 * size.min():
+        fail("poles", "two poles coincide", "must differ", "use method='refined', which parts them by their references")
+    p = laplace(frf)
+    terms = [pole_terms(p, poles).reshape(p.size, -1)]
+    terms += [(1 / p**2)[:, None]] if lower else []
+    terms += [np.ones((p.size, 1), complex)] if upper else []
+    basis = real_rows(np.concatenate(terms, axis=1) * factor(frf)[:, None])
+    scale = np.linalg.norm(basis, axis=0)
+    rows = real_rows(frf.values.reshape(p.size, -1))
+    found = np.linalg.lstsq(basis / scale, rows, rcond=1e-12)[0] / scale[:, None]
+    left = rows - basis @ found
+    shape = frf.values.shape[1:]
+    count = poles.size
+    parts = found[:2 * count].reshape(count, 2, *shape)
+    rest = list(found[2 * count:].reshape(-1, *shape))
+    zero = np.zeros(shape)
+    power = np.maximum((rows**2).sum(axis=0), np.finfo(float).tiny)
+    return Residues(np.moveaxis(parts[:, 0] + 1j * parts[:, 1], 0, -1), rest.pop(0) if lower else zero,
+                    rest.pop(0) if upper else zero, (1 - (left**2).sum(axis=0) / power).reshape(shape))
+
+
+def participation_of(frf: Frf, poles: ComplexArray) -> ComplexArray:
+    """Return the participation (n_inputs, n_modes) that fits the residues of each pole best, for poles of the data."""
+    found = residues(frf, poles + frf.decay).values
+    return np.stack([factored(found[:, :, r])[1] for r in range(poles.size)], axis=1)

@@ -1,0 +1,10 @@
+"""Signals: hammer and shaker records in, frequency responses with coherence and variance out."""
+
+from toolpoint.signals.calibration import calibrated
+from toolpoint.signals.hammer import HammerTest, hammer_test
+from toolpoint.signals.hits import Hit, HitRules
+from toolpoint.signals.setups import assembled, by_reciprocity
+from toolpoint.signals.shaker import coherences, shaker_test
+
+__all__ = ["HammerTest", "Hit", "HitRules", "assembled", "by_reciprocity", "calibrated", "coherences", "hammer_test",
+           "shaker_test"]

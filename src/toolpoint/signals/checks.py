@@ -1,0 +1,101 @@
+"""Checks of measured responses: reciprocity, driving points, the mass of the sensor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, floats, nonnegative
+from toolpoint.vibration.dof import Dof, positions
+from toolpoint.vibration.frf import Frf
+
+
+@dataclass(frozen=True)
+class Reciprocity:
+    """Agreement of H(a, b) with H(b, a): assurance criterion (1: equal up to scale) and ratio of sizes."""
+
+    first: Dof
+    second: Dof
+    agreement: float
+    ratio: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether both agree within ten per cent."""
+        return self.agreement > 0.9 and 0.9 < abs(self.ratio) < 1.1 and self.ratio > 0
+
+
+def reciprocity(frf: Frf) -> list[Reciprocity]:
+    """Return the comparison of every pair of Dofs that are both outputs and inputs (Maxwell)."""
+    both = [dof for dof in frf.outputs if dof in frf.inputs]
+    result = []
+    for i, first in enumerate(both):
+        for second in both[i + 1:]:
+            a = frf.values[..., frf.outputs.index(first), frf.inputs.index(second)].reshape(-1)
+            b = frf.values[..., frf.outputs.index(second), frf.inputs.index(first)].reshape(-1)
+            cross, power = complex(np.vdot(a, b)), float(np.vdot(a, a).real * np.vdot(b, b).real)
+            scale = np.sqrt(float(np.vdot(b, b).real) / max(float(np.vdot(a, a).real), 1e-300))
+            result.append(Reciprocity(first, second, abs(cross) ** 2 / max(power, 1e-300),
+                                      float(np.copysign(scale, cross.real))))
+    return result
+
+
+@dataclass(frozen=True)
+class DrivingPointCheck:
+    """Share (by size) of the lines on which a driving point takes in power: about 1, or 0 for a wrong sign."""
+
+    dof: Dof
+    share: float
+
+    @property
+    def remark(self) -> str:
+        """What to do, empty where all is well."""
+        if self.share > 0.9:
+            return ""
+        if self.share < 0.1:
+            return f"{self.dof}: the sign of one channel is wrong (force and response point against each other)"
+        return f"{self.dof}: not a driving point (response and force are not at one point and direction) or very noisy"
+
+
+def driving_points(frf: Frf) -> list[DrivingPointCheck]:
+    """Return the check of every Dof that is output and input: the real part of its mobility must not be negative."""
+    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    order = {"receptance": 1, "mobility": 0, "accelerance": -1}[frf.quantity]
+    result = []
+    for dof in frf.outputs:
+        if dof in frf.inputs:
+            value = inside.values[..., inside.outputs.index(dof), inside.inputs.index(dof)]
+            power = (value * (1j * inside.omega) ** order).real
+            result.append(DrivingPointCheck(dof, float(power[power > 0].sum() / max(np.abs(power).sum(), 1e-300))))
+    return result
+
+
+def mass_loading(frf: Frf, mass: float) -> FloatArray:
+    r"""Return the relative change that a sensor of `mass` (kg) makes at each driving point, (n_f, n_points).
+
+    A mass m at a driving point with true accelerance A gives :math:`A/(1 + m A)`, so the change is about
+    :math:`|m A_{measured}|`; above a few per cent on a resonance, the frequency there is that of structure plus sensor.
+    Source: Ewins, Modal Testing, 2nd ed., section 3.10.
+    """
+    nonnegative("mass", floats("mass", mass))
+    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1])).converted_to("accelerance")
+    both = [dof for dof in inside.outputs if dof in inside.inputs]
+    part = [inside.values[:, inside.outputs.index(dof), inside.inputs.index(dof)] for dof in both]
+    return np.abs(np.array(part).T * mass) if both else np.zeros((inside.frequency.size, 0))
+
+
+def without_mass(frf: Frf, dof: Dof | str, mass: float) -> Frf:
+    r"""Return the responses without the mass (kg) of a sensor fixed at `dof`, which must be output and input.
+
+    Removing m is adding -m, a structural modification that is exact for all responses measured with the sensor at p:
+    :math:`A = A' + A'_{:p}\, \frac{m}{1 - m A'_{pp}}\, A'_{p:}` in accelerances.
+    """
+    row, column = positions("outputs", [dof], frf.outputs)[0], positions("inputs", [dof], frf.inputs)[0]
+    inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
+    values = inside.converted_to("accelerance").values
+    point = values[:, row, column]
+    added = values[:, :, column, None] * values[:, None, row, :] * (mass / (1 - mass * point))[:, None, None]
+    whole = Frf(inside.frequency, values + added, inside.outputs, inside.inputs, "accelerance", decay=frf.decay,
+                notes=(*frf.notes, f"sensor mass of {mass:g} kg at {dof} taken out"))
+    return whole.converted_to(frf.quantity)

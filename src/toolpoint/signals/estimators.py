@@ -1,0 +1,130 @@
+r"""Frequency responses from spectra: H1, H2, Hv for one and several inputs, coherences, variance.
+
+Spectra are averaged over blocks: :math:`G_{FF} = \overline{F F^H}`, :math:`G_{XF} = \overline{X F^H}`. Sources: Bendat,
+Piersol, Random Data, 4th ed., chapters 7 and 9; Rocklin, Crowley, Vold, IMAC 3 (1985) (Hv); Heylen, Lammens, Sas, Modal
+Analysis Theory and Testing, section A.1.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail, one_of
+
+ESTIMATORS = ("H1", "H2", "Hv")
+
+
+@dataclass(frozen=True, eq=False)
+class Spectra:
+    """Averaged spectra on the lines `frequency` (Hz) from `blocks` independent blocks.
+
+    `force` (n_f, n_inputs, n_inputs), `cross` (n_f, n_outputs, n_inputs), `response` (n_f, n_outputs) the auto spectra
+    and, where several inputs need it for H2, `responses` (n_f, n_outputs, n_outputs).
+    """
+
+    frequency: FloatArray
+    force: ComplexArray
+    cross: ComplexArray
+    response: FloatArray
+    blocks: float
+    responses: ComplexArray | None = None
+
+
+def averaged(frequency: FloatArray, force: ComplexArray, response: ComplexArray, blocks: float | None = None,
+             full: bool = False) -> Spectra:
+    """Return the spectra of blocks; `force` (n_blocks, n_f, n_inputs), `response` (n_blocks, n_f, n_outputs)."""
+    count = force.shape[0]
+    f, x = force.transpose(1, 2, 0), response.transpose(1, 2, 0)
+    turned = np.swapaxes(f.conj(), -1, -2)
+    return Spectra(frequency, f @ turned / count, x @ turned / count, (np.abs(x) ** 2).mean(axis=-1),
+                   float(count if blocks is None else blocks),
+                   x @ np.swapaxes(x.conj(), -1, -2) / count if full else None)
+
+
+def responses(spectra: Spectra, estimator: str = "H1") -> ComplexArray:
+    """Return the frequency responses (n_f, n_outputs, n_inputs).
+
+    ``H1`` assumes noise on the responses, ``H2`` on the forces, ``Hv`` on both in proportion to each channel's level.
+    H2 with several inputs uses all outputs together and needs at least as many outputs as inputs.
+    """
+    one_of("estimator", estimator, ESTIMATORS)
+    _usable(spectra)
+    if estimator == "H1":
+        return spectra.cross @ np.linalg.inv(spectra.force)
+    return _h2(spectra) if estimator == "H2" else _hv(spectra)
+
+
+def _usable(spectra: Spectra) -> None:
+    inputs = spectra.force.shape[-1]
+    if spectra.blocks < inputs:
+        fail("blocks", f"{spectra.blocks:g} for {inputs} inputs", "must be at least one for each input", "average more")
+    power = np.einsum("fii->fi", spectra.force).real
+    if (power.max(axis=0) <= 0).any():
+        fail("force", f"input {int(np.argmin(power.max(axis=0)))} is zero", "must excite",
+             "check the channel assignment")
+    if inputs > 1:
+        size = np.linalg.eigvalsh(spectra.force / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300))
+        worst = float(np.median(size[:, 0]))
+        if worst < 1e-6:
+            fail("force", "the inputs are correlated (they move together on most lines)", "must be independent",
+                 "use independent random signals, or more blocks than inputs")
+
+
+def _h2(spectra: Spectra) -> ComplexArray:
+    if spectra.force.shape[-1] == 1:
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = spectra.response[..., None] / spectra.cross.conj()
+        return np.where(np.abs(spectra.cross) > 0, ratio, 0.0)
+    if spectra.responses is None or spectra.cross.shape[-2] < spectra.cross.shape[-1]:
+        fail("estimator", f"H2 with {spectra.cross.shape[-2]} outputs and {spectra.cross.shape[-1]} inputs",
+             "must have at least as many outputs as inputs", "use H1 or Hv")
+    cross = spectra.cross  # G_FX = cross^H
+    return spectra.responses @ cross @ np.linalg.inv(np.swapaxes(cross.conj(), -1, -2) @ cross)
+
+
+def _hv(spectra: Spectra) -> ComplexArray:
+    """Total least squares for each output: the eigenvector of the smallest eigenvalue of the scaled joint spectrum."""
+    lines, outputs, inputs = spectra.cross.shape
+    level = np.sqrt(np.maximum(np.einsum("fii->fi", spectra.force).real, 1e-300))
+    result = np.empty((lines, outputs, inputs), complex)
+    for o in range(outputs):
+        own = np.sqrt(np.maximum(spectra.response[:, o], 1e-300))
+        joint = np.empty((lines, inputs + 1, inputs + 1), complex)
+        joint[:, :inputs, :inputs] = spectra.force / (level[:, :, None] * level[:, None, :])
+        joint[:, inputs, :inputs] = spectra.cross[:, o] / (own[:, None] * level)
+        joint[:, :inputs, inputs] = joint[:, inputs, :inputs].conj()
+        joint[:, inputs, inputs] = 1.0
+        smallest = np.linalg.eigh(joint)[1][:, :, 0].conj()
+        last = smallest[:, inputs:]
+        safe = np.where(np.abs(last) > 1e-12, last, 1.0)
+        result[:, o] = np.where(np.abs(last) > 1e-12, -smallest[:, :inputs] / safe, 0.0) * own[:, None] / level
+    return result
+
+
+def multiple_coherence(spectra: Spectra) -> FloatArray:
+    """Return the share of each response that all forces together explain, (n_f, n_outputs); 1 with one block."""
+    _usable(spectra)
+    explained = (spectra.cross @ np.linalg.inv(spectra.force) * spectra.cross.conj()).sum(axis=-1).real
+    return np.clip(explained / np.maximum(spectra.response, 1e-300), 0.0, 1.0)
+
+
+def ordinary_coherence(spectra: Spectra) -> FloatArray:
+    """Return |G_XF|^2 / (G_FF G_XX) of every pair, (n_f, n_outputs, n_inputs)."""
+    power = np.einsum("fii->fi", spectra.force).real[:, None, :] * spectra.response[:, :, None]
+    return np.clip(np.abs(spectra.cross) ** 2 / np.maximum(power, 1e-300), 0.0, 1.0)
+
+
+def variance(spectra: Spectra) -> FloatArray | None:
+    r"""Return E|e|^2 of H1 on every line, (n_f, n_outputs, n_inputs); None where there are no more blocks than inputs.
+
+    :math:`\frac{G_{XX} (1 - \gamma^2)}{n - n_i} [G_{FF}^{-1}]_{ii}` with the multiple coherence; for one input this is
+    :math:`|H|^2 (1 - \gamma^2) / (\gamma^2 (n - 1))` (Bendat, Piersol, section 9.2, whose n - 1 is n for many blocks).
+    """
+    inputs = spectra.force.shape[-1]
+    if spectra.blocks <= inputs:
+        return None
+    left = spectra.response * (1 - multiple_coherence(spectra))
+    inverse = np.einsum("fii->fi", np.linalg.inv(spectra.force)).real
+    return np.maximum(left[:, :, None] * inverse[:, None, :] / (spectra.blocks - inputs), 0.0)

@@ -1,0 +1,100 @@
+"""Shaker tests: random, burst, swept and pseudo-random excitation, one or several forces -> frequency responses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray, fail, one_of, positive
+from toolpoint.signals.estimators import averaged, multiple_coherence, ordinary_coherence, responses, variance
+from toolpoint.signals.hammer import QUANTITY
+from toolpoint.signals.windows import hann, independent_blocks
+from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.record import Record
+
+EXCITATIONS = ("random", "burst", "swept", "pseudo-random")
+
+
+def shaker_test(
+    record: Record, resolution: float, *, excitation: str = "random", estimator: str = "H1",
+    band: tuple[float, float] | None = None, settle: int = 0,
+) -> Frf:
+    """Return the frequency responses from records of one or several forces at once.
+
+    Parameters
+    ----------
+    record : Record
+        SI; channels of quantity ``force`` are the inputs, all others the outputs.
+    resolution : float
+        Line spacing, Hz. With `band` this is the zoom: a fine spacing over a part of the axis; only its lines are kept.
+    excitation : str
+        ``random``: Hann window, half overlap. ``burst`` and ``swept``: one burst or sweep to a block, no window (both
+        must have died away by the end of the block). ``pseudo-random``: periodic in the block, no window.
+    estimator : str
+        ``H1``, ``H2`` or ``Hv``.
+    band : (low, high) in Hz, optional
+        0 to the sample rate over 2.56 where left out.
+    settle : int
+        Blocks to leave out at the start, until a periodic response is steady.
+
+    Returns
+    -------
+    Frf
+        With the multiple coherence of every output in `coherence` (the ordinary one, for one input) and the variance
+        of H1.
+    """
+    one_of("excitation", excitation, EXCITATIONS)
+    forces, others, quantity = _channels(record)
+    block = round(record.sample_rate / positive("resolution", resolution))
+    window = hann(block) if excitation == "random" else np.ones(block)
+    step = block // 2 if excitation == "random" else block
+    starts = np.arange(settle * block, record.samples.shape[0] - block + 1, step)
+    if starts.size == 0:
+        fail("resolution", f"{resolution:g} Hz needs blocks of {block / record.sample_rate:g} s",
+             f"must not exceed the record of {record.duration:g} s less {settle} blocks")
+    if starts.size < len(forces):
+        fail("record", f"{starts.size} blocks for {len(forces)} forces", "must be at least one block for each",
+             "measure longer or choose a coarser resolution")
+    frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
+    low, high = (0.0, record.sample_rate / 2.56) if band is None else band
+    keep = (frequency >= low - 1e-9) & (frequency <= high + 1e-9)
+    if not keep.any():
+        fail("band", f"{low:g} .. {high:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
+    spectra = _transformed(record, starts, block, window, keep)
+    worth = independent_blocks(starts.size, window, step) if excitation == "random" else float(starts.size)
+    means = averaged(frequency[keep], spectra[:, :, forces], spectra[:, :, others], worth, estimator == "H2")
+    together = multiple_coherence(means)[:, :, None] if starts.size > len(forces) else None
+    coherence = None if together is None else np.repeat(together, len(forces), axis=2)
+    return Frf(frequency[keep], responses(means, estimator), tuple(record.channels[i] for i in others),
+               tuple(record.channels[i] for i in forces), quantity, coherence=coherence, variance=variance(means),
+               notes=() if len(forces) == 1 else ("coherence is the multiple coherence of each output",))
+
+
+def coherences(record: Record, resolution: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return frequency, ordinary (n_f, n_o, n_i) and multiple (n_f, n_o) coherence of a random record."""
+    forces, others, _ = _channels(record)
+    block = round(record.sample_rate / positive("resolution", resolution))
+    window = hann(block)
+    starts = np.arange(0, record.samples.shape[0] - block + 1, block // 2)
+    if starts.size <= len(forces):
+        fail("resolution", f"{starts.size} blocks for {len(forces)} forces", "must be more blocks than forces")
+    frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
+    spectra = _transformed(record, starts, block, window, np.ones(frequency.size, bool))
+    means = averaged(frequency, spectra[:, :, forces], spectra[:, :, others])
+    return frequency, ordinary_coherence(means), multiple_coherence(means)
+
+
+def _transformed(record: Record, starts: Array, block: int, window: FloatArray, keep: Array) -> ComplexArray:
+    offset = record.samples.mean(axis=0)
+    return np.stack([np.fft.rfft((record.samples[start:start + block] - offset) * window[:, None], axis=0)[keep]
+                     for start in starts.tolist()])
+
+
+def _channels(record: Record) -> tuple[list[int], list[int], str]:
+    forces = [i for i, quantity in enumerate(record.quantities) if quantity == "force"]
+    others = [i for i in range(len(record.quantities)) if i not in forces]
+    if not forces or not others:
+        fail("record", f"{len(forces)} force channels and {len(others)} others", "must have forces and responses")
+    kinds = {record.quantities[i] for i in others}
+    if len(kinds) > 1 or not kinds <= QUANTITY.keys():
+        fail("record", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(QUANTITY)}")
+    return forces, others, QUANTITY[kinds.pop()]
