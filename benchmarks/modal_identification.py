@@ -106,7 +106,7 @@ def accuracy(seeds: int, noise: float) -> dict[str, float]:
     from toolpoint.modal_identification import identify
     from toolpoint.vibration.correlation import mac
 
-    frequency, damping, shape, inside, wrong, cpu = [], [], [], [], 0, []
+    frequency, damping, shape, inside, wrong, cpu, standard = [], [], [], [], 0, [], []
     for seed in range(seeds):
         rng = np.random.default_rng(seed)
         case = benchmark(rng)
@@ -120,6 +120,8 @@ def accuracy(seeds: int, noise: float) -> dict[str, float]:
         frequency.append(np.abs(found.frequency / IN_BAND - 1))
         damping.append(np.abs(found.damping_ratio / DAMPING - 1))
         shape.append(np.diag(mac(found.shape, case.modes.shape[:, :IN_BAND.size])))
+        standard.append([(found.frequency - IN_BAND) / found.frequency_interval * 1.96,
+                         (found.damping_ratio - DAMPING) / found.damping_interval * 1.96])
         inside.append([np.abs(found.frequency - IN_BAND) < found.frequency_interval,
                        np.abs(found.damping_ratio - DAMPING) < found.damping_interval])
     covered = np.array(inside)
@@ -130,6 +132,8 @@ def accuracy(seeds: int, noise: float) -> dict[str, float]:
         "median_worst_damping_percent": 100 * float(np.median(np.max(damping, axis=1))),
         "lowest_mac": float(np.min(shape)), "median_lowest_mac": float(np.median(np.min(shape, axis=1))),
         "coverage_frequency": float(covered[:, 0].mean()), "coverage_damping": float(covered[:, 1].mean()),
+        # 1: errors are those of an efficient estimator (Cramer-Rao), so a larger error is the data's, not the method's.
+        "error_over_standard_deviation": float(np.sqrt(np.mean(np.square(standard)))),
         "median_cpu": float(np.median(cpu)),
     }
 

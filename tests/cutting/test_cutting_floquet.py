@@ -17,6 +17,7 @@ from toolpoint.cutting import (
     MillingProblem,
     Tool,
     TurningProblem,
+    ZeroOrder,
     stability,
 )
 from toolpoint.vibration import frequency_response
@@ -93,12 +94,24 @@ def test_turning_structure_and_cut_together_changes_nothing() -> None:
 
 
 def test_a_measured_frf_goes_straight_in() -> None:
-    """A receptance of the benchmark structure to 40 kHz gives the converged depths without a modal fit."""
+    """A receptance of the benchmark structure to 12 kHz gives the converged depths without a modal fit."""
     problem = benchmark(Engagement.down(0.05), 2)
-    frf = frequency_response.modal(problem.dynamics, np.arange(0.5, 40000, 0.5))  # type: ignore[arg-type]
+    frf = frequency_response.modal(problem.dynamics, np.arange(0.5, 12000, 0.5))  # type: ignore[arg-type]
     measured = problem.changed(dynamics=frf)
-    limit = stability.chart(measured, [5000.0, 10000, 15000], FloquetDeterminant(), depth_max=0.004).limit
-    assert 1e3 * limit == pytest.approx([1.843802, 1.486950, 1.651214], rel=2e-3)
+    chart = stability.chart(measured, [10000.0, 15000], FloquetDeterminant(), depth_max=0.004)
+    assert 1e3 * chart.limit == pytest.approx([1.486950, 1.651214], rel=1e-3)
+    assert (chart.error > 1e-6 * chart.depth).all()  # the band's end is part of the stated error
+
+
+def test_a_slot_with_four_teeth_has_a_constant_matrix() -> None:
+    """N = 4, full immersion: the single-frequency solution is exact, for modes and for a measured FRF."""
+    problem = benchmark(Engagement.slot(), 2, tool=Tool(0.02, 4))
+    frf = frequency_response.modal(problem.dynamics, np.arange(1.0, 6000, 1.0))  # type: ignore[arg-type]
+    speeds = np.array([9000.0, 14000])
+    for cutting in (problem, problem.changed(dynamics=frf)):
+        single = stability.chart(cutting, speeds, ZeroOrder(), depth_max=0.0005).limit
+        exact = stability.chart(cutting, speeds, FloquetDeterminant(tolerance=1e-9), depth_max=0.0005).limit
+        assert exact == pytest.approx(single, rel=1e-6)
 
 
 def test_static_residual_equals_a_stiff_mode() -> None:
@@ -160,6 +173,14 @@ def test_speed_dependent_response() -> None:
     mixed = stability.chart(stiff.changed(dynamics=at), [5000.0, 10000.0]).limit
     damped = stability.chart(stiff.changed(dynamics=at(1e4)), [10000.0]).limit
     assert 1e3 * mixed[0] == pytest.approx(1.843802, abs=6e-7) and mixed[1] == pytest.approx(damped[0], rel=1e-9)
+
+
+def test_unresolved_depths_are_taken_as_unstable_and_too_low_speeds_refused() -> None:
+    """Depths beyond double precision are never called stable; a speed that needs a huge matrix is refused."""
+    deep = stability.chart(benchmark(Engagement.slot(), 2), [3000.0], depth_max=0.05)
+    assert deep.limit[0] < 0.001 and not deep.stable([0.05])[0, 0]
+    with pytest.raises(ToolpointError, match="leave out the modes"):
+        stability.chart(benchmark(Engagement.slot(), 2), [100.0])
 
 
 def test_what_it_cannot_do_is_refused() -> None:

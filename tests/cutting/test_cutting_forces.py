@@ -103,7 +103,7 @@ def test_average_forces_give_back_the_coefficients() -> None:
 
 def test_calibration_intervals_cover_the_truth() -> None:
     """Five feeds, noise 2 %, run-out: the 95 % intervals hold the truth in about 95 % of the cases."""
-    tool = Tool(0.016, 2, helix=np.radians(30), runout=12e-6, runout_angle=0.7)
+    tool = Tool(0.016, 4, helix=np.radians(30), runout=12e-6, runout_angle=0.7)
     problem = benchmark(Engagement.slot(), tool=tool).changed(coefficients=MATERIAL)
     feeds = np.array([0.04, 0.08, 0.12, 0.16, 0.2]) * 1e-3
     turn = np.linspace(0, 2 * np.pi, 90, endpoint=False)
@@ -119,6 +119,10 @@ def test_calibration_intervals_cover_the_truth() -> None:
         assert fit.status == "converged"
     assert 0.9 <= np.mean(held) <= 0.99
     assert fit.values[:4] == pytest.approx(truth[:4], rel=0.1)
+    two = problem.changed(tool=Tool(0.016, 2, helix=np.radians(30), runout=12e-6, runout_angle=0.7))
+    clean = np.array([rigid_forces(two.changed(feed_per_tooth=f), 2e-3, turn, slices=10).force for f in feeds])
+    noisy = clean + 0.02 * np.abs(clean).max() * rng.standard_normal(clean.shape)
+    assert "poorly determined" in instantaneous(two.changed(tool=two.tool.with_runout(0.0)), feeds, turn, noisy, 2e-3).status
     assert "runout" in fit.table() and "kt" in repr(fit)
 
 

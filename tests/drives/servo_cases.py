@@ -11,7 +11,7 @@ from toolpoint.drives.friction import Coulomb, FrictionLaw, LuGre, Viscous
 from toolpoint.drives.motor import Inverter, SynchronousMotor
 from toolpoint.drives.plant import Axis, Plant, Structure, plant
 from toolpoint.drives.simple_axes import two_mass_axis
-from toolpoint.drives.simulate import Servo
+from toolpoint.drives.servo import Servo
 from toolpoint.vibration import Dof, Modes
 
 RATIO = 0.010 / (2 * np.pi)
@@ -86,7 +86,7 @@ def continuous(servo: Servo, command, duration: float, tolerance: float = 1e-12,
     right = plant_rate(p, friction)
     x = np.zeros(n + laws)
     history, evaluations = [x.copy()], 0
-    for k in range(int(round(duration / step))):
+    for k in range(round(duration / step)):
         sample_controllers(k, counts, parameters, control, reading @ x[:n], table, nothing, 0)
         held_inputs(k, counts, parameters, control, reading @ x[:n], u, voltage)
         made = solve_ivp(right, (0.0, step), x, method, args=(p.b_input @ u,), rtol=tolerance, atol=1e-15)

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -355,3 +358,22 @@ def test_smooth_residuals_widen_the_intervals():
     wider = second.modes.frequency_interval / first.modes.frequency_interval
     assert np.median(wider) == pytest.approx(np.sqrt(8), rel=0.3)
     assert any("smooth over about" in line for line in second.advice)
+
+
+def test_broken_measurements_are_refused_before_they_are_identified():
+    frf = benchmark(np.random.default_rng(2), points=6).frf
+    broken = frf.values.copy()
+    broken[100, 3, 1] = np.nan
+    with pytest.raises(ToolpointError, match="not finite, the first at index"):
+        Frf(frf.frequency, broken, frf.outputs, frf.inputs, frf.quantity)
+    with pytest.raises(ToolpointError, match=r"Frf\.coherence: shape"):
+        Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, frf.quantity, coherence=np.empty((0,)))
+    with pytest.raises(ToolpointError, match="increase"):
+        Frf(frf.frequency[::-1], frf.values, frf.outputs, frf.inputs, frf.quantity)
+
+
+def test_rooms_need_no_display_and_no_charts():
+    code = ("import sys, toolpoint.modal_identification, toolpoint.signals, toolpoint.io.uff; "
+            "assert not {'matplotlib', 'plotly', 'PyQt5', 'tkinter', 'numba'} & set(sys.modules)")
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+    assert subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0

@@ -102,11 +102,16 @@ def test_swapped_channels_are_noticed():
         hammer_test(swapped, DURATION)
 
 
-def test_a_dead_channel_is_named():
+def test_a_dead_channel_is_left_out_and_named():
     record = struck([100.0, 100, 100])
     samples = record.samples.copy()
     samples[:, 2] = 0
-    with pytest.raises(ToolpointError, match="dead channel: no response of channel 2"):
+    test = hammer_test(Record(samples, RATE, record.channels, record.quantities), DURATION)
+    assert test.used == 3
+    assert [str(dof) for dof in test.frf.outputs] == ["1:+x", "3:+x"]
+    assert "dead channel 2:+x" in test.status
+    samples[:, 1:] = 0.3
+    with pytest.raises(ToolpointError, match="all response channels are dead"):
         hammer_test(Record(samples, RATE, record.channels, record.quantities), DURATION)
 
 
@@ -130,7 +135,7 @@ def test_records_without_hits_or_with_wrong_channels_are_refused():
         hammer_test(record.selected([1, 2]), DURATION)
     with pytest.raises(ToolpointError, match="must not exceed the record"):
         hammer_test(record, 1000.0)
-    quiet = Record(np.zeros_like(record.samples), RATE, record.channels, record.quantities)
+    quiet = Record(record.samples * [0, 1, 1, 1], RATE, record.channels, record.quantities)
     with pytest.raises(ToolpointError, match="all samples are equal"):
         hammer_test(quiet, DURATION)
     rng = np.random.default_rng(0)

@@ -142,6 +142,106 @@ def map_(machine: Path, axes: Sequence[str], count: int, workers: int, folder: P
 
 
 @cli.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, or CSV with point,x,y,z in m.")
+@click.option("--method", default="refined", show_default=True, help="Identification method.")
+@click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
+@click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
+              help="What the files hold, where they do not say.")
+@click.option("-m", "--modes", "modes_file", type=click.Path(path_type=Path), help="Save the modes here (HDF5).")
+@_OUTPUT
+@_JSON
+def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tuple[float, float] | None,
+             quantity: str | None, modes_file: Path | None, output: Path, as_json: bool) -> None:
+    """Modes of measured FRFs (universal, HDF5, MATLAB or text files), with confidence intervals and a page.
+
+    An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
+    """
+    from toolpoint.app import identify as work
+
+    if output.suffix == ".h5":
+        modes_file, output = output, Path("toolpoint-report")
+    found = work.identify_files(files, geometry, modes_file, output, method, band, quantity, quiet=as_json)
+    if as_json:
+        click.echo(json.dumps({"frequency_hz": found.modes.frequency.tolist(),
+                               "damping_ratio": found.modes.damping_ratio.tolist(), "status": found.status}))
+
+
+def _cut_options(command: Any) -> Any:
+    """Add the options that say what is cut and where its dynamics come from."""
+    for option in reversed((
+        click.argument("machine", required=False, type=click.Path(path_type=Path)), _POSE,
+        click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured tool-tip FRF (text), receptance."),
+        click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Modes saved by identify (HDF5)."),
+        click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz."),
+        click.option("--diameter", type=float, help="Tool diameter, mm."), click.option("--teeth", type=int),
+        click.option("--immersion", type=float, help="Radial immersion a/D, 0 to 1."),
+        click.option("--direction", type=click.Choice(["up", "down", "slot"])),
+        click.option("--kt", type=float, help="Tangential coefficient, N/mm^2."),
+        click.option("--kn", type=float, help="Normal (radial) coefficient, N/mm^2."),
+    )):
+        command = option(command)
+    return command
+
+
+def _cut(diameter: float | None, teeth: int | None, immersion: float | None, direction: str | None, kt: float | None,
+         kn: float | None) -> dict[str, Any]:
+    return {"diameter": None if diameter is None else 1e-3 * diameter, "teeth": teeth, "immersion": immersion,
+            "direction": direction, "tangential": None if kt is None else 1e6 * kt, "normal": None if kn is None else 1e6 * kn}
+
+
+def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
+    if not value:
+        return None
+    import numpy as np
+
+    try:
+        first, last, number = value.split(":")
+        return np.linspace(float(first), float(last), int(number))
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write FIRST:LAST:NUMBER in rev/min, for example 3000:20000:200") from None
+
+
+@cli.command()
+@_cut_options
+@click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
+@click.option("--method", default="floquet", show_default=True,
+              help="floquet, zero-order, multi-frequency, semi-discretization or collocation.")
+@_OUTPUT
+@_JSON
+def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
+          band: tuple[float, float] | None, speeds: Any, method: str, output: Path, as_json: bool, **cut: Any) -> None:
+    """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
+    from toolpoint.app import cutting
+
+    chart = cutting.lobes(cutting.Source(machine, pose, frf, modes_file, band), _cut(**cut), method, speeds, output, as_json)
+    if as_json:
+        click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": [
+            chart.intervals(i).tolist() for i in range(chart.speeds.size)], "method": chart.method, "notes": list(chart.notes)}))
+
+
+@cli.command()
+@_cut_options
+@click.option("--speed", type=float, required=True, help="Spindle speed, rev/min.")
+@click.option("--depth", type=float, required=True, help="Axial depth of cut, mm.")
+@click.option("--feed", type=float, default=0.1, show_default=True, help="Feed per tooth, mm.")
+@click.option("--revolutions", default=60, show_default=True)
+@_OUTPUT
+@_JSON
+def mill(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
+         band: tuple[float, float] | None, speed: float, depth: float, feed: float, revolutions: int, output: Path,
+         as_json: bool, **cut: Any) -> None:
+    """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
+    from toolpoint.app import cutting
+
+    run = cutting.mill(cutting.Source(machine, pose, frf, modes_file, band), _cut(**cut), speed, 1e-3 * depth, 1e-3 * feed,
+                       revolutions, output, as_json)
+    if as_json:
+        click.echo(json.dumps({"chatter": run.is_chattering(), "peak_to_peak_m": run.peak_to_peak().tolist(),
+                               "power_w": float(run.power.mean()), "status": run.status}))
+
+
+@cli.command()
 def schema() -> None:
     """The JSON schema of machine files, for editors that check YAML while it is typed."""
     from toolpoint.io.machine_schema import json_schema

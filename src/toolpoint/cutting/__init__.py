@@ -7,7 +7,7 @@ from toolpoint.cutting.collocation import Collocation
 from toolpoint.cutting.discretization import FullDiscretization, SemiDiscretization
 from toolpoint.cutting.floquet import FloquetDeterminant
 from toolpoint.cutting.multi_frequency import MultiFrequency
-from toolpoint.cutting.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.problem import MillingProblem, SpeedVariation, TurningProblem
 from toolpoint.cutting.tool import Engagement, Tool
 from toolpoint.cutting.zero_order import ZeroOrder
 
@@ -20,6 +20,7 @@ __all__ = [
     "MillingProblem",
     "MultiFrequency",
     "SemiDiscretization",
+    "SpeedVariation",
     "StabilityChart",
     "Tool",
     "TurningProblem",

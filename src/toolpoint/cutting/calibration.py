@@ -217,7 +217,11 @@ def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, ph
         names = [*names, "runout", "runout_angle"]
     if phase:
         names = [*names, "phase"]
+    poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
     status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"  # type: ignore
+    if fit.success and poor:  # type: ignore[attr-defined]
+        status = ("converged; the run-out's two components are poorly determined (two teeth show only one of them): "
+                  "its interval is too narrow; cut deeper or use a tool with more teeth")
     return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)), status)
 
 

@@ -59,7 +59,10 @@ class Collocation:
         return searched(problem, speeds, depth_max, self.multipliers, str(self), self.levels, self.tolerance)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
-        """Return the multipliers over one period (tooth period for a regular tool, else spindle period), largest first."""
+        """Return the multipliers over one period, largest first.
+
+        The period is the tooth period for a regular tool, else a revolution, with speed variation its revolutions.
+        """
         plane = modal(problem.plane_at(speed))
         cut = Cut(problem, speed, depth, self.slices if problem.tool.has_helix else 1)
         values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes))
@@ -76,49 +79,59 @@ def modal(plane: PlaneDynamics) -> PlaneDynamics:
 
 
 class Cut:
-    """Times and matrices of one cut at a speed and depth: edge elements, their engagement and delays."""
+    """One cut at a speed and depth over the angle of rotation: edge elements, their engagement, delays and times.
+
+    In angle every delay is constant, also when the speed varies; time enters through `clock`.
+    """
 
     def __init__(self, problem: MillingProblem, speed: float, depth: float, slices: int) -> None:
         tool, arc = problem.tool, problem.engagement
-        self.omega = 2 * np.pi * speed / 60
-        self.period = float(problem.tooth_period(speed)) if tool.is_regular else 60 / speed
+        self.problem, self.omega = problem, 2 * np.pi * speed / 60
+        self.variation = problem.speed_variation
+        alike = tool.is_regular and self.variation is None
+        self.pitch = 2 * np.pi / tool.teeth if alike else 2 * np.pi
+        self.period = self.pitch if self.variation is None else 2 * np.pi * self.variation.revolutions
         x, w, _ = gauss(slices)
-        height, share = depth * (1 + x) / 2, w / 2
-        lag = tool.angles(height)  # (slices, teeth): angle behind tooth 0's tip
+        lag = tool.angles(depth * (1 + x) / 2)  # (slices, teeth): angle behind tooth 0's tip
         ahead = (np.roll(lag, 1, axis=1) - lag) % (2 * np.pi)
-        delay = np.where(ahead == 0, 2 * np.pi, 2 * np.pi - ahead) / self.omega
-        if tool.is_regular:
-            delay[:] = self.period
-            lag = lag[:, :1]
-            delay = delay[:, :1]
+        delay = np.where(ahead == 0, 2 * np.pi, 2 * np.pi - ahead)
+        if alike:
+            lag, delay = lag[:, :1], np.full((slices, 1), self.pitch)
         self.lag, self.delay = lag.ravel(), delay.ravel()
-        self.share = np.repeat(depth * share, lag.shape[1])
+        self.share = np.repeat(depth * w / 2, lag.shape[1])
         self.entry, self.exit = arc.entry, arc.exit
-        self.pitch = 2 * np.pi / tool.teeth if tool.is_regular else 2 * np.pi
-        self.problem = problem
-        speed_of_cut = self.omega * tool.radius
-        self.drag = problem.process_damping / speed_of_cut
+        self.drag = problem.process_damping / tool.radius
+
+    def clock(self, angle: FloatArray) -> FloatArray:
+        """Time at which the spindle has turned by `angle`, s."""
+        if self.variation is None:
+            return np.asarray(angle) / self.omega
+        return self.variation.clock(np.asarray(angle), self.omega)
+
+    def rate(self, angle: FloatArray) -> FloatArray:
+        """Seconds a radian at `angle`."""
+        if self.variation is None:
+            return np.full(np.shape(angle), 1 / self.omega)
+        return 1 / (self.omega * self.variation.factor(np.asarray(angle)))
 
     def breaks(self) -> FloatArray:
-        """Break points of one period, s: entries, exits, and the same one delay later."""
-        first = np.concatenate([(self.entry + self.lag) / self.omega, (self.exit + self.lag) / self.omega])
-        times = first % self.period
-        later = [(times[:, None] + np.unique(np.round(self.delay, 12))[None, :]).ravel() % self.period]
-        every = np.concatenate([[0.0, self.period], times, *(later if self.delay.size <= 16 else [])])
-        every = np.unique(np.round(every / self.period, 11)) * self.period
-        return every
+        """Break points of one period, rad: entries, exits, and the same one delay later."""
+        turns = 2 * np.pi * np.arange(max(1, round(self.period / (2 * np.pi))))
+        first = np.concatenate([self.entry + self.lag, self.exit + self.lag])
+        times = (first[:, None] + turns).ravel() % self.period
+        later = (times[:, None] + np.unique(np.round(self.delay, 12))[None, :]).ravel() % self.period
+        every = np.concatenate([[0.0, self.period], times, *([later] if self.delay.size <= 16 else [])])
+        return np.unique(np.round(every / self.period, 11)) * self.period
 
     def elements(self, a: float, b: float) -> tuple[Array, FloatArray]:
-        """Elements (tooth and slice) in cut between a and b, and their angle at time zero."""
+        """Elements (tooth and slice) in cut between a and b, and their angle when the spindle is at angle zero."""
         middle = (a + b) / 2
-        turns = np.arange(int(np.ceil(2 * np.pi / self.pitch)))
-        angle = -self.lag[:, None] + self.pitch * turns + 2 * np.pi * np.array([0])
-        phi = (angle + self.omega * middle) % (2 * np.pi)
+        phi = (middle - self.lag[:, None] + self.pitch * np.arange(round(2 * np.pi / self.pitch))) % (2 * np.pi)
         at, turn = np.nonzero((phi > self.entry) & (phi < self.exit))
-        return at, (phi[at, turn] - self.omega * middle)
+        return at, phi[at, turn] - middle
 
     def matrices(self, phi: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """k n^T and the process damping's matrix at the angles, shape (..., 2, 2), per metre of depth."""
+        """k n^T and the process damping's matrix times 1/rate at the angles, shape (..., 2, 2), per metre of depth."""
         chip = chip_direction(phi)
         k = force_direction(self.problem.coefficients, phi)
         tangent = np.stack([np.cos(phi), -np.sin(phi)], axis=-1)
@@ -169,7 +182,8 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     top = np.abs(plane.poles).max()
     for a, b in pairwise(ends):
         live, start = cut.elements(a, b)
-        n = 0 if live.size == 0 and not _needed(cut, a, b) else least + int(np.ceil(1.3 * top * (b - a)))
+        span = float(cut.clock(b) - cut.clock(a))
+        n = 0 if live.size == 0 and not _needed(cut, a, b) else least + int(np.ceil(1.3 * top * span))
         panels.append((a, b, live, start, n, at))
         at += 2 * n
     states, size = 2 * system.poles.size, at
@@ -178,7 +192,7 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     now = np.full((size, states + size), np.nan)
     for a, b, live, start, n, place in panels:
         if n == 0:
-            state = system.step(b - a) @ state
+            state = system.step(float(cut.clock(b) - cut.clock(a))) @ state
             continue
         state, rows = _panel(system, cut, (a, b, live, start, n), state, past, now, panels)
         now[place:place + 2 * n] = rows
@@ -191,8 +205,8 @@ def _needed(cut: Cut, a: float, b: float) -> bool:
         return False
     middle = (a + b) / 2
     for lag, delay in zip(cut.lag, cut.delay):
-        phi = (cut.omega * (middle + delay) - lag) % cut.pitch
-        if any(cut.entry < phi + k * cut.pitch < cut.exit for k in range(int(np.ceil(2 * np.pi / cut.pitch)))):
+        phi = (middle + delay - lag) % cut.pitch
+        if any(cut.entry < phi + k * cut.pitch < cut.exit for k in range(round(2 * np.pi / cut.pitch))):
             return True
     return False
 
@@ -201,48 +215,49 @@ def _panel(system: _Modal, cut: Cut, panel: tuple, state: FloatArray, past: Floa
            panels: list) -> tuple[FloatArray, FloatArray]:  # type: ignore[type-arg]
     a, b, live, start, n = panel
     x, w, rising = gauss(n)
-    half = (b - a) / 2
-    t = a + half * (1 + x)
+    angle = a + (b - a) / 2 * (1 + x)
+    t, rate = cut.clock(angle), cut.rate(angle)
+    begin, end = float(cut.clock(a)), float(cut.clock(b))
+    half = (b - a) / 2 * rate  # d(time)/dx at the nodes
     dt = t[:, None] - t[None, :]
-    free = system.rows(t - a)
+    free = system.rows(t - begin)
     if live.size == 0:
-        rows = (free @ state).reshape(2 * n, -1)
-        return system.step(b - a) @ state, rows
-    weight = half * rising[:, :, None, None] * system.kernel(dt)  # response at node i to force at node j
-    phi = start[:, None] + cut.omega * t[None, :]
+        return system.step(end - begin) @ state, (free @ state).reshape(2 * n, -1)
+    weight = (half * rising)[:, :, None, None] * system.kernel(dt)  # response at node i to force at node j
+    phi = start[:, None] + angle[None, :]
     cutting, drag = cut.matrices(phi)
     share = cut.share[live][:, None, None, None]
-    own, damping = (share * cutting).sum(0), (share * drag).sum(0)
+    own, damping = (share * cutting).sum(0), (share * drag).sum(0) * rate[:, None, None]
     memory = np.zeros((n, 2, state.shape[1]))
     for e, element in enumerate(live):
-        memory += np.einsum("iab,ibm->iam", share[e] * cutting[e], _delayed(t - cut.delay[element], cut, panels, past, now))
+        memory += np.einsum("iab,ibm->iam", share[e] * cutting[e], _delayed(angle - cut.delay[element], cut, panels, past, now))
     # F_i = -own_i r_i - damping_i r'_i + memory_i;  r = free + weight F;  r' = free' + weight' F
     big = np.einsum("iab,ijbc->iajc", own, weight)
     right = memory - np.einsum("iab,ibm->iam", own, free @ state)
     if cut.drag > 0:
-        rate = half * rising[:, :, None, None] * system.kernel(dt, 1)
-        # The impulse response jumps in velocity: r' also holds h(0) F_i, zero for a mass, so only the integral counts.
-        big = big + np.einsum("iab,ijbc->iajc", damping, rate)
-        right = right - np.einsum("iab,ibm->iam", damping, system.rows(t - a, 1) @ state)
+        # The impulse response starts at zero, so the velocity has no term in the force of the same moment.
+        velocity = (half * rising)[:, :, None, None] * system.kernel(dt, 1)
+        big = big + np.einsum("iab,ijbc->iajc", damping, velocity)
+        right = right - np.einsum("iab,ibm->iam", damping, system.rows(t - begin, 1) @ state)
     matrix = np.eye(2 * n) + big.reshape(2 * n, 2 * n)
     force = np.linalg.solve(matrix, right.reshape(2 * n, -1))
     rows = (free @ state).reshape(2 * n, -1) + weight.transpose(0, 2, 1, 3).reshape(2 * n, 2 * n) @ force
-    push = (half * w[:, None, None] * system.drive(b - t)).transpose(1, 0, 2).reshape(-1, 2 * n)
-    return system.step(b - a) @ state + push @ force, rows
+    push = ((half * w)[:, None, None] * system.drive(end - t)).transpose(1, 0, 2).reshape(-1, 2 * n)
+    return system.step(end - begin) @ state + push @ force, rows
 
 
-def _delayed(times: FloatArray, cut: Cut, panels: list, past: FloatArray, now: FloatArray) -> FloatArray:  # type: ignore
-    """Vibration at past times as maps of the initial data, by barycentric interpolation on its panel."""
+def _delayed(angle: FloatArray, cut: Cut, panels: list, past: FloatArray, now: FloatArray) -> FloatArray:  # type: ignore
+    """Vibration at past angles as maps of the initial data, by barycentric interpolation on its panel."""
     source = now
-    if times[0] + 1e-9 * cut.period < 0 or times.mean() < 0:
-        times, source = times + cut.period, past
-    middle = float(times.mean())
+    if angle.mean() < 0:
+        angle, source = angle + cut.period, past
+    middle = float(angle.mean())
     for a, b, _, _, n, place in panels:
         if a <= middle <= b:
             x, _, _ = gauss(n)
-            rows = lagrange(x, 2 * (times - a) / (b - a) - 1)
+            rows = lagrange(x, 2 * (angle - a) / (b - a) - 1)
             return np.einsum("ij,jcm->icm", rows, source[place:place + 2 * n].reshape(n, 2, -1))
-    raise AssertionError("a delayed time lies on no panel")
+    raise AssertionError("a delayed angle lies on no panel")
 
 
 def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:

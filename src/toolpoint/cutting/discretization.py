@@ -135,8 +135,8 @@ def _holds(a: FloatArray, step: float) -> list[FloatArray]:
 def _plain(problem: MillingProblem | TurningProblem) -> MillingProblem:
     if isinstance(problem, TurningProblem):
         fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
-    if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0:
-        fail("problem", "unequal pitch, helix or process damping", "must have straight teeth of equal pitch",
+    if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0 or problem.speed_variation:
+        fail("problem", "unequal pitch, helix, process damping or speed variation", "must have straight teeth of equal pitch",
              "use method=Collocation()")
     modal(problem.plane)
     return problem

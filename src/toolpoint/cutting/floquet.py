@@ -3,6 +3,7 @@ r"""FloquetDeterminant: stability of milling, exact in depth, from Modes of any 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -18,6 +19,9 @@ STATUS = ("complete", "the largest depths of some speeds are beyond double preci
           "some boundary points were bracketed only: see their error")
 
 
+LARGEST = 700  # rows of the matrix
+
+
 @dataclass(frozen=True)
 class FloquetDeterminant:
     r"""Boundaries from the periodic Green function; no time steps and no depth grid.
@@ -28,7 +32,9 @@ class FloquetDeterminant:
     :math:`D(\theta, w) = \det(I + w (1 - e^{-i\theta}) K(\theta))` is a polynomial in w. The number of unstable
     multipliers is minus the phase change of D over :math:`\theta \in [0, \pi]` in units of pi: a whole number.
     Boundary points are solved for (theta, w) and solved again with more nodes: the difference is the stated error.
-    Helical tools of equal pitch are solved with the mean matrix of each depth (about a second a speed).
+    A measured FRF enters through its harmonics (Hill's determinant, exact for the band); the stated error is then the
+    change when the upper tenth of the band is left out. Helical tools of equal pitch are solved with the mean matrix
+    of each depth (about a second a speed).
 
     Parameters
     ----------
@@ -106,14 +112,22 @@ class FloquetDeterminant:
                 break
             density, least = 1.3 * density, least + 4
         if rest.size:
-            parts.append(self._attempt(problem, plane, speeds, rest, depth_max, density, least, final=True)[1])
+            _, part, state_now = self._attempt(problem, plane, speeds, rest, depth_max, density, least, final=True)
+            parts.append(part)
+            state = max(state, state_now)
         return (*(np.concatenate(c) for c in zip(*parts)), state)
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
                  density: float, least: int, final: bool = False) -> tuple[Array, tuple[Array, ...], int]:
-        second = _second(plane)
-        sets = [green_set(straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, n, second), plane)
-                for d, n in ((density, least), (1.15 * density, least + 3))]
+        second, tool = _second(plane), problem.tool
+        period, pitch = float(problem.tooth_period(speeds[group].min())), 2 * np.pi / tool.teeth
+        if not plane.is_modal:  # nodes only serve the Fourier coefficients of the cut: two of them a wave
+            density, final = 1.2 * tool.teeth * (2 * plane.span[1] * period + 2), True
+        sets = []
+        for d, m, band in ((density, least, 0.9), (1.15 * density, least + 3, 1.0)):
+            nodes = straight_nodes(problem.coefficients, problem.engagement, tool.teeth, d, m, second)
+            _affordable(nodes, plane, period, float(speeds[group].min()))
+            sets.append(green_set(nodes, plane, band, period, pitch))
         n = speeds[group]
         points, found, status = self.scanned(problem, plane, n, sets, depth_max)
         used = np.arange(points.shape[1]) < found[:, None]
@@ -124,7 +138,7 @@ class FloquetDeterminant:
         part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
         return done, part, int(status[done].max(initial=0))
 
-    def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Array, ...]],
+    def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Any, ...]],
                 depth_max: float) -> tuple[FloatArray, Array, Array]:
         """Return (points, number of points, status) of these speeds from the kernels."""
         from toolpoint.cutting.floquet_kernels import MAX_POINTS
@@ -133,8 +147,10 @@ class FloquetDeterminant:
         points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
         top = np.zeros(n.size)
         scan_many(  # type: ignore[call-arg]
-            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, lines_of(plane), *_hints(plane),
+            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, *_hints(plane),
             (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
+        for i in np.flatnonzero(top < 1):
+            _capped(points[i], found, i, float(top[i]))
         return points, found, status
 
 
@@ -149,16 +165,36 @@ class Frozen:
     def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
         method, least = self.method, self.method.nodes
         for attempt in range(4):
-            sets = [green_set(helical_nodes(self.problem, depth, d, n, _second(self.plane)), self.plane)
-                    for d, n in ((self.density, least), (1.15 * self.density, least + 3))]
+            sets = []
+            for d, n, band in ((self.density, least, 0.9), (1.15 * self.density, least + 3, 1.0)):
+                nodes = helical_nodes(self.problem, depth, d, n, _second(self.plane))
+                period, pitch = float(self.problem.tooth_period(speed)), 2 * np.pi / self.problem.tool.teeth
+                sets.append(green_set(nodes, self.plane, band, period, pitch))
             points, found, status = method.scanned(self.problem, self.plane, np.array([speed]), sets, top)
             rows = points[0, :found[0]]
-            if _tight(rows, method.tolerance) or attempt == 3:
+            if _tight(rows, method.tolerance) or attempt == 3 or not self.plane.is_modal:
                 break
             least += 4
         self.state = max(self.state, int(status[0]))
         rows = rows[np.argsort(rows[:, 0])]
         return rows * np.array([top, 1, 1, top])
+
+
+def _capped(points: FloatArray, found: Array, i: int, top: float) -> None:
+    """Where the scan could not resolve the depths above s = top, take them as unstable and state the whole gap as error."""
+    if points[:found[i], 2].sum() > 0 or found[i] >= points.shape[0]:
+        return
+    points[found[i]] = max(top, 1e-9), np.pi / 2, 2, 1 - top
+    found[i] += 1
+
+
+def _affordable(nodes: ArcNodes, plane: PlaneDynamics, period: float, speed: float) -> None:
+    """Refuse matrices that would take minutes a speed, with the remedy."""
+    size = nodes.angle.size if plane.is_modal else 2 * (2 * int(np.ceil(plane.span[1] * period)) + 1)
+    if size > LARGEST:
+        fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
+             f"must be at most {LARGEST}", "leave out the modes or FRF lines far above the chatter band, raise the "
+             "least speed, or use ZeroOrder()")
 
 
 def _second(plane: PlaneDynamics) -> bool:
@@ -174,18 +210,31 @@ def _tight(points: FloatArray, tolerance: float) -> bool:
     return bool((p[matters, 3] <= tolerance * p[matters, 0] + 1e-14).all() and (after >= 0).all())
 
 
-def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> tuple[Array, ...]:
-    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, chip, force)."""
+def green_set(nodes: ArcNodes, plane: PlaneDynamics, band: float = 1.0, period: float = 0.0,
+              pitch: float = np.pi) -> tuple[Any, ...]:
+    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, lines)."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
-    return (np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, nodes.chip, nodes.force)
+    return (np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static,
+            lines_of(nodes, plane, band, period, pitch))
 
 
-def lines_of(plane: PlaneDynamics) -> tuple[Array, Array]:
-    """Return frequency and values of a measured FRF for the kernels, empty for modes."""
+def lines_of(nodes: ArcNodes, plane: PlaneDynamics, band: float, period: float, pitch: float) -> tuple[Array, Array, Array]:
+    """Return frequency and values of a measured FRF and the Fourier coefficients of A(t); empty for modes.
+
+    `band` is the share of the measured band that is used, `period` the longest tooth period.
+    """
     if plane.is_modal:
-        return np.zeros(0), np.zeros((0, 2, 2), complex)
-    return np.array(plane.frequency), np.ascontiguousarray(plane.values)
+        return np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
+    ways = 2 if np.any(plane.values[:, 1]) else 1  # type: ignore[index]
+    f: FloatArray = plane.frequency  # type: ignore[assignment]
+    keep = f <= f[0] + band * (f[-1] - f[0])
+    top = 2 * int(np.ceil(f[-1] * period)) + 2
+    order = np.arange(-top, top + 1)
+    wave = np.exp(-2j * np.pi * order[:, None] * nodes.angle / pitch) * (nodes.weight / pitch)
+    fourier = np.einsum("kq,qa,qb->kab", wave, nodes.force[:, :ways], nodes.chip[:, :ways])
+    values = plane.values[keep][:, :ways, :ways]  # type: ignore[index]
+    return np.array(f[keep]), np.ascontiguousarray(values), np.ascontiguousarray(fourier)
 
 
 def _highest(plane: PlaneDynamics) -> float:
@@ -259,6 +308,8 @@ def checked(problem: MillingProblem | TurningProblem) -> None:
     if not problem.tool.is_regular:
         fail("problem", "unequal pitch or helix", "must have teeth of equal pitch and helix",
              "use method=Collocation() or leave it out")
+    if problem.speed_variation is not None:
+        fail("problem", "spindle-speed variation", "has no single tooth period", "use method=Collocation() or leave it out")
     if problem.process_damping > 0:
         fail("problem", "process damping", "is not linear in the delay factor", "use method=Collocation()")
 

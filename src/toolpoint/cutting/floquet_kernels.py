@@ -40,23 +40,19 @@ def prepared(period, omega, poles, pairs, weights, partial, angle, static):
 
 
 @nb.njit(cache=True, nogil=True)
-def fill(nu, theta, w_max, period, omega, factors, wrapped, direct, lines, chip, force, weights, angle, out):
-    """Write M(theta) into out; factors are e^{sT} of the poles, lines = (start, step, values) of a measured FRF."""
-    q = angle.size
-    n = factors.size
+def fill(nu, w_max, factors, wrapped, direct, out):
+    """Write M(theta) of modes into out; factors are e^{sT} of the poles."""
+    q = direct.shape[0]
     for i in range(q):
         for j in range(q):
             out[i, j] = direct[i, j]
-    for r in range(n):
+    for r in range(factors.size):
         a = nu / (1.0 - nu * factors[r])
         b = nu / (1.0 - nu * np.conj(factors[r]))
         for i in range(q):
             for j in range(q):
                 x = wrapped[r, i, j]
                 out[i, j] += a * x + b * np.conj(x)
-    f, g = lines
-    if f.size > 1:
-        add_lines(theta, period, omega, f, g, chip, force, weights, angle, out)
     scale = w_max * (1.0 - nu)
     for i in range(q):
         for j in range(q):
@@ -64,35 +60,47 @@ def fill(nu, theta, w_max, period, omega, factors, wrapped, direct, lines, chip,
 
 
 @nb.njit(cache=True, nogil=True)
-def add_lines(theta, period, omega, f, g, chip, force, weights, angle, out):
-    """Add the harmonic sum 1/T sum_k G(i w_k) e^{i w_k (ti - tj)} of a measured FRF (linear between lines)."""
-    q = angle.size
-    left = np.empty((q, 2), np.complex128)
-    right = np.empty((q, 2), np.complex128)
-    start = theta / (2 * math.pi * period)
-    top = int(f[-1] * period + 2)
-    for k in range(-top, top + 1):
-        hz = start + k / period
+def fill_lines(nu, theta, w_max, period, f, g, fourier, out):
+    """Write the Hill matrix of a measured FRF into out: w_max (1 - nu) A_{k-l} G(i(theta/T + 2 pi l/T)).
+
+    fourier holds the Fourier coefficients of A(t), its order zero in the middle; the response is linear between lines
+    and zero outside its band, so for a band-limited response the matrix is exact.
+    """
+    ways = g.shape[1]
+    top = (out.shape[0] // ways - 1) // 2
+    centre = (fourier.shape[0] - 1) // 2
+    scale = w_max * (1.0 - nu)
+    value = np.zeros((ways, ways), np.complex128)
+    for l in range(-top, top + 1):
+        hz = (theta / (2 * math.pi) + l) / period
         a = abs(hz)
-        if a < f[0] or a > f[-1]:
-            continue
-        at = min(np.searchsorted(f, a, side="right") - 1, f.size - 2)
-        part = (a - f[at]) / (f[at + 1] - f[at])
-        g00 = g[at, 0, 0] * (1 - part) + g[at + 1, 0, 0] * part
-        g01 = g[at, 0, 1] * (1 - part) + g[at + 1, 0, 1] * part
-        g10 = g[at, 1, 0] * (1 - part) + g[at + 1, 1, 0] * part
-        g11 = g[at, 1, 1] * (1 - part) + g[at + 1, 1, 1] * part
-        if hz < 0:
-            g00, g01, g10, g11 = np.conj(g00), np.conj(g01), np.conj(g10), np.conj(g11)
-        for i in range(q):
-            e = np.exp(1j * (2 * math.pi * hz / omega * angle[i]))
-            left[i, 0] = e * (chip[i, 0] * g00 + chip[i, 1] * g10)
-            left[i, 1] = e * (chip[i, 0] * g01 + chip[i, 1] * g11)
-            back = np.conj(e) * (weights[i] / (omega * period))
-            right[i, 0], right[i, 1] = back * force[i, 0], back * force[i, 1]
-        for i in range(q):
-            for j in range(q):
-                out[i, j] += left[i, 0] * right[j, 0] + left[i, 1] * right[j, 1]
+        column = (l + top) * ways
+        inside = f[0] <= a <= f[-1]
+        if inside:
+            at = min(np.searchsorted(f, a, side="right") - 1, f.size - 2)
+            part = (a - f[at]) / (f[at + 1] - f[at])
+            for c in range(ways):
+                for b in range(ways):
+                    x = g[at, c, b] * (1 - part) + g[at + 1, c, b] * part
+                    value[c, b] = np.conj(x) if hz < 0 else x
+        for k in range(-top, top + 1):
+            row = (k + top) * ways
+            for i in range(ways):
+                for b in range(ways):
+                    total = 0.0 + 0.0j
+                    if inside:
+                        for c in range(ways):
+                            total += fourier[centre + k - l, i, c] * value[c, b]
+                    out[row + i, column + b] = scale * total
+
+
+@nb.njit(cache=True, nogil=True)
+def size_of(lines, angle, period):
+    """Size of the matrix: nodes for modes, harmonics times directions for a measured FRF."""
+    f, g, _ = lines
+    if f.size < 2:
+        return angle.size
+    return (2 * math.ceil(f[-1] * period) + 1) * g.shape[1]
 
 
 @nb.njit(cache=True, nogil=True)
@@ -164,13 +172,17 @@ def horner(c, degree, s):
 
 
 @nb.njit(cache=True, nogil=True)
-def node(theta, w_max, period, omega, factors, green, work, minors, coefficient):
-    """Polynomial of D at theta; green = (wrapped, direct, lines, chip, force, weights, angle); returns the degree."""
-    wrapped, direct, lines, chip, force, weights, angle = green
+def node(theta, w_max, period, factors, green, work, minors, coefficient):
+    """Polynomial of D at theta; green = (wrapped, direct, lines); returns the degree."""
+    wrapped, direct, lines = green
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
         nu = -1.0 + 0.0j
-    fill(nu, theta, w_max, period, omega, factors, wrapped, direct, lines, chip, force, weights, angle, work)
+    f, g, fourier = lines
+    if f.size > 1:
+        fill_lines(nu, theta, w_max, period, f, g, fourier, work)
+    else:
+        fill(nu, w_max, factors, wrapped, direct, work)
     hessenberg(work)
     return polynomial(work, minors, coefficient)
 
@@ -193,17 +205,17 @@ def root(c, degree, guess):
 
 
 @nb.njit(cache=True, nogil=True)
-def polished(theta_a, theta_b, theta, guess, w_max, period, omega, factors, green, work, minors, c):
+def polished(theta_a, theta_b, theta, guess, w_max, period, factors, green, work, minors, c):
     """Crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule inside [a, b]."""
     span = theta_b - theta_a
     t0 = theta
-    degree = node(t0, w_max, period, omega, factors, green, work, minors, c)
+    degree = node(t0, w_max, period, factors, green, work, minors, c)
     s0 = root(c, degree, guess)
     t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
     s1 = s0
     slope = 0.0
     for _ in range(25):
-        degree = node(t1, w_max, period, omega, factors, green, work, minors, c)
+        degree = node(t1, w_max, period, factors, green, work, minors, c)
         s1 = root(c, degree, s1)
         if t1 != t0 and s1.imag != s0.imag:
             slope = (s1.imag - s0.imag) / (t1 - t0)

@@ -9,7 +9,7 @@ import math
 import numba as nb
 import numpy as np
 
-from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root
+from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root, size_of
 
 LARGEST_STEP = 0.3624  # cosine of 1.2 rad
 
@@ -117,19 +117,19 @@ def real_root(c, degree, a, b):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan(speed_period, omega, poles, coarse, fine, lines, hint_w, hint_s, levels, w_max, base, points):
+def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points):
     """Boundary points of one speed.
 
-    coarse, fine = (pairs, weights, partial, angle, static, chip, force). points (MAX_POINTS, 4): s, theta, change,
+    coarse, fine = (pairs, weights, partial, angle, static, lines of a measured FRF). points (MAX_POINTS, 4): s, theta, change,
     error. Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1,
     2 points ran out, 3 a point unpolished.
     """
-    pairs, weights, partial, angle, static, chip, force = coarse
+    pairs, weights, partial, angle, static, lines = coarse
     period = speed_period
     factors = np.exp(poles * period)
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
-    green = (wrapped, direct, lines, chip, force, weights, angle)
-    q = angle.size
+    green = (wrapped, direct, lines)
+    q = size_of(lines, angle, period)
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     theta = np.empty(MAX_NODES)
@@ -142,7 +142,7 @@ def scan(speed_period, omega, poles, coarse, fine, lines, hint_w, hint_s, levels
     status, usable = 0, levels.size
     for i in range(used):
         theta[i] = start[i]
-        degrees[i] = node(theta[i], w_max, period, omega, factors, green, work, minors, c[i])
+        degrees[i] = node(theta[i], w_max, period, factors, green, work, minors, c[i])
         values_at(c[i], degrees[i], levels, at_levels[i])
         order[i] = i
     k = 0
@@ -160,21 +160,21 @@ def scan(speed_period, omega, poles, coarse, fine, lines, hint_w, hint_s, levels
                 break
             continue
         theta[used] = 0.5 * (theta[i] + theta[j])
-        degrees[used] = node(theta[used], w_max, period, omega, factors, green, work, minors, c[used])
+        degrees[used] = node(theta[used], w_max, period, factors, green, work, minors, c[used])
         values_at(c[used], degrees[used], levels, at_levels[used])
         inserted(order, used, used, k)
         used += 1
-    found, used, state = boundaries(theta, order, used, c, degrees, levels[:usable], w_max, period, omega, factors, green, work,
+    found, used, state = boundaries(theta, order, used, c, degrees, levels[:usable], w_max, period, factors, green, work,
                                     minors, points)
     status = max(status, state)
     if found > 0:
-        improve(points, found, fine, poles, factors, lines, w_max, period, omega)
+        improve(points, found, fine, poles, factors, w_max, period, omega)
     top = levels[usable - 1] if usable > 0 else 0.0
     return found, status, top
 
 
 @nb.njit(cache=True, nogil=True)
-def boundaries(theta, order, used, c, degrees, levels, w_max, period, omega, factors, green, work, minors, points):
+def boundaries(theta, order, used, c, degrees, levels, w_max, period, factors, green, work, minors, points):
     """Every change of the count between levels, narrowed by bisection and polished."""
     stack = np.empty((400, 4))
     top, found, status = 0, 0, 0
@@ -214,7 +214,7 @@ def boundaries(theta, order, used, c, degrees, levels, w_max, period, omega, fac
         end = tb
         if place == used - 2:
             end = 2 * math.pi - ta
-        t, s, sense, ok = polished(ta, end, 0.5 * (ta + tb), complex(m, 0.0), w_max, period, omega, factors, green, work,
+        t, s, sense, ok = polished(ta, end, 0.5 * (ta + tb), complex(m, 0.0), w_max, period, factors, green, work,
                                    minors, c[used])
         if t > math.pi:
             t = 2 * math.pi - t
@@ -227,7 +227,7 @@ def boundaries(theta, order, used, c, degrees, levels, w_max, period, omega, fac
                 inside = False
         if inside:
             theta[used] = t
-            degrees[used] = node(t, w_max, period, omega, factors, green, work, minors, c[used])
+            degrees[used] = node(t, w_max, period, factors, green, work, minors, c[used])
             inserted(order, used, used, at)
             used += 1
             points[found, 0], points[found, 1], points[found, 2], points[found, 3] = s, t, sense, 0.0
@@ -256,28 +256,28 @@ def boundaries(theta, order, used, c, degrees, levels, w_max, period, omega, fac
 
 
 @nb.njit(cache=True, nogil=True)
-def improve(points, found, fine, poles, factors, lines, w_max, period, omega):
+def improve(points, found, fine, poles, factors, w_max, period, omega):
     """Solve every point again with more nodes on the arc; the difference is its error."""
-    pairs, weights, partial, angle, static, chip, force = fine
+    pairs, weights, partial, angle, static, lines = fine
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
-    green = (wrapped, direct, lines, chip, force, weights, angle)
-    q = angle.size
+    green = (wrapped, direct, lines)
+    q = size_of(lines, angle, period)
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     c = np.zeros(q + 1, np.complex128)
     for p in range(found):
         s, t = points[p, 0], points[p, 1]
         if t == math.pi:
-            degree = node(t, w_max, period, omega, factors, green, work, minors, c)
+            degree = node(t, w_max, period, factors, green, work, minors, c)
             new = root(c, degree, complex(s, 0.0)).real
             ok = True
         else:
             span = min(2e-2, 0.2 * t, 0.2 * (math.pi - t))
-            t, new, _, ok = polished(t - span, t + span, t, complex(s, 0.0), w_max, period, omega, factors, green, work,
+            t, new, _, ok = polished(t - span, t + span, t, complex(s, 0.0), w_max, period, factors, green, work,
                                      minors, c)
             if t > math.pi:
                 t = 2 * math.pi - t
-        error = abs(new - s) + 1e-10 * s  # rounding of the determinant
+        error = abs(new - s) + 2e-10 * s  # rounding of the determinant
         if ok and error < 0.1 * s:
             points[p, 0], points[p, 1] = new, t
             points[p, 3] += error
@@ -286,9 +286,9 @@ def improve(points, found, fine, poles, factors, lines, w_max, period, omega):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan_many(periods, omegas, poles, coarse, fine, lines, hint_w, hint_s, levels, w_max, base, points, found, status,
+def scan_many(periods, omegas, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, found, status,
               top):
     """Scan all speeds; points (n, MAX_POINTS, 4), found, status and top (n,)."""
     for i in range(periods.size):
-        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, lines, hint_w, hint_s, levels,
+        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, hint_w, hint_s, levels,
                                            w_max, base, points[i])

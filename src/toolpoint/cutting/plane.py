@@ -216,6 +216,14 @@ def from_frf(frf: Frf, x: Label, y: Label) -> PlaneDynamics:
                          (*frf.notes, *notes, *more))
 
 
+def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
+    """Return the response of the tool against the work when each has its own (their compliances add up)."""
+    if not (tool.is_modal and work.is_modal):
+        fail("dynamics", "a measured FRF for tool or work", "must be modes for both", "add the FRFs before the call")
+    return PlaneDynamics(np.concatenate([tool.poles, work.poles]), np.concatenate([tool.residues, work.residues]),
+                         tool.static + work.static, notes=(*tool.notes, *work.notes))
+
+
 def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
     """Return the response of two directions given apart (their first component each), without cross response."""
     if along_x.is_modal != along_y.is_modal:

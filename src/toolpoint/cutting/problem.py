@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, positive, scalar
+from toolpoint._check import FloatArray, ToolpointWarning, count, fail, floats, positive, scalar
 from toolpoint.cutting.coefficients import CuttingCoefficients, mean_matrix
 from toolpoint.cutting.plane import Label, PlaneDynamics, from_frf, from_modes, from_pair
 from toolpoint.cutting.tool import Engagement, Tool
@@ -16,6 +16,44 @@ from toolpoint.vibration import Frf, Modes
 
 Response = Modes | Frf | PlaneDynamics
 Dynamics = Response | tuple[Response, Response] | Callable[[float], "Response"]
+
+
+@dataclass(frozen=True)
+class SpeedVariation:
+    r"""Spindle speed that varies with the angle of rotation: :math:`\Omega (1 + a \sin(\theta/m + \gamma))`.
+
+    Parameters
+    ----------
+    amplitude : float
+        a, below 1.
+    revolutions : int
+        m, revolutions in one period of the variation.
+    phase : float
+        gamma, rad.
+    """
+
+    amplitude: float
+    revolutions: int = 4
+    phase: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not 0 <= scalar("SpeedVariation.amplitude", self.amplitude) < 0.9:
+            fail("SpeedVariation.amplitude", f"{self.amplitude:g}", "must be 0 to 0.9 of the mean speed")
+        count("SpeedVariation.revolutions", self.revolutions)
+
+    def factor(self, angle: FloatArray) -> FloatArray:
+        """Speed over mean speed at these angles of rotation."""
+        return 1 + self.amplitude * np.sin(angle / self.revolutions + self.phase)
+
+    def clock(self, angle: FloatArray, omega: float) -> FloatArray:
+        """Time from angle zero, s, by the rapidly converging cosine series of 1/factor."""
+        root = np.sqrt(1 - self.amplitude**2)
+        ratio = (1 - root) / self.amplitude if self.amplitude > 0 else 0.0
+        x = np.asarray(angle)[..., None] / self.revolutions + self.phase
+        k = np.arange(1, 200 if self.amplitude > 0.3 else 40)
+        # 1/(1 + a sin x) = (1 + 2 sum (-q)^k cos(k (x - pi/2)))/root, q = (1 - root)/a
+        series = 2 * (-ratio) ** k / k * (np.sin(k * (x - np.pi / 2)) - np.sin(k * (self.phase - np.pi / 2)))
+        return (np.asarray(angle) + self.revolutions * series.sum(-1)) / (root * omega)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,6 +83,8 @@ class MillingProblem:
         cutting speed.
     damping_friction : float
         Friction share of the process damping.
+    speed_variation : SpeedVariation, optional
+        Spindle-speed variation; solved by `Collocation`.
 
     Raises
     ------
@@ -62,6 +102,7 @@ class MillingProblem:
     feed_per_tooth: float = 0.0
     process_damping: float = 0.0
     damping_friction: float = 0.3
+    speed_variation: SpeedVariation | None = None
     plane: PlaneDynamics = field(init=False, repr=False)
 
     def __post_init__(self) -> None:

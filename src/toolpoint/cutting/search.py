@@ -58,9 +58,17 @@ def _boundary(problem: MillingProblem, speed: float, bracket: tuple[float, float
     theta = abs(float(np.angle(critical)))
     if abs(critical.imag) < 1e-9 * abs(critical):
         theta = np.pi if critical.real < 0 else 0.0
-    period = float(problem.tooth_period(speed)) if problem.tool.is_regular else 60 / speed
+    period = mean_period(problem, speed)
     k = np.arange(-400, 401)
     f = np.abs(theta / (2 * np.pi) + k) / period
     size = np.linalg.norm(problem.plane_at(speed).response(f), axis=(1, 2))
     single = 1 if theta in (0.0, np.pi) else 2
     return w, theta, float(f[np.argmax(size)]), single if change > 0 else -single, tolerance * w
+
+
+def mean_period(problem: MillingProblem, speed: float) -> float:
+    """Period of the multipliers, s: tooth period, revolution, or (mean) period of the speed variation."""
+    if problem.speed_variation is not None:
+        angle = 2 * np.pi * problem.speed_variation.revolutions
+        return float(problem.speed_variation.clock(np.array(angle), 2 * np.pi * speed / 60))
+    return float(problem.tooth_period(speed)) if problem.tool.is_regular else 60 / speed

@@ -68,6 +68,6 @@ def default_method(problem: Problem) -> Method:
 
     if isinstance(problem, TurningProblem):
         return ZeroOrder()
-    if problem.tool.is_regular and problem.process_damping == 0:
+    if problem.tool.is_regular and problem.process_damping == 0 and problem.speed_variation is None:
         return FloquetDeterminant()
     return Collocation()

@@ -182,6 +182,8 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
              "problem.changed(feed_per_tooth=...)")
+    if problem.speed_variation is not None:
+        fail("problem", "spindle-speed variation", "is not simulated in the time domain", "take it out of the problem")
     system = _Modal(modal(problem.plane_at(speed)))
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth

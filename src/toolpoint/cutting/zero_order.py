@@ -55,7 +55,10 @@ class ZeroOrder:
         if isinstance(problem, TurningProblem):
             return problem.notes
         helix = "" if not problem.tool.has_helix else "; helix does not change the mean matrix"
-        pitch = () if problem.tool.is_regular else ("unequal pitch or helix taken as equal by the zero-order solution",)
+        uneven = "unequal pitch or helix taken as equal by the zero-order solution"
+        pitch: tuple[str, ...] = () if problem.tool.is_regular else (uneven,)
+        if problem.speed_variation is not None:
+            pitch = (*pitch, "spindle-speed variation left out by the zero-order solution")
         return (*problem.notes, KNOWN_ERROR + helix, *pitch)
 
 

@@ -26,8 +26,8 @@ class Command:
 
     position: FloatArray
     sample_time: float
-    velocity: FloatArray | None = None
-    acceleration: FloatArray | None = None
+    velocity: FloatArray = None  # type: ignore[assignment]
+    acceleration: FloatArray = None  # type: ignore[assignment]
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -67,7 +67,7 @@ class Command:
 
     def extended(self, duration: float) -> Command:
         """Return the command with the last position held for `duration` s more."""
-        n = int(round(duration / self.sample_time))
+        n = round(duration / self.sample_time)
         rest = np.zeros((n, self.position.shape[1]))
         return Command(np.vstack([self.position, rest + self.position[-1]]), self.sample_time,
                        np.vstack([self.velocity, rest]), np.vstack([self.acceleration, rest]))
@@ -83,7 +83,7 @@ def circle(radius: float, feed: float, sample_time: float, duration: float, cent
     Starts at the angle (rad) from the first axis; direction 1 is counterclockwise. The start is not smoothed.
     """
     w = direction * positive("feed", feed) / positive("radius", radius)
-    t = np.arange(int(round(positive("duration", duration) / sample_time)) + 1) * sample_time
+    t = np.arange(round(positive("duration", duration) / sample_time) + 1) * sample_time
     c, s = np.cos(start_angle + w * t), np.sin(start_angle + w * t)
     unit = np.stack([c, s], axis=1)
     return Command(np.asarray(center) + radius * unit, sample_time, radius * w * np.stack([-s, c], axis=1),
@@ -93,7 +93,7 @@ def circle(radius: float, feed: float, sample_time: float, duration: float, cent
 def step(height: float | FloatArray, sample_time: float, duration: float, at: float = 0.0) -> Command:
     """Return a position step of every axis (m) at time `at` (s); velocity and acceleration commands are zero."""
     heights = np.atleast_1d(np.asarray(height, float))
-    n = count("samples", int(round(duration / sample_time)) + 1, 2)
+    n = count("samples", round(duration / sample_time) + 1, 2)
     position = np.where((np.arange(n) * sample_time >= at - 1e-12)[:, None], heights, 0.0)
     zero = np.zeros_like(position)
     return Command(position, sample_time, zero, zero)
@@ -107,5 +107,5 @@ def rest(axes: int, sample_time: float, duration: float) -> Command:
 def constant_velocity(velocity: float | FloatArray, sample_time: float, duration: float) -> Command:
     """Return a ramp of every axis, m/s, from zero without smoothing."""
     v = np.atleast_1d(np.asarray(velocity, float))
-    t = np.arange(int(round(duration / sample_time)) + 1)[:, None] * sample_time
+    t = np.arange(round(duration / sample_time) + 1)[:, None] * sample_time
     return Command(frozen(t * v), sample_time, np.ones_like(t) * v, np.zeros_like(t * v))

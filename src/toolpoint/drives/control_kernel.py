@@ -6,6 +6,8 @@ filters, 16-23 torque delay line, 24-39 voltage delay lines, 40-41 voltage in fo
 at the current sample, 44 rotor speed there.
 """
 
+# mypy: disable-error-code="no-untyped-def"
+
 from __future__ import annotations
 
 import math

@@ -41,7 +41,8 @@ def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArra
     signals, values = np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws))
     nothing = np.zeros((1, axes, 3))
     failed = run(steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, np.zeros((0, PARAMETERS)), np.zeros((0, STATE)), np.ones(3, np.int64), nothing,
+                 np.array(plant.viscous), plant.products, m.reading, np.zeros((0, PARAMETERS)), np.zeros((0, STATE)),
+                 np.ones(3, np.int64), nothing,
                  np.zeros((1, axes)), 0, np.array(forces), x, states, every, outputs, signals, values)
     if failed < 0:
         fail("free_motion", f"motion not finite after {-failed} steps", "the step is too long", "take a shorter step")

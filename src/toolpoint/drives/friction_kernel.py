@@ -3,6 +3,8 @@
 Imported only when a simulation runs: numba takes most of a second to load.
 """
 
+# mypy: disable-error-code="no-untyped-def"
+
 from __future__ import annotations
 
 import math

@@ -13,9 +13,8 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
 from toolpoint.drives.control import Controller
-from toolpoint.drives.motor import SynchronousMotor
 from toolpoint.drives.plant import OUTPUTS
-from toolpoint.drives.simulate import Servo
+from toolpoint.drives.servo import Servo
 from toolpoint.vibration import StateSpace
 from toolpoint.vibration.state_space import hold_matrices
 
@@ -189,7 +188,7 @@ class _Levels:
             error = self._error(cut, setpoint, feedback)
             for i, c in enumerate(self.servo.controllers):
                 if c.current is None:
-                    feedback[i] = setpoint[i]
+                    feedback[i], integral[i] = setpoint[i], 0.0
                     continue
                 m = c.current.model
                 u[i] = c.current.gain * error[i] + integral[i]
@@ -310,7 +309,3 @@ def _scaled(c: Controller, number: int, factor: float) -> Controller:
         return c.with_gains(velocity=factor * c.velocity.gain)
     return c.with_gains(position=factor * c.position.gain)
 
-
-def electrical(servo: Servo) -> tuple[bool, ...]:
-    """Return for every axis whether it has a current loop."""
-    return tuple(isinstance(axis.motor, SynchronousMotor) for axis in servo.plant.axes)

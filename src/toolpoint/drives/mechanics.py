@@ -79,7 +79,7 @@ class Mechanics:
             weak = [self.coordinates[i] for i in free if self.mass[i, i] <= 0]
             fail("Mechanics.mass", f"no inertia at {', '.join(weak) or 'a combination of coordinates'}",
                  "every free coordinate must have inertia", "give the missing mass or moment of inertia")
-        for row in (self.motor, self.table, self.scale, *(x.row for x in (*self.friction, *self.contacts))):
+        for row in (self.motor, self.table, self.scale, *(x.row for x in self.friction), *(x.row for x in self.contacts)):
             self.vector(row)
 
     @property

@@ -94,7 +94,8 @@ class Plant:
     r"""Linear plant with nonlinear scalars: :math:`\dot x = A x + B_u u + B_d d + B_w w(s)`, s = S x, y = C x.
 
     u holds (u_d, u_q) of every axis, V (0 and torque for a TorqueMotor); d the force on every table, N; w the friction,
-    contact and bilinear terms; the viscous part of friction is in A. Outputs of every axis: motor angle and speed, scale, i_d, i_q, table, table against tool.
+    contact and bilinear terms (the viscous part of friction is in A). Outputs of every axis: motor angle and speed,
+    scale, i_d, i_q, table, table against tool.
     """
 
     axes: tuple[Axis, ...]

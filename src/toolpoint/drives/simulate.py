@@ -11,47 +11,13 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
 from toolpoint.drives.command import Command
-from toolpoint.drives.control import Controller
+from toolpoint.drives.loops import checked_stable
 from toolpoint.drives.plant import OUTPUTS, Plant
+from toolpoint.drives.servo import Servo
 from toolpoint.vibration.state_space import hold_matrices
 
 PLACES = ("none", "position", "speed", "torque", "current", "voltage")
 SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_error")
-
-
-@dataclass(frozen=True)
-class Servo:
-    """A plant and a controller for each of its axes; all axes share the three sample times."""
-
-    plant: Plant
-    controllers: tuple[Controller, ...]
-
-    def __post_init__(self) -> None:
-        controllers = tuple(self.controllers)
-        object.__setattr__(self, "controllers", controllers)
-        if len(controllers) != len(self.plant.axes):
-            fail("Servo.controllers", f"{len(controllers)}", f"must be one for each of {len(self.plant.axes)} axes")
-        times = controllers[0].sample_times
-        for axis, c in zip(self.plant.axes, controllers, strict=True):
-            c.parameters(axis.motor)
-            if c.sample_times != times:
-                fail("Servo.controllers", f"sample times {c.sample_times} s of axis {axis.name!r}",
-                     f"must be those of the first axis, {times} s")
-        for name, inner, outer in (("velocity", times[0], times[1]), ("position", times[1], times[2])):
-            ratio = outer / inner
-            if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
-                fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
-                     f"for example {max(1, round(ratio)) * inner:g} s")
-
-    @property
-    def counts(self) -> tuple[int, int, int]:
-        """Current samples for each current, velocity and position sample."""
-        inner, velocity, position = self.controllers[0].sample_times
-        return 1, round(velocity / inner), round(position / inner)
-
-    def __repr__(self) -> str:
-        times = ", ".join(f"{1e6 * t:g}" for t in self.controllers[0].sample_times)
-        return f"Servo({', '.join(a.name for a in self.plant.axes)}; loops at {times} us; {self.plant.a.shape[0]} states)"
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,9 +52,9 @@ def step_matrices(plant: Plant, step: float) -> StepMatrices:
         first[:, k], last[:, k] = 0.0, g1[:, at + k]
     all_rows = np.vstack([np.eye(phi.shape[0]), plant.scalars, plant.outputs])
     by_column = lambda m: np.ascontiguousarray(m.T)
-    parts = [by_column(all_rows @ part) for part in (phi, g1[:, :nu], g1[:, nu:at], first, last)]
-    return StepMatrices(step, *parts, by_column(plant.scalars), np.ascontiguousarray(plant.scalars @ last),
-                        by_column(plant.outputs))
+    move, held, force, one, two = (by_column(all_rows @ part) for part in (phi, g1[:, :nu], g1[:, nu:at], first, last))
+    return StepMatrices(step, move, held, force, one, two, by_column(plant.scalars),
+                        np.ascontiguousarray(plant.scalars @ last), by_column(plant.outputs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -151,7 +117,7 @@ class Excitation:
 
 def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
              load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
-             matrices: StepMatrices | None = None) -> ServoResult:
+             matrices: StepMatrices | None = None, check: bool = True) -> ServoResult:
     """Return the histories of a servo that follows a command from rest.
 
     Parameters
@@ -172,12 +138,16 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
         s; the command's where left out.
     matrices : StepMatrices, optional
         Of the same plant and step, to simulate many commands.
+    check : bool
+        Refuse a servo whose linear loops are unstable before simulating (a millisecond or so).
 
     Raises
     ------
     ToolpointError
         Where the command's sample time is not the position loop's, or the motion is not finite (unstable).
     """
+    if check:
+        checked_stable(servo)
     prepared = _prepare(servo, command, substeps, every, excitation, load, start, duration, matrices)
     from toolpoint.drives.kernel import run
 
@@ -223,7 +193,7 @@ def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitati
     m = step_matrices(plant, step) if matrices is None else matrices
     if abs(m.step - step) > 1e-12 * step:
         fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
-    steps = int(round((command.duration if duration is None else duration) / step)) + 1
+    steps = round((command.duration if duration is None else duration) / step) + 1
     counts = np.array([c * substeps for c in servo.counts], np.int64)
     from toolpoint.drives.control_kernel import STATE
 
@@ -237,8 +207,8 @@ def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitati
     laws = plant.b_scalar.shape[1]
     table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
     arguments = (steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, parameters, control, counts, table, np.array(inject), where, np.array(loads),
-                 x, np.zeros((max(plant.rows.shape[0], 1), 8)), every,
+                 np.array(plant.viscous), plant.products, m.reading, parameters, control, counts, table,
+                 np.array(inject), where, np.array(loads), x, np.zeros((max(plant.rows.shape[0], 1), 8)), every,
                  np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
     return _Prepared(servo, command, arguments, step * every)
 

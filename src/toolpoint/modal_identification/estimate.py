@@ -23,6 +23,8 @@ UNEVEN = 3.0
 SAMPLED = 48
 MOST_ADDED = 8
 EXPLAINED = 3.0
+STEADY = 100
+ROUGH, TOLERANCE = 10.0, 1e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,9 +109,9 @@ def _evidence_limit(outputs: int) -> float:
 
 def _refined_twice(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
     # The noise of each response is read off its residual: after the first pass it is known well enough for weights.
-    for _ in range(1 if stated is not None else 2):
+    for tolerance in (TOLERANCE,) if stated is not None else (ROUGH, TOLERANCE):
         weight = stated if stated is not None else _noise(data, fit)
-        fit = refined(data, fit.poles * data.scale, fit.participation, weight)
+        fit = refined(data, fit.poles * data.scale, fit.participation, weight, tolerance)
     return fit
 
 
@@ -132,7 +134,10 @@ def _stated_lines(frf: Frf) -> FloatArray | None:
     if not known.any():
         return None
     relative = (frf.variance[:, known] / mean[known]).mean(axis=1)
-    return 1 / np.sqrt(np.maximum(relative, 1e-4))
+    # A variance from a few hits is itself uncertain: weights of single lines would prefer those that look good by chance.
+    kernel = np.ones(min(-(-STEADY // int(known.sum())), relative.size))
+    smooth = np.convolve(relative, kernel, "same") / np.convolve(np.ones_like(relative), kernel, "same")
+    return 1 / np.sqrt(np.maximum(smooth, 1e-4))
 
 
 def _stated(frf: Frf, line_weight: FloatArray) -> FloatArray | None:

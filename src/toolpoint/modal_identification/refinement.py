@@ -201,10 +201,12 @@ def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
     return (information + information.T) / 2, gradient
 
 
-def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit:
+def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray,
+            tolerance: float = 1e-3) -> Fit:
     """Return the converged fit with fixed weights: Gauss-Newton with a Levenberg-Marquardt guard.
 
-    `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed.
+    `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed. Steps end when
+    one gains less than `tolerance` in half a chi-squared (1 moves all unknowns by about one standard deviation).
     """
     lead = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
     fit = evaluated(data, poles / data.scale, participation / lead, weight)
@@ -219,7 +221,7 @@ def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight
             guard = max(10 * guard, 1e-3)
             continue
         guard, fit = guard / 10, trial
-        if gain < 1e-3:
+        if gain < tolerance:
             break
     return fit
 

@@ -84,6 +84,7 @@ def hammer_test(
     """
     every = [records] if isinstance(records, Record) else list(records)
     force_at, others, quantity = _channels(every)
+    others, dead = _alive(every, others)
     rules = HitRules() if rules is None else rules
     block = round(positive("duration", duration) * every[0].sample_rate)
     blocks = [pair for record in every for pair in _blocks(record, force_at, others, block, rules, final, force_window)]
@@ -105,7 +106,7 @@ def hammer_test(
     decay = exponential(block, every[0].sample_rate, final)[1]
     values = responses(averages, estimator)
     record = every[0]
-    notes = _notes(frequency, level, len(good), decay)
+    notes = (*dead, *_notes(frequency, level, len(good), decay))
     coherence = multiple_coherence(averages)[:, :, None] if len(good) > 1 else None
     frf = Frf(frequency, values, tuple(record.channels[i] for i in others), (record.channels[force_at],), quantity,
               coherence=coherence, variance=variance(averages), decay=decay, notes=notes)
@@ -151,6 +152,16 @@ def _channels(records: Sequence[Record]) -> tuple[int, list[int], str]:
     if len(kinds) > 1 or not kinds <= QUANTITY.keys():
         fail("records", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(QUANTITY)}")
     return forces[0], others, QUANTITY[kinds.pop()]
+
+
+def _alive(records: Sequence[Record], others: list[int]) -> tuple[list[int], list[str]]:
+    """Return the response channels that show anything, and a note on each that does not."""
+    dead = [i for i in others if all(np.ptp(record.samples[:, i]) == 0 for record in records)]
+    if len(dead) == len(others):
+        fail("records", "all response channels are dead (constant)", "must show a response", "check cables and sensors")
+    names = records[0].channels
+    return [i for i in others if i not in dead], [f"dead channel {names[i]} left out: its samples never change"
+                                                  for i in dead]
 
 
 def _lines(sample_rate: float, block: int, highest: float | None) -> int:

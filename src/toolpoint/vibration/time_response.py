@@ -3,12 +3,15 @@ r"""Time responses by the exact step of a linear system: no step-size error for 
 from __future__ import annotations
 
 import numpy as np
+from scipy.signal import lfilter
 
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.modes import Modes
 from toolpoint.vibration.record import Record
 from toolpoint.vibration.state_space import StateSpace, hold_matrices, modal
+
+_CONDITION = 1e6
 
 
 def exact(
@@ -39,11 +42,26 @@ def exact(
     drive = u[:-1] @ gamma1.T
     if hold == "first":
         drive = drive + np.diff(u, axis=0) @ gamma2.T
-    states = np.empty((u.shape[0], system.size))
-    states[0] = 0.0 if start is None else floats("start", start, (system.size,))
-    for k in range(u.shape[0] - 1):
-        states[k + 1] = phi @ states[k] + drive[k]
-    return states @ system.c.T + u @ system.d.T
+    first = np.zeros(system.size) if start is None else floats("start", start, (system.size,))
+    return _states(phi, drive, first) @ system.c.T + u @ system.d.T
+
+
+def _states(phi: FloatArray, drive: FloatArray, first: FloatArray) -> FloatArray:
+    """Return all states of x_{k+1} = phi x_k + drive_k, shape (n_samples, n_states)."""
+    multipliers, vectors = np.linalg.eig(phi)
+    if np.linalg.cond(vectors) > _CONDITION:
+        # Nearly defective: step through, as the eigenvectors would lose digits.
+        states = np.empty((len(drive) + 1, len(first)))
+        states[0] = first
+        for k in range(len(drive)):
+            states[k + 1] = phi @ states[k] + drive[k]
+        return states
+    # In eigenvector coordinates every state is a scalar recursion, which a compiled filter runs through.
+    # Conjugate ones run once and count twice.
+    upper = multipliers.imag >= 0
+    inputs = np.linalg.inv(vectors)[upper] @ np.concatenate([first[None], drive]).T
+    modal = np.array([lfilter([1.0], [1.0, -m], x) for m, x in zip(multipliers[upper], inputs, strict=True)])
+    return ((vectors[:, upper] * np.where(multipliers[upper].imag > 0, 2.0, 1.0)) @ modal).real.T
 
 
 def modal_superposition(modes: Modes, forces: Record, outputs: tuple[Dof | str, ...], kind: str = "displacement") -> Record:

@@ -1,0 +1,167 @@
+"""Stability lobes and simulated cuts from the command line, and their pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, one_of
+from toolpoint.app import console, measured_page
+from toolpoint.cutting import (
+    Collocation,
+    FloquetDeterminant,
+    MillingProblem,
+    MultiFrequency,
+    SemiDiscretization,
+    StabilityChart,
+    ZeroOrder,
+    stability,
+)
+from toolpoint.cutting.location import location_error
+from toolpoint.cutting.stability import Method
+from toolpoint.cutting.time_domain import Simulation, simulate
+from toolpoint.io import hdf5, machine_yaml
+from toolpoint.machine.description import CuttingDescription
+from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot.cutting import intervals_of, simulation_charts, surface_location
+from toolpoint.plot.lobes import stability_chart
+from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
+from toolpoint.vibration import Modes
+
+METHODS: dict[str, Method] = {
+    "floquet": FloquetDeterminant(), "zero-order": ZeroOrder(), "multi-frequency": MultiFrequency(),
+    "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the dynamics of a cut come from: a machine file at a pose, FRF files, or saved modes."""
+
+    machine: Path | None = None
+    pose: Mapping[str, float] | None = None
+    frf: tuple[Path, ...] = ()
+    modes: Path | None = None
+    band: tuple[float, float] | None = None
+
+
+def problem_of(source: Source, cut: Mapping[str, float | str | None]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+    """Return the milling problem, its cut, and remarks; `cut` holds values that replace those of the file or the example."""
+    given = {name: value for name, value in cut.items() if value is not None}
+    notes: list[str] = []
+    if source.machine is not None:
+        machine = machine_yaml.read(source.machine)
+        base = machine.description.cutting or _example(notes)
+        study = tool_point(machine, [dict(source.pose)] if source.pose else [{}])
+        used = replace(base, **given)  # type: ignore[arg-type]
+        labels = (f"{study.point}:+x", f"{study.point}:+y")
+        return milling_problem(used, study.modes.at_pose(0), *labels), used, notes
+    used = replace(_example(notes), **given)  # type: ignore[arg-type]
+    if source.modes is not None:
+        modes = hdf5.read(source.modes)
+        if not isinstance(modes, Modes):
+            raise ToolpointError(f"{source.modes}: holds {type(modes).__name__}; needs Modes")
+        return milling_problem(used, modes), used, notes
+    if not source.frf:
+        raise ToolpointError("dynamics: none given; name a machine file, --frf files, or --modes")
+    frf = measured_page.read(source.frf, "receptance", source.band).selected([0], [0])
+    notes += [*frf.notes, "the response across is taken as that along"]
+    return milling_problem(used, frf, str(frf.outputs[0]), "same"), used, notes
+
+
+def _example(notes: list[str]) -> CuttingDescription:
+    notes.append(f"No cut was given; values not named are those of an {measured_page.EXAMPLE_CUT.source}.")
+    return measured_page.EXAMPLE_CUT
+
+
+def lobes(
+    source: Source, cut: Mapping[str, float | str | None], method: str = "floquet", speeds: FloatArray | None = None,
+    output: str | Path = "toolpoint-report", quiet: bool = False,
+) -> StabilityChart:
+    """Compute the stability chart of a cut, print its lowest and best points, and write the page."""
+    one_of("--method", method, METHODS)
+    with console.collected_warnings() as warnings:
+        problem, used, notes = problem_of(source, cut)
+        n = np.linspace(*used.speeds, 200) if speeds is None else speeds
+        chart = _charted(problem, n, METHODS[method], quiet)
+        path = _lobes_page(problem, used, chart, [*notes, *warnings]).save(output)
+    if not quiet:
+        _print_chart(chart)
+        for text in dict.fromkeys([*notes, *chart.notes, *warnings]):
+            console.OUT.print("note: " + text, markup=False)
+        console.OUT.print(f"Page written: {path}", markup=False)
+    return chart
+
+
+def _charted(problem: MillingProblem, speeds: FloatArray, method: Method, quiet: bool) -> StabilityChart:
+    with console.steps(1, quiet) as step:
+        step(f"stability at {len(speeds)} speeds")
+        return stability.chart(problem, speeds, method, depth_limit(problem))
+
+
+def _print_chart(chart: StabilityChart) -> None:
+    limit = chart.limit
+    low, high = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
+    rows = [["lowest limit", f"{chart.speeds[low]:.0f}", _depth(limit[low], chart)],
+            ["highest limit", f"{chart.speeds[high]:.0f}", _depth(limit[high], chart)]]
+    console.table(f"Stability by {chart.method}", ["", "rev/min", "depth mm"], rows)
+
+
+def _depth(value: float, chart: StabilityChart) -> str:
+    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"
+
+
+def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: StabilityChart, notes: Sequence[str]) -> Report:
+    report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
+    words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
+    report = report.with_section("Chart", words, Chart(stability_chart(intervals_of(chart))))
+    if problem.feed_per_tooth > 0:
+        depth = 0.5 * float(np.min(chart.limit))
+        if np.isfinite(depth) and depth > 0:
+            error = location_error(problem, chart.speeds, depth)
+            report = report.with_section("Surface location error", f"At a depth of {1e3 * depth:.4g} mm.",
+                                         Chart(surface_location(chart.speeds, error)))
+    remarks = list(dict.fromkeys([*notes, *chart.notes]))
+    return report.with_section("Remarks", Notes(remarks, "assumed")) if remarks else report
+
+
+def mill(
+    source: Source, cut: Mapping[str, float | str | None], speed: float, depth: float, feed_per_tooth: float = 1e-4,
+    revolutions: int = 60, output: str | Path = "toolpoint-report", quiet: bool = False,
+) -> Simulation:
+    """Simulate a cut in time, print forces and whether it chatters, and write the page."""
+    with console.collected_warnings() as warnings:
+        problem, _, notes = problem_of(source, cut)
+        with console.steps(2, quiet) as step:
+            step("simulation")
+            run = simulate(problem.changed(feed_per_tooth=feed_per_tooth), speed, depth, revolutions)
+            step("page")
+            path = _mill_page(run, [*notes, *warnings]).save(output)
+    if not quiet:
+        for name, value in _mill_rows(run):
+            console.OUT.print(f"{name:32s} {value}", markup=False)
+        for text in dict.fromkeys([*notes, *run.notes, *warnings]):
+            console.OUT.print("note: " + text, markup=False)
+        console.OUT.print(f"Page written: {path}", markup=False)
+    return run
+
+
+def _mill_rows(run: Simulation) -> list[tuple[str, str]]:
+    tail = run.force[-10 * run.steps_per_revolution:]
+    moved = run.peak_to_peak()
+    return [("state", "chatter" if run.is_chattering() else "stable"), ("status", run.status),
+            ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
+            ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
+            ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
+            ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"), ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
+
+
+def _mill_page(run: Simulation, notes: Sequence[str]) -> Report:
+    report = Report("Simulated cut", f"{run.problem!r}", subtitle=f"{run.speed:g} rev/min, depth {1e3 * run.depth:g} mm")
+    report = report.with_section("Result", Table(["quantity", "value"], _mill_rows(run)))
+    for name, made in simulation_charts(run).items():
+        report = report.with_section(name, Chart(made))
+    remarks = list(dict.fromkeys([*notes, *run.notes]))
+    return report.with_section("Remarks", Notes(remarks, "assumed")) if remarks else report

@@ -1,0 +1,195 @@
+"""Identification from files: reading, the page, and the table."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.app import console
+from toolpoint.io import frf_text, hdf5, mat, uff
+from toolpoint.modal_identification import Identification, cmif, identify, residues
+from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
+from toolpoint.plot.correlation import mac_matrix
+from toolpoint.plot.frf import bode
+from toolpoint.plot.stabilization import indicators, stabilization
+from toolpoint.signals.setups import assembled
+from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration.correlation import auto_mac
+
+_UNIVERSAL = (".uff", ".unv", ".uf")
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Measured points, m, and the lines drawn between them."""
+
+    points: dict[str | int, FloatArray]
+    lines: list[tuple[str | int, str | int]]
+
+
+def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
+    """Return the FRFs of files (universal, HDF5, MATLAB, or text of one response each) assembled into one."""
+    parts = [_one(Path(file), quantity) for file in files]
+    return parts[0] if len(parts) == 1 else assembled(parts)
+
+
+def _one(path: Path, quantity: str | None) -> Frf:
+    kind = path.suffix.lower()
+    if kind in _UNIVERSAL:
+        return uff.read_frf(path, quantity)
+    if kind in (".h5", ".hdf5"):
+        found = hdf5.read(path)
+        if not isinstance(found, Frf):
+            raise ToolpointError(f"{path}: holds {type(found).__name__}; identification needs an Frf")
+        return found
+    if kind == ".mat":
+        return mat.read_frf(path, quantity=quantity or "accelerance")
+    output, _, struck = path.stem.partition("__")
+    label = (lambda text: Dof.parse(text.replace("=", ":")) if "=" in text else Dof(text, "+x"))
+    return frf_text.read(path, label(output), label(struck or output), quantity or "receptance")
+
+
+def read_geometry(path: str | Path) -> Geometry:
+    """Return the geometry of a universal file (sets 15 or 2411, 82) or of a CSV file with columns point, x, y, z (m)."""
+    path = Path(path)
+    if path.suffix.lower() in _UNIVERSAL:
+        found = uff.read_geometry(path)
+        pairs = [pair for line in found.lines for pair in zip(line[:-1], line[1:], strict=True)]
+        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), list(pairs))
+    return Geometry(_csv_points(path), [])
+
+
+def _csv_points(path: Path) -> dict[str | int, FloatArray]:
+    points: dict[str | int, FloatArray] = {}
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            for number, row in enumerate(csv.reader(file), start=1):
+                if not row or row[0].lstrip().startswith("#") or (number == 1 and not _is_number(row[-1])):
+                    continue
+                if len(row) != 4 or not all(_is_number(v) for v in row[1:]):
+                    raise ToolpointError(f"{path}:{number}: {','.join(row)!r}; a line must be point,x,y,z in m")
+                name = row[0].strip()
+                points[int(name) if name.lstrip("-").isdigit() else name] = np.array([float(v) for v in row[1:]])
+    except OSError as error:
+        raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
+    if not points:
+        raise ToolpointError(f"{path}: no points; lines must be point,x,y,z in m")
+    return points
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def identify_files(
+    files: Sequence[str | Path], geometry: str | Path | None = None, modes_file: str | Path | None = None,
+    output: str | Path = "toolpoint-report", method: str = "refined", band: tuple[float, float] | None = None,
+    quantity: str | None = None, quiet: bool = False,
+) -> Identification:
+    """Identify the modes of measured FRFs, print the table, write the page, and save the modes where asked to."""
+    with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
+        step("reading")
+        frf = read_frf(files, quantity)
+        shape = None if geometry is None else read_geometry(geometry)
+        step("identification")
+        found = identify(frf, method, band)
+        step("page")
+        path = page(found, shape, [Path(f).name for f in files], warnings).save(output)
+        if modes_file is not None:
+            hdf5.write(found.modes, modes_file)
+    if quiet:
+        return found
+    console.OUT.print(found.table(), markup=False)
+    console.OUT.print(found.status, markup=False)
+    for text in warnings:
+        console.ERR.print("warning: " + text, markup=False, style="yellow")
+    if modes_file is not None:
+        console.OUT.print(f"Modes saved: {modes_file}", markup=False)
+    console.OUT.print(f"Page written: {path}", markup=False)
+    return found
+
+
+def page(found: Identification, geometry: Geometry | None, names: Sequence[str], warnings: Sequence[str] = ()) -> Report:
+    """Return the page of an identification."""
+    report = Report("Modal identification", found.status.split("\n")[0], subtitle=", ".join(names))
+    report = report.with_section("Modes", _table(found), *([Notes(found.advice, "warning", "What to try next")]
+                                                           if found.advice else []))
+    parts: list[Chart | ShapeView | str] = []
+    shapes: list[int] | None = None
+    if geometry is not None:
+        scene = Scene.of_points(geometry.points, geometry.lines)
+        report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(found.modes, geometry.points),
+                                                              "modes", "Identified modes"))
+        shapes, view = _pole_shapes(found, geometry, scene)
+        if view is not None:
+            parts.append(view)
+    if found.diagram is not None:
+        chart = Chart(stabilization(found.diagram, cmif(found.frf), shapes), name="stabilization",
+                      caption="A click on a stable pole shows its shape." if parts else "",
+                      click_view="poles" if parts else "")
+        report = report.with_section("Stabilization diagram", chart, *parts)
+    report = report.with_section("Mode indicator", Chart(indicators(cmif(found.frf))))
+    report = report.with_section("Measured and synthesised", *_fits(found))
+    report = report.with_section("AutoMAC", Chart(mac_matrix(auto_mac(found.modes.shape), found.modes, found.modes)))
+    notes = [*warnings, *found.frf.notes]
+    return report.with_section("Remarks", Notes(notes, "warning")) if notes else report
+
+
+def _table(found: Identification) -> Table:
+    modes = found.modes
+    header = ["mode", "frequency Hz", "damping %", "fit %"]
+    if modes.covariance is not None:
+        header += ["+- Hz (95 %)", "+- % (95 %)"]
+    rows = []
+    for i in range(modes.count):
+        row: list[object] = [i + 1, round(float(modes.frequency[i]), 4), round(100 * float(modes.damping_ratio[i]), 4),
+                             round(100 * float(found.mode_quality[i]), 3)]
+        if modes.covariance is not None:
+            row += [float(modes.frequency_interval[i]), 100 * float(modes.damping_interval[i])]
+        rows.append(row)
+    return Table(header, rows, f"Method: {found.method}", digits=6)
+
+
+def _fits(found: Identification) -> list[Chart]:
+    worst = np.unravel_index(int(np.argmin(found.quality)), found.quality.shape)
+    best = np.unravel_index(int(np.argmax(found.quality)), found.quality.shape)
+    charts = []
+    for words, (row, column) in (("worst", worst), ("best", best)):
+        pair = {"measured": found.frf.selected([int(row)], [int(column)]),
+                "synthesised": found.synthesis.selected([int(row)], [int(column)])}
+        title = f"{found.frf.outputs[int(row)]} / {found.frf.inputs[int(column)]}: {words} fit, "
+        charts.append(Chart(bode(pair, modes=found.modes, title=title + f"{100 * found.quality[row, column]:.2f} %")))
+    return charts
+
+
+def _pole_shapes(found: Identification, geometry: Geometry, scene: Scene) -> tuple[list[int] | None, ShapeView | None]:
+    """Return for every pole of the diagram its place in a view of the stable poles' own shapes, and the view."""
+    diagram = found.diagram
+    if diagram is None or not (diagram.level == 3).any():
+        return None, None
+    numbers = np.full(diagram.poles.size, -1)
+    poles, shapes, labels = [], [], []
+    for order in diagram.orders:
+        at = np.flatnonzero((diagram.order == order) & (diagram.level == 3))
+        if at.size == 0:
+            continue
+        parts = residues(found.frf, diagram.poles[at]).values
+        strongest = np.argmax(np.abs(parts).sum(axis=0), axis=0)
+        for k, pole in enumerate(at):
+            numbers[pole] = len(poles)
+            poles.append(diagram.poles[pole])
+            shapes.append(parts[:, strongest[k], k])
+            labels.append(f"order {order}")
+    s = np.array(poles)
+    modes = Modes(np.abs(s) / (2 * np.pi), -s.real / np.abs(s), np.stack(shapes, axis=1), found.frf.outputs, "unscaled")
+    view = ShapeView(scene, AnimatedShapes.from_modes(modes, geometry.points, labels), "poles", "Shape of the pole chosen")
+    return numbers.tolist(), view

@@ -1,0 +1,141 @@
+"""Tests of machine tools: circular test of ISO 230-4, quadrant peaks, positioning of ISO 230-2."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import minimize
+
+from toolpoint._check import FloatArray, fail, floats, one_of, positive
+
+
+@dataclass(frozen=True)
+class CircularTest:
+    """Circular test: centre (m), circular deviation G, radial deviations F_max and F_min from the nominal circle, m."""
+
+    center: tuple[float, float]
+    radius: float
+    deviation: float
+    radial_max: float
+    radial_min: float
+    method: str
+
+    def __repr__(self) -> str:
+        return (f"CircularTest(G {1e6 * self.deviation:.4g} um, F_max {1e6 * self.radial_max:.4g} um, "
+                f"F_min {1e6 * self.radial_min:.4g} um; {self.method})")
+
+
+def circular_test(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0),
+                  method: str = "least squares") -> CircularTest:
+    """Return the quantities of a circular test.
+
+    Parameters
+    ----------
+    points : (n, 2) floats
+        Actual path of at least one turn, m.
+    radius, center : float
+        Nominal, m; the radial deviations are taken from them, start-up included as given.
+    method : str
+        Centre for G: ``least squares`` or ``minimum zone`` (smallest radial separation of two concentric circles).
+
+    Source: ISO 230-4:2022, 3.3 (circular deviation G) and 3.5 (radial deviation F).
+    """
+    one_of("method", method, ("least squares", "minimum zone"))
+    p = floats("points", points, (None, 2))
+    start = p.mean(axis=0)
+    q = p - start
+    fit = np.linalg.lstsq(np.column_stack([2 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)[0]
+    middle = fit[:2]
+
+    def separation(c: FloatArray) -> float:
+        r = np.hypot(*(q - c).T)
+        return float(r.max() - r.min())
+
+    if method == "minimum zone":
+        scale = max(separation(middle), 1e-12)
+        found = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),  # type: ignore[call-overload]
+                         method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
+        middle = middle + scale * found.x
+    nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)
+    whole = middle + start
+    return CircularTest((float(whole[0]), float(whole[1])), float(np.sqrt(fit[2] + fit[:2] @ fit[:2])),
+                        separation(middle), float(nominal.max()), float(nominal.min()), method)
+
+
+def circular_hysteresis(forward: FloatArray, backward: FloatArray, center: tuple[float, float] = (0.0, 0.0)) -> float:
+    """Return the circular hysteresis H: largest radial difference of the two directions at the same angle, m."""
+    radii = []
+    grid = np.linspace(-np.pi, np.pi, 3600, endpoint=False)
+    for points in (forward, backward):
+        d = floats("points", points, (None, 2)) - np.asarray(center)
+        angle = np.arctan2(d[:, 1], d[:, 0])
+        order = np.argsort(angle)
+        radii.append(np.interp(grid, angle[order], np.hypot(*d.T)[order], period=2 * np.pi))
+    return float(np.abs(radii[0] - radii[1]).max())
+
+
+def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0), half_width: float = 20.0
+                   ) -> FloatArray:
+    """Return the quadrant peaks at 0, 90, 180, 270 deg, m: outward excess of the radius within `half_width` deg of the
+    reversal over the median of the whole turn (positive outward)."""
+    d = floats("points", points, (None, 2)) - np.asarray(center)
+    r, angle = np.hypot(*d.T) - positive("radius", radius), np.degrees(np.arctan2(d[:, 1], d[:, 0]))
+    base, peaks = float(np.median(r)), []
+    for q in (0.0, 90.0, 180.0, 270.0):
+        near = np.abs((angle - q + 180) % 360 - 180) <= half_width
+        if not near.any():
+            fail("points", f"none within {half_width:g} deg of {q:g} deg", "must hold a whole turn")
+        peaks.append(float(r[near].max() - base))
+    return np.array(peaks)
+
+
+@dataclass(frozen=True)
+class Positioning:
+    """Positioning of ISO 230-2, m: A accuracy, E systematic deviation, R repeatability, B reversal, M mean deviation."""
+
+    accuracy: float
+    accuracy_forward: float
+    accuracy_backward: float
+    systematic: float
+    systematic_forward: float
+    systematic_backward: float
+    repeatability: float
+    repeatability_forward: float
+    repeatability_backward: float
+    reversal: float
+    mean_reversal: float
+    mean_deviation: float
+
+    @property
+    def table(self) -> str:
+        """The quantities in micrometres."""
+        rows = [("A", self.accuracy), ("A+", self.accuracy_forward), ("A-", self.accuracy_backward),
+                ("E", self.systematic), ("E+", self.systematic_forward), ("E-", self.systematic_backward),
+                ("R", self.repeatability), ("R+", self.repeatability_forward), ("R-", self.repeatability_backward),
+                ("B", self.reversal), ("mean B", self.mean_reversal), ("M", self.mean_deviation)]
+        return "\n".join(f"{name:7s} {1e6 * value:9.3f} um" for name, value in rows)
+
+
+def positioning(forward: FloatArray, backward: FloatArray) -> Positioning:
+    """Return the positioning of an axis from deviations (actual - target) at m targets, n approaches each way, (m, n), m.
+
+    R_i = max(2 s+_i + 2 s-_i + |B_i|, 4 s+_i, 4 s-_i), and R is the largest R_i: the bidirectional repeatability is at
+    least each unidirectional one. Source: ISO 230-2:2014, section 3 and annex.
+    """
+    up = floats("forward", forward, (None, None))
+    down = floats("backward", backward, up.shape)
+    if up.shape[1] < 2:
+        fail("forward", f"{up.shape[1]} approach", "must be at least two; the standard asks for five")
+    mean_up, mean_down = up.mean(axis=1), down.mean(axis=1)
+    s_up, s_down = up.std(axis=1, ddof=1), down.std(axis=1, ddof=1)
+    b, middle = mean_up - mean_down, (mean_up + mean_down) / 2
+    each = np.max([2 * s_up + 2 * s_down + np.abs(b), 4 * s_up, 4 * s_down], axis=0)
+    both = np.concatenate([mean_up, mean_down])
+    high, low = np.concatenate([mean_up + 2 * s_up, mean_down + 2 * s_down]), np.concatenate(
+        [mean_up - 2 * s_up, mean_down - 2 * s_down])
+    n = len(mean_up)
+    span = lambda a, c: float(a.max() - c.min())
+    return Positioning(span(high, low), span(high[:n], low[:n]), span(high[n:], low[n:]), span(both, both),
+                       span(mean_up, mean_up), span(mean_down, mean_down), float(each.max()), 4 * float(s_up.max()),
+                       4 * float(s_down.max()), float(np.abs(b).max()), float(b.mean()), span(middle, middle))

@@ -1,0 +1,138 @@
+"""Look-ahead planner: set points along a path of lines and arcs within speed, acceleration and jerk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, positive
+from toolpoint.drives.command import Command
+from toolpoint.drives.jerk_profile import JerkLimits, seven_phase
+from toolpoint.drives.path import ARC, Path, blended
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Timed path: for every segment seven durations (s) and the speeds at its ends (n + 1, m/s)."""
+
+    path: Path
+    times: FloatArray
+    junction: FloatArray
+    jerk: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """Whole time, s."""
+        return float(self.times.sum())
+
+    def command(self, sample_time: float, axes: int = 3) -> Command:
+        """Return positions, velocities and accelerations every `sample_time` s of the first `axes` axes.
+
+        Velocity is exact; the acceleration holds tangential and centripetal part.
+        """
+        from toolpoint.drives.planner_kernel import sampled
+
+        step = positive("sample_time", sample_time)
+        n = int(np.ceil(self.duration / step)) + 2
+        segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
+        length = np.array(self.path.lengths)
+        used = sampled(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
+                       motion)
+        segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
+        tangent = self.path.tangents(segment, share)
+        position = self.path.points(segment, share)
+        acceleration = tangent * motion[:, 2:] + self._centripetal(segment, position, motion[:, 1])
+        return Command(position[:, :axes], step, (tangent * motion[:, 1:2])[:, :axes], acceleration[:, :axes])
+
+    def _centripetal(self, segment: np.ndarray, position: FloatArray, speed: FloatArray) -> FloatArray:
+        out = np.zeros_like(position)
+        arc = np.flatnonzero(self.path.kind[segment] == ARC)
+        k = segment[arc]
+        at, rows = self.path.plane[k], np.arange(k.size)[:, None]
+        flat = self.path.radius[k] * np.abs(self.path.sweep[k]) / self.path.lengths[k]
+        inward = (self.path.center[k] - position[arc])[rows, at]
+        out[arc[:, None], at] = inward * ((speed[arc] * flat / self.path.radius[k]) ** 2)[:, None]
+        return out
+
+    def __repr__(self) -> str:
+        return f"Plan({self.path!r}; {self.duration:.6g} s)"
+
+
+def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
+            straight: float = 1e-3) -> Plan:
+    """Return the timed path.
+
+    Parameters
+    ----------
+    path : Path
+        Its feeds are upper bounds; zero feed is refused.
+    limits : JerkLimits
+        Along the path; on a straight line the acceleration and jerk of every axis stay within them.
+    corner_tolerance : float
+        m; corners between lines are rounded by tangent arcs within it. Zero: the path stops at every corner.
+    normal_acceleration : float, optional
+        Largest v^2/R on arcs, m/s^2; the acceleration limit where left out.
+    straight : float
+        Angle (rad) below which a junction counts as tangent.
+
+    The acceleration of an axis steps by v^2/R where a line meets an arc: `smoothed` bounds the jerk there too.
+    """
+    if (path.feed <= 0).any():
+        k = int(np.argmax(path.feed <= 0))
+        fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", "program F before it")
+    from toolpoint.drives.planner_kernel import look_ahead, phases
+
+    route = path.taken(path.lengths > 0)
+    route = blended(route, corner_tolerance, straight) if corner_tolerance > 0 and route.count > 1 else route
+    normal = limits.acceleration if normal_acceleration is None else positive("normal_acceleration", normal_acceleration)
+    n, length = route.count, np.array(route.lengths)
+    top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
+    junction = np.zeros(n + 1)
+    if n > 1:
+        meets = (route.turns() <= straight) & ~route.stop[:-1]
+        junction[1:-1] = np.where(meets, np.minimum(top[:-1], top[1:]), 0.0)
+    a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
+    times = np.zeros((n, 7))
+    look_ahead(length, top, junction, a, j)
+    phases(length, top, junction, a, j, times)
+    return Plan(route, frozen(times), frozen(junction), frozen(j))
+
+
+def smoothed(command: Command, window: float) -> Command:
+    """Return the command averaged over `window` s (a moving mean, as controllers do): jerk at most (step of a)/window.
+
+    Starts and ends at the same points, later by the window.
+    """
+    n = round(positive("window", window) / command.sample_time)
+    if n < 1:
+        fail("window", f"{window:g} s", f"must be at least one sample, {command.sample_time:g} s")
+    parts = []
+    for values, rest in ((command.position, True), (command.velocity, False), (command.acceleration, False)):
+        v = np.asarray(values)
+        first, last = (v[:1], v[-1:]) if rest else (np.zeros_like(v[:1]), np.zeros_like(v[:1]))
+        padded = np.vstack([np.repeat(first, n, 0), v, np.repeat(last, n, 0)])
+        total = np.vstack([np.zeros_like(v[:1]), np.cumsum(padded, axis=0)])
+        parts.append((total[n:] - total[:-n]) / n)
+    return Command(parts[0], command.sample_time, parts[1], parts[2])
+
+
+def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], sample_time: float) -> Command:
+    """Return the fastest straight rest-to-rest move within the limits of every axis.
+
+    The limits along the line are the smallest limit_i/|direction_i|: the axes move in step.
+    """
+    p, q = floats("start", start), floats("end", end, np.shape(start))
+    d = q - p
+    length = float(np.linalg.norm(d))
+    if length == 0:
+        return Command(np.vstack([p, p]), sample_time)
+    u = np.abs(d) / length
+    nonnegative("direction", u)
+    each = [min(getattr(x, name) / w for x, w in zip(limits, u, strict=True) if w > 0)
+            for name in ("speed", "acceleration", "jerk")]
+    profile = seven_phase(length, JerkLimits(*each))
+    t = np.arange(int(np.ceil(profile.duration / sample_time)) + 2) * sample_time
+    s = profile.sampled(t)
+    along = d / length
+    return Command(p + s[:, :1] * along, sample_time, s[:, 1:2] * along, s[:, 2:3] * along)

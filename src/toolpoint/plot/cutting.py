@@ -1,0 +1,81 @@
+"""Charts of cuts: stable intervals of a chart, simulated forces and vibration, spectra, surface location error."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import StabilityChart
+from toolpoint.cutting.time_domain import Simulation
+from toolpoint.plot.lobes import StabilityIntervals
+from toolpoint.plot.theme import COLOURS, figure
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+
+def intervals_of(chart: StabilityChart, name: str = "stable") -> StabilityIntervals:
+    """Return a chart's stable intervals with chatter frequency and stated error at their upper ends, for drawing."""
+    intervals, frequencies, errors = [], [], []
+    for i in range(chart.speeds.size):
+        found = chart.intervals(i)
+        at = chart.points(i)
+        near = [int(at[np.argmin(np.abs(chart.depth[at] - top))]) if at.size else -1 for _, top in found]
+        ends = [k if k >= 0 and abs(chart.depth[k] - top) <= 1e-12 + 1e-9 * top else -1
+                for k, (_, top) in zip(near, found, strict=True)]
+        frequencies.append(np.array([chart.frequency[k] if k >= 0 else np.nan for k in ends]))
+        errors.append(np.array([chart.error[k] if k >= 0 else np.nan for k in ends]))
+        intervals.append(np.where(found >= chart.depth_max, np.inf, found))
+    return StabilityIntervals(chart.speeds, intervals, frequencies, errors, name)
+
+
+def surface_location(speeds: FloatArray, error: FloatArray, title: str = "") -> go.Figure:
+    """Return the surface location error (m) over spindle speed (rev/min)."""
+    made = figure(title, 380)
+    made.add_scatter(x=speeds, y=1e6 * np.asarray(error), mode="lines", name="location error", line={"color": COLOURS[0]})
+    made.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none")
+    made.update_yaxes(title_text="Surface location error, µm")
+    return made
+
+
+def simulation_charts(run: Simulation, shown_revolutions: int = 6) -> dict[str, go.Figure]:
+    """Return charts of the last revolutions: force, vibration, spectrum with its lines marked, once-per-revolution samples."""
+    last = slice(-shown_revolutions * run.steps_per_revolution, None)
+    step = max(1, run.displacement[last].shape[0] // 4000)
+    time = run.time[last][::step]
+    force, moved = figure("", 360), figure("", 360)
+    for k, way in enumerate("xy"):
+        force.add_scatter(x=time, y=run.force[last, k][::step], name=f"force {way}", line={"color": COLOURS[k]})
+        moved.add_scatter(x=time, y=1e6 * run.displacement[last, k][::step], name=f"vibration {way}", line={"color": COLOURS[k]})
+    for made, name in ((force, "Force on the tool, N"), (moved, "Displacement, µm")):
+        made.update_xaxes(title_text="Time, s")
+        made.update_yaxes(title_text=name)
+    return {"Force": force, "Vibration": moved, "Spectrum of the vibration": _spectrum(run),
+            "Once-per-revolution samples": _samples(run)}
+
+
+def _spectrum(run: Simulation) -> go.Figure:
+    made = figure("", 400)
+    for k, way in enumerate("xy"):
+        found = run.spectrum("displacement", k)
+        keep = found.frequency <= 1.5 * max(run.problem.plane.span[1], 4 * run.problem.tool.teeth * run.speed / 60)
+        made.add_scatter(x=found.frequency[keep], y=1e6 * found.amplitude[keep], name=f"vibration {way}", line={"color": COLOURS[k]})
+        if k == 0:
+            for at, _, kind in found.lines()[:12]:
+                made.add_vline(x=at, line={"width": 1, "dash": "dot", "color": "rgba(127,127,127,0.7)"}, annotation_text=kind,
+                               annotation_textangle=-90, annotation_font_size=10)
+    made.update_xaxes(title_text="Frequency, Hz")
+    made.update_yaxes(title_text="Amplitude, µm", type="log", exponentformat="power")
+    return made
+
+
+def _samples(run: Simulation) -> go.Figure:
+    made = figure("", 420)
+    points = 1e6 * run.once_per_revolution()[2:]
+    made.add_scatter(x=points[:, 0], y=points[:, 1], mode="markers", name="each revolution",
+                     marker={"color": np.arange(len(points)), "colorscale": "Viridis", "size": 7})
+    made.update_xaxes(title_text="x, µm")
+    made.update_yaxes(title_text="y, µm")
+    return made

@@ -1,0 +1,206 @@
+"""A virtual test rig: any machine struck by a virtual hammer, with the imperfections of a real test and a known truth."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.signal import firwin, upfirdn
+
+from toolpoint._check import FloatArray, count, fail, floats, positive
+from toolpoint.kinematics import Pose
+from toolpoint.machine.model import Machine
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Dof, Modes, Record, StateSpace, time_response
+from toolpoint.vibration.dof import dofs
+
+_OVERSAMPLING = 6
+_WAYS = ("+x", "+y", "+z")
+
+
+@dataclass(frozen=True)
+class Imperfections:
+    """What goes wrong in a test.
+
+    Parameters
+    ----------
+    noise : float
+        Standard deviation of the noise on every channel, as share of the channel's rms over the record.
+    double_hits, weak_hits : sequences of int
+        Hits (from 0) that bounce, or that are ten times too weak.
+    overload : float, optional
+        Full scale of the acquisition as share of each channel's largest value: what is above is clipped.
+    wrong_sign, dead : sequences of Dof
+        Response channels with turned polarity, and without a signal.
+    """
+
+    noise: float = 0.0
+    double_hits: tuple[int, ...] = ()
+    weak_hits: tuple[int, ...] = ()
+    overload: float | None = None
+    wrong_sign: tuple[Dof | str, ...] = ()
+    dead: tuple[Dof | str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Hammer:
+    """The hammer and the acquisition.
+
+    Parameters
+    ----------
+    contact : float
+        Duration of the half-sine force pulse, s; a soft tip excites up to about 1/contact.
+    force : float
+        Peak force, N; hits vary by 20 %.
+    hits : int
+        Per set-up.
+    block : float
+        Time between hits, s.
+    sample_rate : float
+        Hz.
+    """
+
+    contact: float = 0.006
+    force: float = 2000.0
+    hits: int = 3
+    block: float = 4.0
+    sample_rate: float = 400.0
+
+    def __post_init__(self) -> None:
+        for name in ("contact", "force", "block", "sample_rate"):
+            positive(f"Hammer.{name}", getattr(self, name))
+        count("Hammer.hits", self.hits)
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuringPoints:
+    """Points on the bodies of a machine where it is struck or measured: name to (body, position in the machine frame, m)."""
+
+    places: Mapping[str | int, tuple[str, FloatArray]] = field(default_factory=dict)
+
+    @property
+    def coordinates(self) -> dict[str | int, FloatArray]:
+        """Position of every point, m."""
+        return {name: at for name, (_, at) in self.places.items()}
+
+    @property
+    def components(self) -> dict[str, list[str | int]]:
+        """Points of every body."""
+        result: dict[str, list[str | int]] = {}
+        for name, (body, _) in self.places.items():
+            result.setdefault(body, []).append(name)
+        return result
+
+
+def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> MeasuringPoints:
+    """Return points spread over the surfaces of the bodies' boxes (drawn or inertial), more on larger ones, numbered from 1."""
+    boxes = {}
+    for name, body in machine.description.bodies.items():
+        shape = body.draw or body.shape
+        if shape is not None and shape.size is not None:
+            boxes[name] = (np.array(body.centre if body.draw_at is None else body.draw_at), np.array(shape.size))
+    if not boxes:
+        fail("machine", "no body with a box", "must have bodies with a shape or drawn as one", "give points by hand")
+    areas = np.array([2 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2]) for _, s in boxes.values()])
+    share = np.maximum(6, np.floor(number * areas / areas.sum())).astype(int)
+    share[int(np.argmax(areas))] += number - share.sum()
+    places: dict[str | int, tuple[str, FloatArray]] = {}
+    for (name, (centre, size)), many in zip(boxes.items(), share, strict=True):
+        frame = machine.body_frames[machine.link(name)]
+        for _ in range(many):
+            at = rng.uniform(-0.5, 0.5, 3)
+            at[rng.integers(3)] = rng.choice([-0.5, 0.5])
+            places[len(places) + 1] = (name, tf.moved(frame, (centre + at * size)[None])[0])
+    return MeasuringPoints(places)
+
+
+def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLike, pose: Pose | None = None) -> Modes:
+    """Return the machine's modes at measuring points in x, y, z, mass-normalised, with these damping ratios: the truth."""
+    found = body_shapes(machine, pose)
+    rows, labels = [], []
+    for name, (body, at) in points.places.items():
+        moved = tf.moved(found.place.displacements[0, machine.link(body)], at[None])[0]
+        rows.append(tf.point_velocity(moved) @ found.twists[machine.link(body)])
+        labels += [Dof(name, way) for way in _WAYS]
+    shape = np.concatenate(rows)
+    return Modes(found.frequency, np.broadcast_to(ratio, found.frequency.shape), shape, tuple(labels))
+
+
+def hammer_records(
+    modes: Modes, struck: Dof | str, responses: Sequence[Dof | str], rng: np.random.Generator, hammer: Hammer | None = None,
+    imperfections: Imperfections | None = None,
+) -> Record:
+    """Return one record of a set-up: force, then accelerations, as the acquisition would store it.
+
+    The motion is exact for a force that is linear between samples six times finer than the record's; both pass the same
+    anti-aliasing filter before they are thinned out, as in a real front end.
+
+    Parameters
+    ----------
+    modes : Modes
+        Real, mass-normalised, viscous: see `true_modes`.
+    struck : label
+    responses : labels
+    rng : numpy.random.Generator
+    """
+    hammer, wrong = hammer or Hammer(), imperfections or Imperfections()
+    labels, driven = dofs(responses), dofs([struck])
+    fine = hammer.sample_rate * _OVERSAMPLING
+    force = _force(hammer, wrong, fine, rng)
+    system = _accelerations(modes, driven, labels)
+    motion = time_response.exact(system, force[:, None], fine)
+    channels = _thinned(np.concatenate([force[:, None], motion], axis=1))
+    channels = _spoilt(channels, labels, wrong, rng)
+    return Record(channels, hammer.sample_rate, (driven[0], *labels), ("force", *("acceleration",) * len(labels)),
+                  name=f"virtual hammer at {driven[0]}")
+
+
+def _force(hammer: Hammer, wrong: Imperfections, rate: float, rng: np.random.Generator) -> FloatArray:
+    total = np.zeros(round((hammer.hits * hammer.block + 0.5) * rate))
+    for hit in range(hammer.hits):
+        start = 0.3 + hit * hammer.block + rng.uniform(-0.02, 0.02)
+        size = hammer.force * (1 + 0.2 * rng.uniform(-1, 1)) * (0.1 if hit in wrong.weak_hits else 1.0)
+        _pulse(total, start, size, hammer.contact, rate)
+        if hit in wrong.double_hits:
+            _pulse(total, start + 6 * hammer.contact, 0.4 * size, hammer.contact, rate)
+    return total
+
+
+def _pulse(total: FloatArray, start: float, size: float, contact: float, rate: float) -> None:
+    at = np.arange(int(start * rate), int((start + contact) * rate) + 2)
+    phase = (at / rate - start) / contact
+    total[at] += np.where((phase > 0) & (phase < 1), size * np.sin(np.pi * phase), 0.0)
+
+
+def _accelerations(modes: Modes, struck: tuple[Dof, ...], responses: tuple[Dof, ...]) -> StateSpace:
+    n, w, zeta = modes.count, modes.omega, modes.damping_ratio
+    left, right = modes.shape_at(responses), modes.shape_at(struck)
+    a = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(w**2), -np.diag(2 * zeta * w)]])
+    b = np.concatenate([np.zeros((n, 1)), right.T])
+    return StateSpace(a, b, np.concatenate([-left * w**2, -left * 2 * zeta * w], axis=1), left @ right.T)
+
+
+def _thinned(channels: FloatArray) -> FloatArray:
+    taps = firwin(40 * _OVERSAMPLING + 1, 0.8 / _OVERSAMPLING)
+    # The filter's delay is a whole number of output samples, so that thinning and shifting can be done at once.
+    delay = len(taps) // 2 // _OVERSAMPLING
+    kept = -(-len(channels) // _OVERSAMPLING)
+    return np.stack([upfirdn(taps, channel, 1, _OVERSAMPLING) for channel in channels.T], axis=1)[delay:delay + kept]
+
+
+def _spoilt(channels: FloatArray, labels: tuple[Dof, ...], wrong: Imperfections, rng: np.random.Generator) -> FloatArray:
+    result = channels.copy()
+    for dof in dofs(wrong.wrong_sign):
+        if dof in labels:
+            result[:, 1 + labels.index(dof)] *= -1
+    for dof in dofs(wrong.dead):
+        if dof in labels:
+            result[:, 1 + labels.index(dof)] = 0.0
+    result += wrong.noise * np.sqrt((channels**2).mean(axis=0)) * rng.normal(size=result.shape)
+    if wrong.overload is not None:
+        limit = wrong.overload * np.abs(channels).max(axis=0)
+        result = np.clip(result, -limit, limit)
+    return floats("channels", result)

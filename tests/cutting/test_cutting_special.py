@@ -1,0 +1,58 @@
+"""Turning in closed form, mode coupling, tool against work."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from cutting.cutting_cases import altintas, benchmark, modes_of
+from toolpoint import Modes
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, TurningProblem, stability
+from toolpoint.cutting.mode_coupling import mode_coupling
+from toolpoint.cutting.plane import against
+from toolpoint.cutting.problem import plane_dynamics
+from toolpoint.cutting.turning import least_width, lobe_tips
+
+M, K, Z, KF = 1.0, 1e7, 0.03, 1e9
+
+
+def test_turning_in_closed_form_is_the_chart() -> None:
+    """Least width and its speeds agree with the chart, with and without process damping."""
+    modes = Modes([np.sqrt(K / M) / (2 * np.pi)], [Z], np.array([[1.0]]), ("tool:+x",))
+    tips = lobe_tips(modes.frequency[0], Z, 5)
+    chart = stability.chart(TurningProblem(KF, modes), tips[::-1], depth_max=0.01)
+    assert chart.limit == pytest.approx(least_width(K, Z, KF), rel=1e-9)
+    assert chart.frequency[chart.limit_points()] == pytest.approx(modes.frequency[0] * np.sqrt(1 + 2 * Z), rel=1e-6)
+    damped = TurningProblem(KF, modes, process_damping=2e4, cutting_speed=1.0)
+    b = least_width(K, Z, KF, 2e4, 1.0, M)
+    found = stability.chart(damped, np.linspace(300, 330, 301), depth_max=0.05).limit.min()
+    assert found == pytest.approx(b, rel=1e-3) and b > least_width(K, Z, KF)
+
+
+def test_mode_coupling_of_two_modes() -> None:
+    """Two modes cut at 45 degrees: unstable by coupling when close, by no depth when one direction is rigid."""
+    angle = np.radians(40)
+    way = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    modes = Modes([20.0, 22.0], [0.01, 0.01], way / np.sqrt(50.0), ("tool:+x", "tool:+y"))
+    problem = MillingProblem(Tool(0.02, 4), Engagement.slot(), CuttingCoefficients(8e8, 2e8), modes)
+    found = mode_coupling(problem)
+    assert np.isfinite(found.depth) and 18 < found.frequency < 26
+    k = np.diag((2 * np.pi * modes.frequency) ** 2)
+    turn = modes.shape.T @ (found.depth * problem.mean_matrix) @ modes.shape
+    c = np.diag(2 * 0.01 * 2 * np.pi * modes.frequency)
+    state = np.block([[np.zeros((2, 2)), np.eye(2)], [-k - turn, -c]])
+    assert np.linalg.eigvals(state).real.max() == pytest.approx(0, abs=1e-6)
+    assert np.isinf(mode_coupling(benchmark(Engagement.slot())).depth)
+
+
+def test_tool_against_work() -> None:
+    """Modes of tool and work together give what a problem with all of them gives."""
+    problem = altintas()
+    x, y = problem.dynamics  # type: ignore[misc]
+    tool = plane_dynamics((x, modes_of([9e4], [0.5], [1e14], "tool:+y")))
+    work = plane_dynamics((modes_of([9e4], [0.5], [1e14], "work:+x"), y))
+    both = against(tool, work)
+    f = np.linspace(100, 2000, 7)
+    assert both.response(f) == pytest.approx(problem.plane.response(f), abs=1e-13)
+    assert stability.chart(problem.changed(dynamics=(x, y)), [9500.0], depth_max=0.002).limit[0] == pytest.approx(
+        0.913067e-3, rel=1e-6)
