@@ -12,6 +12,7 @@ from toolpoint.vibration import Modes, frequency_response
 
 MACHINE = str(Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/three_axis_vertical_drives.yaml")
 TOOL = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
+SLOT = ["--direction", "slot", "--speeds", "5000:25000:3"]
 CUT = ["--diameter", "12", "--teeth", "2", "--kt", "600", "--kn", "200"]
 
 
@@ -30,8 +31,7 @@ def run(capsys, *arguments):
 
 
 def test_lobes_from_modes_are_the_converged_depths(folder, tmp_path, capsys):
-    found = run(capsys, "lobes", "--modes", str(folder / "modes.h5"), *CUT, "--direction", "slot", "--speeds", "5000:25000:3",
-                "-o", str(tmp_path))
+    found = run(capsys, "lobes", "--modes", str(folder / "modes.h5"), *CUT, *SLOT, "-o", str(tmp_path))
     # Converged lowest depths of the two-mode slot at 5000, 15000 and 25000 rev/min, mm (three independent routes).
     limits = [1e3 * intervals[0][1] for intervals in found["stable_intervals_m"]]
     np.testing.assert_allclose(limits, [0.047507, 0.114448, 0.530130], rtol=2e-5)
@@ -39,14 +39,14 @@ def test_lobes_from_modes_are_the_converged_depths(folder, tmp_path, capsys):
 
 
 def test_lobes_from_a_measured_response_are_near_those_of_its_modes(folder, tmp_path, capsys):
-    found = run(capsys, "lobes", "--frf", str(folder / "tip.txt"), "--band", "100:6000", *CUT, "--direction", "slot", "--speeds",
-                "5000:25000:3", "-o", str(tmp_path))
+    found = run(capsys, "lobes", "--frf", str(folder / "tip.txt"), "--band", "100:6000", *CUT, *SLOT, "-o", str(tmp_path))
     limits = [1e3 * intervals[0][1] for intervals in found["stable_intervals_m"]]
     np.testing.assert_allclose(limits, [0.047507, 0.114448, 0.530130], rtol=0.02)
 
 
 def test_lobes_and_cut_of_a_machine_at_a_pose(tmp_path, capsys):
-    found = run(capsys, "lobes", MACHINE, "--pose", "X=0.1", "--speeds", "1000:2000:3", "--method", "zero-order", "-o", str(tmp_path))
+    found = run(capsys, "lobes", MACHINE, "--pose", "X=0.1", "--speeds", "1000:2000:3", "--method", "zero-order",
+                "-o", str(tmp_path))
     assert len(found["stable_intervals_m"]) == 3
     stable = run(capsys, "mill", MACHINE, "--speed", "1350", "--depth", "2", "-o", str(tmp_path))
     assert not stable["chatter"]

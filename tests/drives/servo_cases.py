@@ -10,8 +10,8 @@ from toolpoint.drives.control import Controller, CurrentLoop, PositionLoop, Velo
 from toolpoint.drives.friction import Coulomb, FrictionLaw, LuGre, Viscous
 from toolpoint.drives.motor import Inverter, SynchronousMotor
 from toolpoint.drives.plant import Axis, Plant, Structure, plant
-from toolpoint.drives.simple_axes import two_mass_axis
 from toolpoint.drives.servo import Servo
+from toolpoint.drives.simple_axes import two_mass_axis
 from toolpoint.vibration import Dof, Modes
 
 RATIO = 0.010 / (2 * np.pi)

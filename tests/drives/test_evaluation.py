@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from drives import servo_cases as cases
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from drives import servo_cases as cases
 from toolpoint import ToolpointError
 from toolpoint.drives import (
     Axis,

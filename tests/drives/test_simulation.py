@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+
 from drives import reference_step
 from drives import servo_cases as cases
-
 from toolpoint import ToolpointError
 from toolpoint.drives import (
     Axis,

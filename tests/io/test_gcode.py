@@ -50,7 +50,8 @@ def test_inches_and_absolute_centre():
     program = gcode.parse("G70 G1 X1 F10\nG3 X0 Y1 I=AC(0) J=AC(0)")
     assert program.end[0, 0] == pytest.approx(0.0254)
     assert np.degrees(program.sweep[1]) == pytest.approx(90)
-    assert program.feed[0] == pytest.approx(10 * 0.0254 / 60)
+    assert program.feed[0] == pytest.approx(0.010 / 60)
+    assert gcode.parse("G700 G1 X1 F10").feed[0] == pytest.approx(10 * 0.0254 / 60)
 
 
 def test_negative_radius_is_the_longer_arc():

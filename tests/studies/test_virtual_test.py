@@ -57,7 +57,7 @@ def test_published_machine_from_hammer_blows_to_its_six_modes(truth):
 
 
 def test_imperfections_are_found_by_the_front_end(truth):
-    points, modes = truth
+    _, modes = truth
     struck = striking_point(modes)
     near = Dof(struck.point, "+z")
 

@@ -155,7 +155,8 @@ def _mill_rows(run: Simulation) -> list[tuple[str, str]]:
             ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
             ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
             ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
-            ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"), ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
+            ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"),
+            ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
 
 
 def _mill_page(run: Simulation, notes: Sequence[str]) -> Report:

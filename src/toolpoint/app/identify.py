@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -59,8 +60,8 @@ def read_geometry(path: str | Path) -> Geometry:
     path = Path(path)
     if path.suffix.lower() in _UNIVERSAL:
         found = uff.read_geometry(path)
-        pairs = [pair for line in found.lines for pair in zip(line[:-1], line[1:], strict=True)]
-        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), list(pairs))
+        pairs: list[tuple[str | int, str | int]] = [pair for line in found.lines for pair in pairwise(line)]
+        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), pairs)
     return Geometry(_csv_points(path), [])
 
 
@@ -177,7 +178,8 @@ def _pole_shapes(found: Identification, geometry: Geometry, scene: Scene) -> tup
     if diagram is None or not (diagram.level == 3).any():
         return None, None
     numbers = np.full(diagram.poles.size, -1)
-    poles, shapes, labels = [], [], []
+    poles: list[complex] = []
+    shapes, labels = [], []
     for order in diagram.orders:
         at = np.flatnonzero((diagram.order == order) & (diagram.level == 3))
         if at.size == 0:

@@ -214,10 +214,12 @@ def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, 
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     from toolpoint.app import cutting
 
-    chart = cutting.lobes(cutting.Source(machine, pose, frf, modes_file, band), _cut(**cut), method, speeds, output, as_json)
+    source = cutting.Source(machine, pose, frf, modes_file, band)
+    chart = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json)
     if as_json:
-        click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": [
-            chart.intervals(i).tolist() for i in range(chart.speeds.size)], "method": chart.method, "notes": list(chart.notes)}))
+        intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
+        click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": intervals, "method": chart.method,
+                               "notes": list(chart.notes)}))
 
 
 @cli.command()

@@ -149,7 +149,7 @@ class FloquetDeterminant:
         scan_many(  # type: ignore[call-arg]
             problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, *_hints(plane),
             (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
-        for i in np.flatnonzero(top < 1):
+        for i in np.flatnonzero(top < 1).tolist():
             _capped(points[i], found, i, float(top[i]))
         return points, found, status
 

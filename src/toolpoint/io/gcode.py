@@ -1,6 +1,6 @@
 """G-code: a subset of ISO 6983 and the common Siemens words -> path segments; every fault with its line; read.
 
-G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (inch, mm), G60 G9 (exact stop) and G64, I J K with AC() and IC(), CR= or R
+G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (lengths in inch, mm), G700/G710 (feed too), G60 G9 (exact stop) and G64, I J K with AC() and IC(), CR= or R
 radius, X Y Z with AC() and IC(), F (mm/min), S, T, M, N, D, comments ; and ( ). Unknown words are faults.
 """
 
@@ -19,7 +19,8 @@ from toolpoint.io.faults import Fault, FileFaults
 _WORD = re.compile(r"\s*(?:(CR)\s*=\s*|([A-Z]))\s*(?:=\s*)?(AC|IC)?\s*\(?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*\)?", re.IGNORECASE)
 _PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 _GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 17: "plane", 18: "plane", 19: "plane", 90: "distance",
-           91: "distance", 60: "exact", 64: "exact", 9: "once", 70: "unit", 71: "unit"}
+           91: "distance", 60: "exact", 64: "exact", 9: "once", 70: "unit", 71: "unit", 700: "unit",
+           710: "unit"}
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CENTER = {"I": 0, "J": 1, "K": 2}
 _IGNORED = set("NSTMD")
@@ -73,7 +74,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: tuple[float, float, float] 
     Parameters
     ----------
     text : str
-        Millimetres and mm/min unless G70.
+        Millimetres and mm/min unless G70 (inches) or G700 (inches and inch/min).
     rapid_feed : float
         Feed of G0, m/s.
     start : 3 floats
@@ -109,6 +110,7 @@ class _State:
     incremental: bool = False
     exact: bool = False
     scale: float = 1e-3
+    feed_scale: float = 1e-3
     feed: float = 0.0
     ended: bool = False
     rows: list[tuple[float, ...]] = field(default_factory=list)
@@ -149,13 +151,13 @@ class _State:
         """Take the words of one block."""
         groups: dict[str, int] = {}
         places: dict[str, tuple[str, float]] = {}
-        once, before = False, len(self.faults)
+        once, before, feed = False, len(self.faults), 0.0
         for letter, mode, value, column in words:
             if letter == "G":
                 group = _GROUPS.get(int(value)) if value == int(value) else None
                 if group is None:
                     self.fault(number, column, f"G{value:g} is not in the subset "
-                               "(G0-G3, G9, G17-G19, G60, G64, G70, G71, G90, G91)")
+                               "(G0-G3, G9, G17-G19, G60, G64, G70, G71, G90, G91, G700, G710)")
                 elif group in groups:
                     self.fault(number, column, f"G{value:g} and G{groups[group]} in one block")
                 else:
@@ -169,13 +171,15 @@ class _State:
             elif letter == "F":
                 if value <= 0:
                     self.fault(number, column, f"F{value:g}; feed must be above zero")
-                self.feed = value * self.scale / 60
+                feed = value
             elif letter in _IGNORED:
                 self.words.append((number, letter, value))
                 self.ended |= letter == "M" and value in (2, 30)
             else:
                 self.fault(number, column, f"unknown word {letter}{value:g}")
         self.modal(groups)
+        if feed > 0:
+            self.feed = feed * self.feed_scale / 60
         if len(self.faults) == before and any(k in _AXES or k in _CENTER for k in places):
             self.move(number, places, once)
 
@@ -188,7 +192,9 @@ class _State:
         if "exact" in groups:
             self.exact = groups["exact"] == 60
         if "unit" in groups:
-            self.scale = 0.0254 if groups["unit"] == 70 else 1e-3
+            self.scale = 0.0254 if groups["unit"] in (70, 700) else 1e-3
+            if groups["unit"] >= 700:
+                self.feed_scale = self.scale
 
     def move(self, number: int, places: dict[str, tuple[str, float]], once: bool) -> None:
         """Add the segment of a block."""

@@ -48,7 +48,8 @@ def simulation_charts(run: Simulation, shown_revolutions: int = 6) -> dict[str, 
     force, moved = figure("", 360), figure("", 360)
     for k, way in enumerate("xy"):
         force.add_scatter(x=time, y=run.force[last, k][::step], name=f"force {way}", line={"color": COLOURS[k]})
-        moved.add_scatter(x=time, y=1e6 * run.displacement[last, k][::step], name=f"vibration {way}", line={"color": COLOURS[k]})
+        moved.add_scatter(x=time, y=1e6 * run.displacement[last, k][::step], name=f"vibration {way}",
+                          line={"color": COLOURS[k]})
     for made, name in ((force, "Force on the tool, N"), (moved, "Displacement, µm")):
         made.update_xaxes(title_text="Time, s")
         made.update_yaxes(title_text=name)
@@ -61,7 +62,8 @@ def _spectrum(run: Simulation) -> go.Figure:
     for k, way in enumerate("xy"):
         found = run.spectrum("displacement", k)
         keep = found.frequency <= 1.5 * max(run.problem.plane.span[1], 4 * run.problem.tool.teeth * run.speed / 60)
-        made.add_scatter(x=found.frequency[keep], y=1e6 * found.amplitude[keep], name=f"vibration {way}", line={"color": COLOURS[k]})
+        made.add_scatter(x=found.frequency[keep], y=1e6 * found.amplitude[keep], name=f"vibration {way}",
+                         line={"color": COLOURS[k]})
         if k == 0:
             for at, _, kind in found.lines()[:12]:
                 made.add_vline(x=at, line={"width": 1, "dash": "dot", "color": "rgba(127,127,127,0.7)"}, annotation_text=kind,

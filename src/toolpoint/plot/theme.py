@@ -28,6 +28,7 @@ _AXIS = {"gridcolor": "rgba(127,127,127,0.22)", "linecolor": "rgba(127,127,127,0
          "title": {"standoff": 8}, "exponentformat": "power"}
 TEMPLATE = go.layout.Template(
     layout={
+        "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "rgba(127,127,127,0.7)", "activecolor": "#0a66b0"},
         "font": {"family": FONT, "size": 13, "color": "#2a3140"}, "colorway": list(COLOURS),
         "paper_bgcolor": "rgba(0,0,0,0)", "plot_bgcolor": "rgba(0,0,0,0)", "xaxis": _AXIS, "yaxis": _AXIS,
         "hoverlabel": {"font": {"family": FONT}, "namelength": -1}, "hovermode": "closest",
