@@ -21,6 +21,7 @@ from toolpoint.drives.plant import Axis, Structure, plant
 from toolpoint.drives.servo import Servo
 from toolpoint.drives.simple_axes import linear_motor_axis, rack_axis, rigid_axis, two_mass_axis
 from toolpoint.drives.simulate import simulate, simulate_many
+from toolpoint.drives.step_response import step_figures
 from toolpoint.drives.tuning import tuned
 
 __all__ = [
@@ -29,6 +30,7 @@ __all__ = [
     "SynchronousMotor", "TorqueMotor", "TwoExponential", "VelocityLoop", "Viscous", "ball_screw_axis", "check_limits",
     "circular_test", "contour_error", "four_dof_axis", "identified_friction", "linear_motor_axis", "loops", "low_pass",
     "low_pass_1", "measured_loop", "notch", "planned", "plant", "plausibility", "positioning", "quadrant_peaks", "rack_axis",
-    "rigid_axis", "seven_phase", "simulate", "simulate_many", "smoothed", "straight_move", "tuned", "two_mass_axis",
+    "rigid_axis", "seven_phase", "simulate", "simulate_many", "smoothed", "step_figures",
+    "straight_move", "tuned", "two_mass_axis",
     "variants",
 ]

@@ -148,8 +148,9 @@ def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous
     All matrices are stored by columns (transposed); phi, held, force, first and last carry the rows of the scalars and
     the outputs below those of the states, so that one pass gives all. x, states and control change in place.
     """
-    n, m, laws = x.size, x.size + scalars.shape[1], rows.shape[0]
-    new, u = np.zeros(phi.shape[1]), np.zeros(held.shape[0])
+    n, m, laws = x.size, 16 * ((x.size + scalars.shape[1] + 15) // 16), rows.shape[0]
+    switched = np.any(parameters[:, 29] != 0.0)
+    whole, u = np.zeros(phi.shape[1]), np.zeros(held.shape[0])
     s, w, y = np.zeros(scalars.shape[1]), np.zeros(first.shape[0]), np.zeros(reading.shape[1])
     trial, voltage = np.zeros((max(laws, 1), 9)), np.zeros(2)
     add_columns(scalars, x, s)
@@ -161,6 +162,9 @@ def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous
         held_inputs(step_index, counts, parameters, control, y, u, voltage)
         if step_index % every == 0:
             record(step_index // every, y, u, control, s, w, viscous, outputs, signals, forces)
+        following = step_index + 1
+        seen = switched or following % counts[0] == 0 or following % every == 0
+        new = whole if seen else whole[:m]
         new[:] = 0.0
         add_columns(phi, x, new)
         add_columns(held, u, new)
@@ -171,7 +175,8 @@ def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous
         accept(rows, s, states, step, trial)
         add_columns(last, w, new)
         x[:] = new[:n]
-        y[:] = new[m:]
+        if seen:
+            y[:] = new[m:m + y.size]
         if not np.isfinite(x[0]):
             return -1 - step_index
     return failed

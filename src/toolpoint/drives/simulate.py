@@ -14,6 +14,7 @@ from toolpoint.drives.command import Command
 from toolpoint.drives.loops import checked_stable
 from toolpoint.drives.plant import OUTPUTS, Plant
 from toolpoint.drives.servo import Servo
+from toolpoint.vibration import Dof, Record
 from toolpoint.vibration.state_space import hold_matrices
 
 PLACES = ("none", "position", "speed", "torque", "current", "voltage")
@@ -24,7 +25,7 @@ SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_er
 class StepMatrices:
     """Exact step of a plant: x1 = phi x + held u + force d + first w0 + last w1, stored by columns for the kernel.
 
-    The rows of the scalars s and of the outputs y follow those of the states.
+    The rows of the scalars s and of the outputs y follow those of the states, each filled to a multiple of 16.
     """
 
     step: float
@@ -50,11 +51,17 @@ def step_matrices(plant: Plant, step: float) -> StepMatrices:
     first, last = g1[:, at:] - g2[:, at:], g2[:, at:].copy()
     for k in np.flatnonzero(plant.rows[:, 0] == 0):
         first[:, k], last[:, k] = 0.0, g1[:, at + k]
-    all_rows = np.vstack([np.eye(phi.shape[0]), plant.scalars, plant.outputs])
+    all_rows = _padded(_padded(np.vstack([np.eye(phi.shape[0]), plant.scalars])), plant.outputs)
     by_column = lambda m: np.ascontiguousarray(m.T)
     move, held, force, one, two = (by_column(all_rows @ part) for part in (phi, g1[:, :nu], g1[:, nu:at], first, last))
     return StepMatrices(step, move, held, force, one, two, by_column(plant.scalars),
                         np.ascontiguousarray(plant.scalars @ last), by_column(plant.outputs))
+
+
+def _padded(rows: FloatArray, more: FloatArray | None = None) -> FloatArray:
+    """Return the rows, and more below, filled with zero rows to a multiple of 16: the kernel's vector loop has no rest."""
+    rows = rows if more is None else np.vstack([rows, more])
+    return np.vstack([rows, np.zeros((-rows.shape[0] % 16, rows.shape[1]))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -85,6 +92,12 @@ class ServoResult:
         """Return one controller signal: (n, n_axes), or (n,) of one axis."""
         one_of("signal", name, SIGNALS)
         return self._of(self.signals[:, :, SIGNALS.index(name)], axis)
+
+    def record(self, name: str) -> Record:
+        """Return one output of all axes as a Record, an axis a point with direction +x."""
+        units = {"angle": "rad", "speed": "rad/s", "i_d": "A", "i_q": "A"}.get(name, "m")
+        return Record(self.output(name), 1 / (self.time[1] - self.time[0]), tuple(Dof(a, "+x") for a in self.axes),
+                      (name,) * len(self.axes), (units,) * len(self.axes), name=name)
 
     def _of(self, values: FloatArray, axis: str | int | None) -> FloatArray:
         if axis is None:

@@ -1,7 +1,8 @@
 """G-code: a subset of ISO 6983 and the common Siemens words -> path segments; every fault with its line; read.
 
-G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (lengths in inch, mm), G700/G710 (feed too), G60 G9 (exact stop) and G64, I J K with AC() and IC(), CR= or R
-radius, X Y Z with AC() and IC(), F (mm/min), S, T, M, N, D, comments ; and ( ). Unknown words are faults.
+G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (lengths in inch, mm), G700/G710 (feed too), G60 and G9 (exact stop), G64,
+I J K with AC() and IC(), CR= or R radius, X Y Z with AC() and IC(), F (mm/min), S, T, M, N, D, comments ; and ( ).
+Unknown words are faults.
 """
 
 from __future__ import annotations

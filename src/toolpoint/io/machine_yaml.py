@@ -2,49 +2,26 @@
 
 from __future__ import annotations
 
-import difflib
-import io
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel
 from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io import machine_schema as schema
 from toolpoint.io import stl, units
-from toolpoint.io.faults import Fault, FileFaults
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.yaml_document import Document, Key, parsed, validated
 from toolpoint.machine import description as d
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.model import Machine
 
-Key = tuple[str | int, ...]
-LARGEST_FILE = 50_000_000
 _SECTIONS: dict[str, type[BaseModel]] = {
     "bodies": schema.BodyModel, "joints": schema.JointModel, "axes": schema.AxisModel, "points": schema.PointModel}
-
-
-@dataclass
-class _Document:
-    """A parsed file: plain data, and where every key and value stands."""
-
-    file: Path
-    text: str
-    data: dict[str, Any]
-    places: dict[Key, tuple[int, int]]
-    faults: list[Fault]
-
-    def fault(self, key: Key, message: str) -> None:
-        at = key
-        while at and at not in self.places:
-            at = at[:-1]
-        line, column = self.places.get(at, (1, 1))
-        self.faults.append(Fault(line, column, ".".join(str(k) for k in key), message))
 
 
 def read(path: str | Path) -> Machine:
@@ -55,90 +32,14 @@ def read(path: str | Path) -> Machine:
     FileFaults
         With every fault of the file: line, column, key, value, limit and remedy.
     """
-    document = _parsed(Path(path))
+    document = parsed(Path(path))
     description = _description(document)
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
     return build(description)
 
 
-def _parsed(path: Path) -> _Document:
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    if len(raw) > LARGEST_FILE:
-        raise ToolpointError(f"{path}: {len(raw)} bytes; a machine file has at most {LARGEST_FILE}")
-    try:
-        text = raw.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        raise ToolpointError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
-    document = _Document(path, text, {}, {}, [])
-    yaml = YAML(typ="safe", pure=True)
-    try:
-        node = yaml.compose(io.StringIO(text))
-    except MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
-        hint = "; use spaces, not tabs" if "\t" in text.splitlines()[min(line, len(text.splitlines())) - 1:][:1] else ""
-        raise FileFaults(str(path), text, [Fault(line, column, "", f"not valid YAML: {error.problem}{hint}; check "
-                                                 "indentation, colons and quotes near here")]) from None
-    except YAMLError as error:
-        raise ToolpointError(f"{path}: not valid YAML ({error})") from None
-    if not isinstance(node, MappingNode):
-        raise FileFaults(str(path), text, [Fault(1, 1, "", "not a machine file; it begins with 'toolpoint: 1'")])
-    document.data = _plain(node, (), document, set())
-    return document
-
-
-def _plain(node: Node, key: Key, document: _Document, above: set[int]) -> Any:
-    document.places.setdefault(key, (node.start_mark.line + 1, node.start_mark.column + 1))
-    if id(node) in above:
-        document.fault(key, "an alias that contains itself; write the part out")
-        return None
-    if isinstance(node, MappingNode):
-        return _mapping(node, key, document, above | {id(node)})
-    if isinstance(node, SequenceNode):
-        return [_plain(child, (*key, i), document, above | {id(node)}) for i, child in enumerate(node.value)]
-    assert isinstance(node, ScalarNode)
-    return _scalar(node, key, document)
-
-
-def _mapping(node: MappingNode, key: Key, document: _Document, above: set[int]) -> dict[str, Any]:
-    result: dict[str, Any] = {}
-    for name_node, value_node in node.value:
-        name = str(name_node.value) if isinstance(name_node, ScalarNode) else "?"
-        inner = (*key, name)
-        place = (name_node.start_mark.line + 1, name_node.start_mark.column + 1)
-        if name in result:
-            first = document.places[inner][0]
-            document.faults.append(Fault(*place, ".".join(map(str, inner)),
-                                         f"key {name!r} is already given in line {first}; keep one of the two"))
-            continue
-        document.places[inner] = place
-        result[name] = _plain(value_node, inner, document, above)
-        if isinstance(value_node, ScalarNode):
-            document.places[inner] = (value_node.start_mark.line + 1, value_node.start_mark.column + 1)
-    return result
-
-
-def _scalar(node: ScalarNode, key: Key, document: _Document) -> Any:
-    tag = str(node.ctag if hasattr(node, "ctag") else node.tag).rsplit(":", 1)[-1]
-    text = node.value
-    try:
-        if tag == "int":
-            return int(text.replace("_", ""), 0) if not text.lstrip("+-").startswith("0") or len(text) < 2 else int(text, 10)
-        if tag == "float":
-            return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
-        if tag == "bool":
-            return text.lower() == "true"
-    except ValueError:
-        document.fault(key, f"{text!r} is not a number that can be read")
-        return None
-    return None if tag == "null" else text
-
-
-def _description(document: _Document) -> d.MachineDescription | None:
+def _description(document: Document) -> d.MachineDescription | None:
     data = document.data
     version = data.get("toolpoint")
     if version != schema.VERSION:
@@ -151,12 +52,12 @@ def _description(document: _Document) -> d.MachineDescription | None:
             document.fault((section,), "must be names with their data, indented below")
             entries = {}
         found[section] = {name: part for name, entry in entries.items()
-                          if (part := _validated(model, entry, (section, name), document)) is not None}
+                          if (part := validated(model, entry, (section, name), document)) is not None}
     for section in ("bodies", "joints"):
         if not data.get(section):
             document.fault((section,), "missing; a machine needs at least one")
     rest = {key: value for key, value in data.items() if key not in _SECTIONS}
-    top = _validated(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
+    top = validated(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
     converted = _converted(document, found)
     _references(document, top)
     _tree(document, converted, data)
@@ -165,50 +66,7 @@ def _description(document: _Document) -> d.MachineDescription | None:
     return _whole(top, converted, document)
 
 
-def _validated(model: type[BaseModel], entry: Any, key: Key, document: _Document) -> Any:
-    if key and not isinstance(entry, dict):
-        document.fault(key, f"{entry!r}; must hold keys such as {', '.join(list(model.model_fields)[:4])}")
-        return None
-    try:
-        return model.model_validate(entry)
-    except ValidationError as error:
-        for one in error.errors(include_url=False):
-            _add_fault(model, one, key, document)
-        return None
-
-
-def _add_fault(model: type[BaseModel], error: Any, key: Key, document: _Document) -> None:
-    place = tuple(p for p in error["loc"] if not (isinstance(p, str) and ("[" in p or p.endswith("Model"))))
-    where = (*key, *place)
-    kind, name = error["type"], place[-1] if place else ""
-    if kind == "extra_forbidden":
-        known = _keys(model, place[:-1])
-        near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
-        hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
-        if str(name)[:1].isdigit():
-            hint = "; is there a decimal comma before it? write a decimal point"
-        document.fault(where, f"unknown key {str(name)!r}{hint}")
-    elif kind == "missing":
-        document.fault(where, f"{str(name)!r} is missing")
-    elif kind == "quantity":
-        document.fault(where, error["ctx"]["message"])
-    else:
-        document.fault(where, f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}")
-
-
-def _keys(model: type[BaseModel], place: Key) -> list[str]:
-    current: Any = model
-    for step in place:
-        field = getattr(current, "model_fields", {}).get(step)
-        inner = [a for a in ([field.annotation, *getattr(field.annotation, "__args__", ())] if field else [])
-                 if isinstance(a, type) and issubclass(a, BaseModel)]
-        if not inner:
-            return list(current.model_fields)
-        current = inner[0]
-    return list(current.model_fields)
-
-
-def _converted(document: _Document, found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+def _converted(document: Document, found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     result: dict[str, dict[str, Any]] = {section: {} for section in _SECTIONS}
     makers: dict[str, Callable[..., Any]] = {"bodies": _body, "joints": _joint, "axes": _axis, "points": _point}
     for section, make in makers.items():
@@ -222,7 +80,7 @@ def _converted(document: _Document, found: dict[str, dict[str, Any]]) -> dict[st
     return result
 
 
-def _body(part: schema.BodyModel, document: _Document) -> d.BodyDescription:
+def _body(part: schema.BodyModel, document: Document) -> d.BodyDescription:
     body = d.BodyDescription(
         part.mass, part.centre, _as(d.InertiaDescription, part.inertia), part.density, _as(d.ShapeDescription, part.shape),
         None if part.mesh is None else _mesh(part.mesh, document),
@@ -236,11 +94,11 @@ def _as(kind: type[Any], part: BaseModel | None) -> Any:
     return None if part is None else kind(**part.model_dump())
 
 
-def _mesh(part: schema.MeshModel, document: _Document) -> d.MeshDescription:
+def _mesh(part: schema.MeshModel, document: Document) -> d.MeshDescription:
     return d.MeshDescription(part.file, stl.read(document.file.parent / part.file) * part.unit)
 
 
-def _joint(part: schema.JointModel, document: _Document) -> d.JointDescription:
+def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
     loss = part.loss_factor
     joint = d.JointDescription(
         part.parent, part.child, d.FrameDescription(part.at, part.rotation), _set(part.stiffness), _set(part.damping),
@@ -254,7 +112,7 @@ def _set(model: BaseModel) -> dict[str, float]:
     return {name: value for name, value in model.model_dump().items() if value is not None}
 
 
-def _axis(part: schema.AxisModel, document: _Document) -> d.AxisDescription:
+def _axis(part: schema.AxisModel, document: Document) -> d.AxisDescription:
     kind = units.ANGLE if "r" in part.direction else units.LENGTH
     limits = (float("-inf"), float("inf")) if part.limits is None else units.quantities(part.limits, kind, 2)
     if not limits[0] < limits[1]:
@@ -262,11 +120,11 @@ def _axis(part: schema.AxisModel, document: _Document) -> d.AxisDescription:
     return d.AxisDescription(part.joint, part.direction, (limits[0], limits[1]))
 
 
-def _point(part: schema.PointModel, document: _Document) -> d.PointDescription:
+def _point(part: schema.PointModel, document: Document) -> d.PointDescription:
     return d.PointDescription(part.body, part.at, part.interface)
 
 
-def _references(document: _Document, top: schema.MachineModel | None) -> None:
+def _references(document: Document, top: schema.MachineModel | None) -> None:
     document.data = {**document.data, **{
         section: {} for section in _SECTIONS if not isinstance(document.data.get(section), dict)}}
     names = {section: list(document.data[section]) for section in _SECTIONS}
@@ -295,7 +153,7 @@ def _references(document: _Document, top: schema.MachineModel | None) -> None:
             known(("poses", i, name), name, "axes")
 
 
-def _tree(document: _Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
+def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
     # Only names matter here, so bodies that have other faults still count as present.
     def shell(section: str, make: Callable[[Mapping[str, Any]], Any]) -> dict[str, Any]:
         entries = data.get(section)
@@ -315,7 +173,7 @@ def _tree(document: _Document, converted: dict[str, dict[str, Any]], data: Mappi
             document.fault(("axes", name, "joint"), f"joint {axis.joint} closes a loop; an axis must drive a tree joint")
 
 
-def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], document: _Document) -> d.MachineDescription | None:
+def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], document: Document) -> d.MachineDescription | None:
     poses = []
     for i, pose in enumerate(top.poses):
         poses.append({name: _position(value, converted["axes"][name], ("poses", i, name), document)
@@ -330,7 +188,7 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
         top.assumptions)
 
 
-def _position(value: Any, axis: d.AxisDescription, key: Key, document: _Document) -> float:
+def _position(value: Any, axis: d.AxisDescription, key: Key, document: Document) -> float:
     try:
         position = units.quantity(value, units.ANGLE if "r" in axis.direction else units.LENGTH)
     except units.UnitError as error:

@@ -1,0 +1,160 @@
+"""YAML documents with the place of every key: parsed, checked against a schema, all faults collected."""
+
+from __future__ import annotations
+
+import difflib
+import io
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel, ValidationError
+from ruamel.yaml import YAML
+from ruamel.yaml.error import MarkedYAMLError, YAMLError
+from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
+
+from toolpoint._check import ToolpointError
+from toolpoint.io.faults import Fault, FileFaults
+
+Key = tuple[str | int, ...]
+LARGEST_FILE = 50_000_000
+
+
+@dataclass
+class Document:
+    """A parsed file: plain data, where every key and value stands, and the faults found so far."""
+
+    file: Path
+    text: str
+    data: dict[str, Any]
+    places: dict[Key, tuple[int, int]]
+    faults: list[Fault]
+
+    def fault(self, key: Key, message: str) -> None:
+        """Add a fault at the nearest known place of a key."""
+        at = key
+        while at and at not in self.places:
+            at = at[:-1]
+        line, column = self.places.get(at, (1, 1))
+        self.faults.append(Fault(line, column, ".".join(str(k) for k in key), message))
+
+
+def parsed(path: Path) -> Document:
+    """Return a file as a document; raise where it cannot be read or is no YAML mapping."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
+    if len(raw) > LARGEST_FILE:
+        raise ToolpointError(f"{path}: {len(raw)} bytes; a machine file has at most {LARGEST_FILE}")
+    try:
+        text = raw.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise ToolpointError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
+    document = Document(path, text, {}, {}, [])
+    yaml = YAML(typ="safe", pure=True)
+    try:
+        node = yaml.compose(io.StringIO(text))
+    except MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        hint = "; use spaces, not tabs" if "\t" in text.splitlines()[min(line, len(text.splitlines())) - 1:][:1] else ""
+        raise FileFaults(str(path), text, [Fault(line, column, "", f"not valid YAML: {error.problem}{hint}; check "
+                                                 "indentation, colons and quotes near here")]) from None
+    except YAMLError as error:
+        raise ToolpointError(f"{path}: not valid YAML ({error})") from None
+    if not isinstance(node, MappingNode):
+        raise FileFaults(str(path), text, [Fault(1, 1, "", "not a machine file; it begins with 'toolpoint: 1'")])
+    document.data = _plain(node, (), document, set())
+    return document
+
+
+def _plain(node: Node, key: Key, document: Document, above: set[int]) -> Any:
+    document.places.setdefault(key, (node.start_mark.line + 1, node.start_mark.column + 1))
+    if id(node) in above:
+        document.fault(key, "an alias that contains itself; write the part out")
+        return None
+    if isinstance(node, MappingNode):
+        return _mapping(node, key, document, above | {id(node)})
+    if isinstance(node, SequenceNode):
+        return [_plain(child, (*key, i), document, above | {id(node)}) for i, child in enumerate(node.value)]
+    assert isinstance(node, ScalarNode)
+    return _scalar(node, key, document)
+
+
+def _mapping(node: MappingNode, key: Key, document: Document, above: set[int]) -> dict[str, Any]:
+    result: dict[str, Any] = {}
+    for name_node, value_node in node.value:
+        name = str(name_node.value) if isinstance(name_node, ScalarNode) else "?"
+        inner = (*key, name)
+        place = (name_node.start_mark.line + 1, name_node.start_mark.column + 1)
+        if name in result:
+            first = document.places[inner][0]
+            document.faults.append(Fault(*place, ".".join(map(str, inner)),
+                                         f"key {name!r} is already given in line {first}; keep one of the two"))
+            continue
+        document.places[inner] = place
+        result[name] = _plain(value_node, inner, document, above)
+        if isinstance(value_node, ScalarNode):
+            document.places[inner] = (value_node.start_mark.line + 1, value_node.start_mark.column + 1)
+    return result
+
+
+def _scalar(node: ScalarNode, key: Key, document: Document) -> Any:
+    tag = str(node.ctag if hasattr(node, "ctag") else node.tag).rsplit(":", 1)[-1]
+    text = node.value
+    try:
+        if tag == "int":
+            return int(text.replace("_", ""), 0) if not text.lstrip("+-").startswith("0") or len(text) < 2 else int(text, 10)
+        if tag == "float":
+            return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
+        if tag == "bool":
+            return text.lower() == "true"
+    except ValueError:
+        document.fault(key, f"{text!r} is not a number that can be read")
+        return None
+    return None if tag == "null" else text
+
+
+def validated(model: type[BaseModel], entry: Any, key: Key, document: Document) -> Any:
+    """Return an entry as its model, or None after its faults were added to the document."""
+    if key and not isinstance(entry, dict):
+        document.fault(key, f"{entry!r}; must hold keys such as {', '.join(list(model.model_fields)[:4])}")
+        return None
+    try:
+        return model.model_validate(entry)
+    except ValidationError as error:
+        for one in error.errors(include_url=False):
+            _add_fault(model, one, key, document)
+        return None
+
+
+def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document) -> None:
+    place = tuple(p for p in error["loc"] if not (isinstance(p, str) and ("[" in p or p.endswith("Model"))))
+    where = (*key, *place)
+    kind, name = error["type"], place[-1] if place else ""
+    if kind == "extra_forbidden":
+        known = _keys(model, place[:-1])
+        near = difflib.get_close_matches(str(name), known, n=1, cutoff=0.5)
+        hint = f"; did you mean {near[0]!r}?" if near else f"; known: {', '.join(known)}"
+        if str(name)[:1].isdigit():
+            hint = "; is there a decimal comma before it? write a decimal point"
+        document.fault(where, f"unknown key {str(name)!r}{hint}")
+    elif kind == "missing":
+        document.fault(where, f"{str(name)!r} is missing")
+    elif kind == "quantity":
+        document.fault(where, error["ctx"]["message"])
+    else:
+        document.fault(where, f"{error['input']!r}: {error['msg'][0].lower()}{error['msg'][1:]}")
+
+
+def _keys(model: type[BaseModel], place: Key) -> list[str]:
+    current: Any = model
+    for step in place:
+        field = getattr(current, "model_fields", {}).get(step)
+        inner = [a for a in ([field.annotation, *getattr(field.annotation, "__args__", ())] if field else [])
+                 if isinstance(a, type) and issubclass(a, BaseModel)]
+        if not inner:
+            return list(current.model_fields)
+        current = inner[0]
+    return list(current.model_fields)

@@ -1,0 +1,130 @@
+"""The measured motion of one component: rows of the mode shapes, their places and directions, their variance."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Modes
+
+Point = str | int
+
+
+@dataclass(frozen=True, eq=False)
+class Component:
+    """Points that move together.
+
+    Parameters
+    ----------
+    name : str
+    points : tuple
+        Names of the points.
+    at : (n_points, 3) floats
+        Their positions, m.
+    rows : (n_rows, 6) floats
+        Map from a twist (v, w) about the origin to the measured displacements.
+    places : (n_rows, 3), ways : (n_rows, 3) floats
+        Position (m) and unit direction of every measured displacement.
+    values : (n_rows, n_columns) floats
+        Shapes; complex shapes as their real parts followed by their imaginary parts.
+    variance : (n_rows, n_columns) floats or None
+        Of the values.
+    """
+
+    name: str
+    points: tuple[Point, ...]
+    at: FloatArray
+    rows: FloatArray
+    places: FloatArray
+    ways: FloatArray
+    values: FloatArray
+    variance: FloatArray | None
+
+    @property
+    def centre(self) -> FloatArray:
+        """Mean of the points, m."""
+        return self.at.mean(axis=0)
+
+    @property
+    def size(self) -> float:
+        """Root-mean-square distance of the points from their centre, m."""
+        return float(np.sqrt(((self.at - self.centre) ** 2).sum(axis=1).mean()))
+
+    @property
+    def motion(self) -> FloatArray:
+        """Root-mean-square displacement of every column, shape (n_columns,)."""
+        return np.sqrt((self.values**2).mean(axis=0))
+
+    def __repr__(self) -> str:
+        return f"Component({self.name!r}, {len(self.points)} points, {len(self.rows)} displacements)"
+
+
+def positions_of(points: Mapping[Point, ArrayLike], wanted: Sequence[Point]) -> FloatArray:
+    """Return the positions (n, 3) of points, m; an unknown point is an error."""
+    missing = [name for name in wanted if name not in points]
+    if missing:
+        fail("points", f"no position for {missing[:5]}", "must have a position for every point of a component")
+    return floats("points", np.array([np.asarray(points[name], float) for name in wanted]).reshape(-1, 3), (None, 3))
+
+
+def columns(shape: Array) -> FloatArray:
+    """Return real columns: a complex shape as its real parts followed by its imaginary parts."""
+    return np.concatenate([shape.real, shape.imag], axis=1) if np.iscomplexobj(shape) else np.asarray(shape, float)
+
+
+def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted: Sequence[Point]) -> Component:
+    """Return the measured motion of the points `wanted`, after checking that it can tell a rigid motion.
+
+    Raises
+    ------
+    ToolpointError
+        For fewer than three points, points on one line, or directions that leave a motion unseen.
+    """
+    if modes.frequency.ndim > 1:
+        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
+    at = positions_of(points, wanted)
+    _check_points(name, wanted, at)
+    where = {point: i for i, point in enumerate(wanted)}
+    kept = [i for i, dof in enumerate(modes.dofs) if dof.point in where and not dof.is_rotation]
+    places = at[[where[modes.dofs[i].point] for i in kept]].reshape(-1, 3)
+    ways = np.array([modes.dofs[i].unit[:3] for i in kept]).reshape(-1, 3)
+    rows = np.einsum("ni,nij->nj", ways, tf.point_velocity(places))
+    _check_rows(name, rows, ways, places, at)
+    shape = modes.shape[kept]
+    variance = None
+    if modes.shape_variance is not None:
+        half = 0.5 if np.iscomplexobj(shape) else 1.0
+        spread = modes.shape_variance[kept] * half
+        variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
+        if (variance <= 0).any():
+            fail("modes.shape_variance", "a value of zero", "must be above zero", "leave it out if it is not known")
+    return Component(name, tuple(wanted), at, rows, places, ways, columns(shape), variance)
+
+
+def _check_points(name: str, wanted: Sequence[Point], at: FloatArray) -> None:
+    if len(set(wanted)) != len(wanted):
+        fail(f"components[{name!r}]", "a point appears twice", "points must differ")
+    if len(wanted) < 3:
+        fail(f"components[{name!r}]", f"{len(wanted)} points", "must have at least 3 points not on one line",
+             "measure more points on it, or make it part of its neighbour")
+    singular = np.linalg.svd(at - at.mean(axis=0), compute_uv=False)
+    if singular[1] <= 1e-3 * singular[0]:
+        fail(f"components[{name!r}]", "its points are on one line (within 0.1 % of its length)", "must span a plane",
+             "a rotation about that line cannot be seen; add a point off the line")
+
+
+def _check_rows(name: str, rows: FloatArray, ways: FloatArray, places: FloatArray, at: FloatArray) -> None:
+    if len(rows) < 7:
+        fail(f"components[{name!r}]", f"{len(rows)} measured displacements", "must have at least 7",
+             "six tell the motion; only more can tell whether the component is rigid")
+    size = np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
+    local = np.einsum("ni,nij->nj", ways, tf.point_velocity((places - at.mean(axis=0)) / size))
+    singular = np.linalg.svd(local, compute_uv=False)
+    if singular[-1] <= 1e-3 * singular[0]:
+        fail(f"components[{name!r}]", "the measured directions leave a motion unseen", "must see all six",
+             "measure x, y and z at three points that are not on one line")
