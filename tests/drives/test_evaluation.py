@@ -25,6 +25,7 @@ from toolpoint.drives import (
     plant,
     positioning,
     quadrant_peaks,
+    step_figures,
     tuned,
     two_mass_axis,
 )
@@ -164,3 +165,16 @@ def test_torque_comparison():
     same = torque_comparison(np.sin(9 * t), np.sin(9 * t))
     assert same["relative"] == pytest.approx(0.0)
     assert same["correlation"] == pytest.approx(1.0)
+
+
+def test_step_figures_of_a_second_order_system():
+    """Overshoot exp(-pi zeta/sqrt(1 - zeta^2)) at pi/(w sqrt(1 - zeta^2))."""
+    zeta, w = 0.4, 50.0
+    wd, t = w * np.sqrt(1 - zeta**2), np.linspace(0, 0.6, 20001)
+    y = 1 - np.exp(-zeta * w * t) * (np.cos(wd * t) + zeta * w / wd * np.sin(wd * t))
+    found = step_figures(t, 2e-3 * y, 2e-3)
+    assert found.overshoot == pytest.approx(np.exp(-np.pi * zeta / np.sqrt(1 - zeta**2)), rel=1e-3)
+    assert found.peak_time == pytest.approx(np.pi / wd, rel=1e-3)
+    assert 3 / (zeta * w) < found.settling_time < 4.5 / (zeta * w)
+    with pytest.raises(ToolpointError, match="must reach"):
+        step_figures(t, 0.5 * np.minimum(t, 0.1), 1.0)

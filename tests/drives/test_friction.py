@@ -79,6 +79,27 @@ def test_steady_sliding_reaches_the_steady_curve(law):
         np.testing.assert_allclose(result.forces[1:, 0], force, rtol=1e-6)
 
 
+def test_maxwell_slip_follows_masing():
+    """With equal static and Coulomb level: the virgin curve is a sum of clipped springs, the return twice as wide."""
+    from toolpoint.drives.friction_kernel import SLOTS, maxwell_force
+
+    law = MaxwellSlip((4e4, 1e4, 2e3), (0.5, 0.3, 0.2), Stribeck(2.0, 2.0, 0.01), 1e9)
+    k, limit = np.array(law.stiffness), 2.0 * np.array(law.share)
+    row, state, step, v = law.row, np.zeros(SLOTS), 1e-4, 0.01
+    state[16] = v
+    virgin = lambda x: np.minimum(k * x, limit).sum()
+    x, top = 0.0, 3e-4
+    for sign in (1.0, -1.0):
+        for n in range(300):
+            new = state.copy()
+            force, _ = maxwell_force(row, state, step, sign * v, new)
+            state, x = new, x + step * 0.5 * (state[16] + sign * v)
+            expected = virgin(x) if sign > 0 else virgin(top) - 2 * virgin((top - x) / 2)
+            # The step in which the velocity turns has no mean velocity; a slipping block then reaches its limit at once.
+            if n:
+                assert force == pytest.approx(expected, abs=0.03)
+
+
 @pytest.mark.parametrize("push", [0.5, 0.99])
 def test_static_law_holds_below_break_away(push):
     result = free_motion(block(Coulomb(1.0)), np.full((200, 1), push), 1e-3)

@@ -103,6 +103,66 @@ def test_linear_servo_equals_the_loops_built_independently():
     np.testing.assert_allclose(result.output("scale")[::8][:150], expected, atol=1e-15)
 
 
+def test_filters_delays_and_differences_equal_the_loops():
+    """The same with two filters, delays in both inner loops, velocity from encoder differences, motor feedback."""
+    from dataclasses import replace
+
+    from toolpoint.drives import low_pass, notch
+
+    base = cases.controller(feedback="motor", velocity=1.0)
+    c = replace(base, velocity=replace(base.velocity, filters=(notch(300.0, 0.3, 0.2), low_pass(900.0)), delay=2),
+                current=replace(base.current, delay=2), encoders=Encoders(difference=True))
+    servo = Servo(cases.benchmark_plant(cases.smooth(cases.lugre())), (c, c))
+    level = loops(servo).position.closed
+    result = simulate(servo, step(np.array([1e-6, -2e-6]), 1e-3, 0.1))
+    x, expected = np.zeros(level.size), []
+    for _ in range(100):
+        expected.append(level.c @ x)
+        x = level.a @ x + level.b @ np.array([1e-6, -2e-6])
+    np.testing.assert_allclose(cases.RATIO * result.output("angle")[::8][:100], expected, atol=1e-14)
+
+
+def test_feed_forward_reduces_errors():
+    """Velocity feed-forward takes the following error, inertia its acceleration part, friction the quadrant peak."""
+    from dataclasses import replace
+
+    law = cases.lugre(300.0)
+    peaks = []
+    for level in (0.0, 300.0 * cases.RATIO):
+        base = cases.controller()
+        c = replace(base, position=replace(base.position, friction_feedforward=level, friction_velocity=2e-4))
+        result = simulate(Servo(cases.benchmark_plant(law), (c, c)), cases.benchmark_command(2.0))
+        peaks.append(circular_test(result.output("scale")[result.time > 1], 0.01).deviation)
+    assert peaks[1] < 0.6 * peaks[0]
+    ramps = []
+    for share in (0.0, 1.0):
+        base = cases.controller(ff=share)
+        servo = Servo(cases.benchmark_plant(law), (base, base))
+        ramps.append(abs(simulate(servo, constant_velocity(np.array([0.05, 0.0]), 1e-3, 0.5)).signal(
+            "following_error", "x")[-1]))
+    assert ramps[0] == pytest.approx(0.05 / 60, rel=0.02)
+    assert ramps[1] < 0.02 * ramps[0]
+
+
+def test_hundreds_of_structural_states():
+    """A structure of 200 modes (400 states): the same motion as with the 20 modes that are driven."""
+    from toolpoint.drives import Structure
+    from toolpoint.vibration import Modes
+
+    rng = np.random.default_rng(0)
+    f = np.sort(rng.uniform(40, 2000, 200))
+    shape = 1e-2 * rng.standard_normal((2, 200))
+    shape[:, 20:] = 0.0
+    made = []
+    for n in (200, 20):
+        modes = Modes(f[:n], np.full(n, 0.02), shape[:, :n], ("base:+x", "tool:+x"))
+        frame = Structure.from_modes(modes, {"x.base": "base:+x"}, {"x": "tool:+x"})
+        axis = Axis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, guide_friction=cases.lugre()))
+        c = cases.controller()
+        made.append(simulate(Servo(plant([axis], frame), (c,)), constant_velocity(0.02, 1e-3, 0.05)))
+    np.testing.assert_allclose(made[0].outputs, made[1].outputs, rtol=1e-7, atol=1e-9)
+
+
 def test_benchmark_circle():
     """Reference: 8.046 um at the scale, 9.776 um at the tool point, 0.065 um at the scale without dry friction.
 
@@ -323,9 +383,12 @@ def test_bad_servos():
         simulate(Servo(good.plant, (good.controllers[0].with_gains(velocity=80.0),)), rest(1, 1e-3, 0.01))
     with pytest.raises(ToolpointError, match=r"position loop: unstable.*gain margin -\d"):
         simulate(Servo(good.plant, (good.controllers[0].with_gains(position=3000.0),)), rest(1, 1e-3, 0.01))
+    c = Controller(PositionLoop(50.0, 1.1e-3), VelocityLoop(1.0, 0.02, 250e-6), 1e-3)
+    rigid = plant([Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))])
     with pytest.raises(ToolpointError, match="whole multiple"):
-        c = Controller(PositionLoop(50.0, 1.1e-3), VelocityLoop(1.0, 0.02, 250e-6), 1e-3)
-        Servo(plant([Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))]), (c,))
+        Servo(rigid, (c,))
+    with pytest.raises(ToolpointError, match=r"must be one of x\.base"):
+        plant([Axis("x", TorqueMotor(), linear_motor_axis(10.0))], cases.frame())
     with pytest.raises(ToolpointError, match="lead: missing"):
         Controller(PositionLoop(50.0), VelocityLoop(1.0), None)
     with pytest.raises(ToolpointError, match="inertia"):

@@ -243,6 +243,35 @@ def mill(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, .
                                "power_w": float(run.power.mean()), "status": run.status}))
 
 
+def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+    if not value:
+        return None
+    try:
+        radius, feed = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write RADIUS,FEED in mm and mm/min, for example 50,4000") from None
+    if radius <= 0 or feed <= 0:
+        raise click.BadParameter(f"{value!r}: radius and feed must be above zero")
+    return 1e-3 * radius, 1e-3 / 60 * feed
+
+
+@cli.command()
+@click.argument("drives", type=click.Path(path_type=Path))
+@click.option("--program", type=click.Path(path_type=Path), help="G-code (ISO and the common Siemens words), mm.")
+@click.option("--circle", callback=_circle, metavar="RADIUS,FEED", help="A circular test instead, mm and mm/min.")
+@_OUTPUT
+@_JSON
+def drive(drives: Path, program: Path | None, circle: tuple[float, float] | None, output: Path, as_json: bool) -> None:
+    """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
+    from toolpoint.app import drive as work
+
+    run = work.drive(drives, program, circle, output, as_json)
+    if as_json:
+        click.echo(json.dumps({"contour_error_m": {k: float(e.length.max()) for k, e in run.errors.items()},
+                               "circular_deviation_m": None if run.circle is None else run.circle.deviation,
+                               "status": run.result.status}))
+
+
 @cli.command()
 def schema() -> None:
     """The JSON schema of machine files, for editors that check YAML while it is typed."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
 
 from toolpoint._check import FloatArray, count, fail, floats, frozen, positive
 
@@ -61,6 +60,8 @@ class Command:
 
     def resampled(self, sample_time: float) -> Command:
         """Return the command at another sample time: cubic through positions and velocities."""
+        from scipy.interpolate import CubicHermiteSpline
+
         time = np.arange(0.0, self.duration + 1e-12, positive("sample_time", sample_time))
         spline = CubicHermiteSpline(self.time, self.position, self.velocity)
         return Command(spline(time), sample_time, spline(time, 1), spline(time, 2))

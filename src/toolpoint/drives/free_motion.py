@@ -26,6 +26,7 @@ def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArra
         Bristle deflection (LuGre) of every law at the start.
     """
     from toolpoint.drives.control_kernel import STATE
+    from toolpoint.drives.friction_kernel import SLOTS
     from toolpoint.drives.kernel import run
 
     axes = len(plant.axes)
@@ -34,7 +35,7 @@ def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArra
     steps, laws = forces.shape[0], plant.b_scalar.shape[1]
     lines = (steps + count("every", every) - 1) // every
     x = np.zeros(plant.a.shape[0]) if start is None else np.array(floats("start", start, (plant.a.shape[0],)))
-    states = np.zeros((max(plant.rows.shape[0], 1), 8))
+    states = np.zeros((max(plant.rows.shape[0], 1), SLOTS))
     if bristles is not None:
         states[:plant.rows.shape[0], 0] = floats("bristles", bristles, (plant.rows.shape[0],))
     outputs = np.zeros((lines, len(OUTPUTS) * axes))

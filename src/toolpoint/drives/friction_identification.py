@@ -57,11 +57,7 @@ def identified_friction(velocity: FloatArray, torque: FloatArray, law: str = "st
     need = {"coulomb": 2, "stribeck": 4, "two-exponential": 5}[law]
     if np.unique(np.abs(v)).size < need:
         fail("velocity", f"{np.unique(np.abs(v)).size} speeds", f"must be at least {need} for {law}")
-    size, slow = np.abs(t), np.sort(np.abs(v))
-    order = np.argsort(np.abs(v))
-    start_v = slow[len(slow) // 4]
-    guess = {"coulomb": [size.min(), 1e-3], "stribeck": [size.min(), size[order][0], start_v, 1e-3],
-             "two-exponential": [size.min(), size[order][0], start_v, start_v, 1e-3]}[law]
+    guess = _first_guess(law, v, t)
     make = {"coulomb": Coulomb, "two-exponential": TwoExponential, "stribeck": None}[law]
 
     def built(p: FloatArray) -> Coulomb | Stribeck | TwoExponential:
@@ -70,9 +66,7 @@ def identified_friction(velocity: FloatArray, torque: FloatArray, law: str = "st
     def residual(p: FloatArray) -> FloatArray:
         return built(p).steady(v) - t
 
-    if law == "stribeck":
-        guess[1] = max(guess[1] - guess[0], 1e-3 * size.max())
-    scale = np.maximum(np.abs(guess), 1e-6 * size.max())
+    scale = np.maximum(np.abs(guess), 1e-6 * np.abs(t).max())
     best = None
     for factor in (1.0, 0.3, 3.0, 10.0):
         first = np.array(guess)
@@ -86,6 +80,18 @@ def identified_friction(velocity: FloatArray, torque: FloatArray, law: str = "st
     covariance = np.linalg.pinv(jacobian.T @ jacobian) * 2 * best.cost / free
     status = "converged" if best.success else "not converged: give more speeds below the minimum of the curve"
     return FrictionFit(built(best.x), np.sqrt(np.diag(covariance)), float(np.sqrt(2 * best.cost / v.size)), status)
+
+
+def _first_guess(law: str, v: FloatArray, t: FloatArray) -> list[float]:
+    """Return the parameters to start from: smallest torque, torque at the slowest speed, a low speed."""
+    size, order = np.abs(t), np.argsort(np.abs(v))
+    low, first = float(size.min()), float(size[order][0])
+    speed = float(np.sort(np.abs(v))[len(v) // 4])
+    if law == "coulomb":
+        return [low, 1e-3]
+    if law == "stribeck":
+        return [low, max(first - low, 1e-3 * float(size.max())), speed, 1e-3]
+    return [low, first, speed, speed, 1e-3]
 
 
 @dataclass(frozen=True)

@@ -13,6 +13,8 @@ import numpy as np
 from numba import njit
 
 ELEMENTS, STIFFNESS, SHARE = 12, 13, 21
+# States of a law: bristle and its rate, or block forces 0-7, slip signs 8-15 and velocity 16; 17 is scratch of the solver.
+SLIP, VELOCITY, SCRATCH, SLOTS = 8, 16, 17, 18
 
 
 @njit(cache=True, nogil=True)
@@ -58,22 +60,29 @@ def bristle_force(row, state, step, v):
 
 @njit(cache=True, nogil=True)
 def maxwell_force(row, state, step, v, new):
-    """Return (F, dF/dv) of the Maxwell-slip blocks after a step with mean velocity v; writes the block forces."""
+    """Return (F, dF/dv) of the Maxwell-slip blocks at the end of a step; writes forces, slip signs and velocity.
+
+    A block sticks with the mean velocity of the step until its limit; then it slips, and follows the Stribeck curve by
+    an implicit step of its rate, until the velocity changes sign.
+    """
     level = dry(row, abs(v))[0]
     total, slope = row[8] * v, row[8]
+    moved = 0.5 * step * (state[VELOCITY] + v)
     for i in range(int(row[ELEMENTS])):
-        k, limit = row[STIFFNESS + i], row[SHARE + i] * level
-        force = state[i] + k * step * v
-        if abs(force) <= limit:
-            slope += k * step
-        else:
-            sign = 1.0 if force > 0.0 else -1.0
-            start = min(abs(state[i]), limit) if state[i] * sign > 0.0 else 0.0
+        k, limit, slip = row[STIFFNESS + i], row[SHARE + i] * level, state[SLIP + i]
+        if slip != 0.0 and v * slip > 0.0:
             rise = step * row[11]
-            force = sign * (start + rise * row[SHARE + i]) / (1.0 + rise / level)
-            force = sign * min(abs(force), limit) if start < limit else force
-        new[i] = force
+            force = slip * (abs(state[i]) + rise * row[SHARE + i]) / (1.0 + rise / level)
+        else:
+            slip, force = 0.0, state[i] + k * moved
+            if abs(force) >= limit:
+                slip = 1.0 if force > 0.0 else -1.0
+                force = slip * limit
+            else:
+                slope += 0.5 * k * step
+        new[i], new[SLIP + i] = force, slip
         total += force
+    new[VELOCITY] = v
     return total, slope
 
 

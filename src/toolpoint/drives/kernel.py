@@ -16,7 +16,7 @@ from toolpoint.drives.control_kernel import (
     switched_voltage,
     velocity_sample,
 )
-from toolpoint.drives.friction_kernel import bristle_rate, solved
+from toolpoint.drives.friction_kernel import SCRATCH, SLIP, SLOTS, VELOCITY, bristle_rate, solved
 
 PASSES = 60
 
@@ -41,7 +41,8 @@ def start_scalars(rows, products, s, states, w):
             states[k, 1] = rate
             w[k] = rows[k, 9] * states[k, 0] + rows[k, 10] * rate + rows[k, 8] * s[k]
         elif kind == 2.0:
-            w[k] = rows[k, 8] * s[k] + states[k].sum()
+            states[k, VELOCITY] = s[k]
+            w[k] = rows[k, 8] * s[k] + states[k, :SLIP].sum()
         elif kind == 3.0:
             left, right = s[k] + rows[k, 3], rows[k, 3] - s[k]
             w[k] = rows[k, 2] * s[k] - rows[k, 1] * (max(left, 0.0) - max(right, 0.0))
@@ -62,9 +63,9 @@ def implicit(rows, products, gain, free, states, step, s, w, trial):
                 if j != k:
                     other += gain[k, j] * w[j]
             # The laws hardly feel each other within a step: one whose surroundings stand still is not solved again.
-            if turn and abs(other - trial[k, 8]) <= 1e-10 * (abs(other) + abs(gain[k, k] * w[k])):
+            if turn and abs(other - trial[k, SCRATCH]) <= 1e-10 * (abs(other) + abs(gain[k, k] * w[k])):
                 continue
-            trial[k, 8] = other
+            trial[k, SCRATCH] = other
             guess = s[k] if turn else other + gain[k, k] * w[k]
             s[k], value, good = solved(rows[k], states[k], step, other, gain[k, k], guess, trial[k])
             fine = good if turn == 0 and k == 0 else fine and good
@@ -94,8 +95,7 @@ def accept(rows, s, states, step, trial):
             states[k, 0] = z
             states[k, 1] = bristle_rate(rows[k], z, s[k])
         elif kind == 2.0:
-            for i in range(int(rows[k, 12])):
-                states[k, i] = trial[k, i]
+            states[k, :SCRATCH] = trial[k, :SCRATCH]
 
 
 @njit(cache=True, nogil=True)
@@ -152,11 +152,11 @@ def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous
     switched = np.any(parameters[:, 29] != 0.0)
     whole, u = np.zeros(phi.shape[1]), np.zeros(held.shape[0])
     s, w, y = np.zeros(scalars.shape[1]), np.zeros(first.shape[0]), np.zeros(reading.shape[1])
-    trial, voltage = np.zeros((max(laws, 1), 9)), np.zeros(2)
+    trial, voltage = np.zeros((max(laws, 1), SLOTS)), np.zeros(2)
     add_columns(scalars, x, s)
     add_columns(reading, x, y)
     start_scalars(rows, products, s, states, w)
-    failed = 0
+    failed, before = 0, w.copy()
     for step_index in range(steps):
         sample_controllers(step_index, counts, parameters, control, y, command, inject, where)
         held_inputs(step_index, counts, parameters, control, y, u, voltage)
@@ -170,6 +170,8 @@ def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous
         add_columns(held, u, new)
         add_columns(force, load[min(step_index, load.shape[0] - 1)], new)
         add_columns(first, w, new)
+        for k in range(w.size):
+            w[k], before[k] = 2.0 * w[k] - before[k], w[k]
         if not implicit(rows, products, gain, new[n:m], states, step, s, w, trial):
             failed += 1
         accept(rows, s, states, step, trial)

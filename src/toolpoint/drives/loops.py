@@ -194,7 +194,7 @@ class _Levels:
                 u[i] = c.current.gain * error[i] + integral[i]
                 if c.current.decoupling:
                     u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, 1] @ x)
-                integral[i] = integral[i] - self.times[0] * c.current.integral * error[i]
+                integral[i] = integral[i] + self.times[0] * c.current.integral * error[i]
             queue = np.concatenate([u[None], line]) if delay else u[None]
             drive = np.stack([queue[c.current.delay if c.current else 0, i] for i, c in
                               enumerate(self.servo.controllers)])

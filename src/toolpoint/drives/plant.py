@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, frozen
+from toolpoint._check import FloatArray, fail, frozen, suggestion
 from toolpoint.drives.friction import CONTACT, ROW
 from toolpoint.drives.mechanics import Mechanics
 from toolpoint.drives.motor import SynchronousMotor, TorqueMotor
@@ -139,7 +139,16 @@ def plant(axes: Sequence[Axis], structure: Structure | None = None) -> Plant:
     names = [a.name for a in axes]
     if len(set(names)) != len(names) or not axes:
         fail("axes", repr(names), "must be at least one axis, each with its own name")
+    if structure is not None:
+        _known("boundaries", structure.boundaries, [f"{a.name}.{b}" for a in axes for b in a.mechanics.boundaries])
+        _known("tool", structure.tool, names)
     return _Assembly(axes, structure).made()
+
+
+def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None:
+    for key in given:
+        if key not in known:
+            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(known), suggestion(key, known))
 
 
 class _Assembly:

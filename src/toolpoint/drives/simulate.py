@@ -209,6 +209,7 @@ def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitati
     steps = round((command.duration if duration is None else duration) / step) + 1
     counts = np.array([c * substeps for c in servo.counts], np.int64)
     from toolpoint.drives.control_kernel import STATE
+    from toolpoint.drives.friction_kernel import SLOTS
 
     control = np.zeros((axes, STATE))
     parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
@@ -221,7 +222,7 @@ def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitati
     table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
     arguments = (steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
                  np.array(plant.viscous), plant.products, m.reading, parameters, control, counts, table,
-                 np.array(inject), where, np.array(loads), x, np.zeros((max(plant.rows.shape[0], 1), 8)), every,
+                 np.array(inject), where, np.array(loads), x, np.zeros((max(plant.rows.shape[0], 1), SLOTS)), every,
                  np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
     return _Prepared(servo, command, arguments, step * every)
 

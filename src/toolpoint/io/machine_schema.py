@@ -21,7 +21,9 @@ def _fault(error: UnitError) -> PydanticCustomError:
     return PydanticCustomError("quantity", "{message}", {"message": str(error)})
 
 
-def _q(kind: Kind, **limits: Any) -> Any:
+def quantity_type(kind: Kind, **limits: Any) -> Any:
+    """Return the type of a field that holds a quantity of this kind, within the limits given (gt, ge, lt, le; SI)."""
+
     def read(value: object) -> float:
         try:
             return units.quantity(value, kind)
@@ -44,36 +46,38 @@ def _v(kind: Kind, length: int = 3) -> Any:
     return Annotated[tuple[float, ...], BeforeValidator(read), WithJsonSchema(described)]
 
 
-class _Part(BaseModel):
+class Part(BaseModel):
+    """A part of a file: unknown keys are faults, values cannot be changed."""
+
     model_config = ConfigDict(extra="forbid", frozen=True)
 
 
-class FrameModel(_Part):
+class FrameModel(Part):
     at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     rotation: _v(units.ANGLE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
 
 
-class ShapeModel(_Part):
+class ShapeModel(Part):
     kind: Literal["box", "cylinder", "sphere"]
     size: _v(units.LENGTH) | None = None  # type: ignore[valid-type]
-    diameter: _q(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
-    length: _q(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
+    diameter: quantity_type(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
+    length: quantity_type(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
     axis: Literal["x", "y", "z"] = "z"
-    bore: _q(units.LENGTH, ge=0) = 0.0  # type: ignore[valid-type]
+    bore: quantity_type(units.LENGTH, ge=0) = 0.0  # type: ignore[valid-type]
 
 
-class MeshModel(_Part):
+class MeshModel(Part):
     file: str
-    unit: _q(units.LENGTH, gt=0) = 1.0  # type: ignore[valid-type]
+    unit: quantity_type(units.LENGTH, gt=0) = 1.0  # type: ignore[valid-type]
 
 
-class InertiaModel(_Part):
-    xx: _q(units.AREA_MOMENT)  # type: ignore[valid-type]
-    yy: _q(units.AREA_MOMENT)  # type: ignore[valid-type]
-    zz: _q(units.AREA_MOMENT)  # type: ignore[valid-type]
-    xy: _q(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
-    xz: _q(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
-    yz: _q(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
+class InertiaModel(Part):
+    xx: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
+    yy: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
+    zz: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
+    xy: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
+    xz: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
+    yz: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
 
     @model_validator(mode="after")
     def possible(self) -> InertiaModel:
@@ -84,11 +88,11 @@ class InertiaModel(_Part):
         return self
 
 
-class BodyModel(_Part):
-    mass: _q(units.MASS, gt=0) | None = None  # type: ignore[valid-type]
+class BodyModel(Part):
+    mass: quantity_type(units.MASS, gt=0) | None = None  # type: ignore[valid-type]
     centre: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     inertia: InertiaModel | None = None
-    density: _q(units.DENSITY, gt=0) | None = None  # type: ignore[valid-type]
+    density: quantity_type(units.DENSITY, gt=0) | None = None  # type: ignore[valid-type]
     shape: ShapeModel | None = None
     mesh: MeshModel | None = None
     frame: FrameModel = FrameModel()
@@ -97,45 +101,45 @@ class BodyModel(_Part):
     source: str = ""
 
 
-class StiffnessModel(_Part):
-    x: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    y: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    z: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    rx: _q(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    ry: _q(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    rz: _q(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+class StiffnessModel(Part):
+    x: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    y: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    z: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    rx: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    ry: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    rz: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
 
 
-class DampingModel(_Part):
-    x: _q(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    y: _q(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    z: _q(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    rx: _q(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    ry: _q(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    rz: _q(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+class DampingModel(Part):
+    x: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    y: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    z: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    rx: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    ry: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    rz: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
 
 
-class LossFactorModel(_Part):
-    x: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    y: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    z: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    rx: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    ry: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    rz: _q(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+class LossFactorModel(Part):
+    x: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    y: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    z: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    rx: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    ry: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    rz: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
 
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
 AxisDirection = Literal["x", "y", "z", "rx", "ry", "rz", "-x", "-y", "-z", "-rx", "-ry", "-rz"]
 
 
-class JointModel(_Part):
+class JointModel(Part):
     parent: str
     child: str
     at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     rotation: _v(units.ANGLE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     stiffness: StiffnessModel = StiffnessModel()
     damping: DampingModel = DampingModel()
-    loss_factor: LossFactorModel | _q(units.RATIO, ge=0) = 0.0  # type: ignore[valid-type]
+    loss_factor: LossFactorModel | quantity_type(units.RATIO, ge=0) = 0.0  # type: ignore[valid-type]
     free: tuple[Direction, ...] = ()
     stiffness_matrix: tuple[tuple[float, ...], ...] | None = None
     damping_matrix: tuple[tuple[float, ...], ...] | None = None
@@ -146,44 +150,44 @@ class JointModel(_Part):
     source: str = ""
 
 
-class AxisModel(_Part):
+class AxisModel(Part):
     joint: str
     direction: AxisDirection
     limits: tuple[Any, Any] | str | None = None
 
 
-class PointModel(_Part):
+class PointModel(Part):
     body: str
     at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     interface: str | None = None
 
 
-class LoadModel(_Part):
+class LoadModel(Part):
     point: str
     force: _v(units.FORCE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
     moment: _v(units.MOMENT) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
 
 
-class CuttingModel(_Part):
-    diameter: _q(units.LENGTH, gt=0)  # type: ignore[valid-type]
+class CuttingModel(Part):
+    diameter: quantity_type(units.LENGTH, gt=0)  # type: ignore[valid-type]
     teeth: Annotated[int, Field(ge=1, le=1000, strict=True)]
-    immersion: _q(units.RATIO, gt=0, le=1)  # type: ignore[valid-type]
-    tangential: _q(units.PRESSURE, gt=0)  # type: ignore[valid-type]
-    normal: _q(units.PRESSURE, ge=0)  # type: ignore[valid-type]
+    immersion: quantity_type(units.RATIO, gt=0, le=1)  # type: ignore[valid-type]
+    tangential: quantity_type(units.PRESSURE, gt=0)  # type: ignore[valid-type]
+    normal: quantity_type(units.PRESSURE, ge=0)  # type: ignore[valid-type]
     direction: Literal["up", "down", "slot"] = "down"
     feed: Literal["x", "y", "-x", "-y"] = "x"
     speeds: _v(units.SPEED, 2) = (1000.0, 12000.0)  # type: ignore[valid-type]
     source: str = ""
 
 
-class ReferenceModel(_Part):
+class ReferenceModel(Part):
     name: str
-    frequencies: tuple[_q(units.FREQUENCY, gt=0), ...]  # type: ignore[valid-type]
-    damping_ratio: tuple[_q(units.RATIO, ge=0), ...] = ()  # type: ignore[valid-type]
+    frequencies: tuple[quantity_type(units.FREQUENCY, gt=0), ...]  # type: ignore[valid-type]
+    damping_ratio: tuple[quantity_type(units.RATIO, ge=0), ...] = ()  # type: ignore[valid-type]
     source: str = ""
 
 
-class MachineModel(_Part):
+class MachineModel(Part):
     toolpoint: Annotated[int, Field(description=f"version of the file format: {VERSION}")]
     name: str
     bodies: dict[str, BodyModel]
@@ -194,7 +198,7 @@ class MachineModel(_Part):
     loads: tuple[LoadModel, ...] = ()
     tool: str | None = None
     table: str | None = None
-    damping_ratio: _q(units.RATIO, ge=0, lt=1) | None = None  # type: ignore[valid-type]
+    damping_ratio: quantity_type(units.RATIO, ge=0, lt=1) | None = None  # type: ignore[valid-type]
     cutting: CuttingModel | None = None
     reference: tuple[ReferenceModel, ...] = ()
     poses: tuple[dict[str, Any], ...] = ()

@@ -106,6 +106,11 @@ PRESSURE = _kind("pressure", "Pa", 1e12, 1)
 FREQUENCY = _kind("frequency", "Hz", 1e6)
 SPEED = _kind("spindle speed", "rpm", 1e6)
 RATIO = _kind("ratio", "1", 10)
+TIME = _kind("time", "s", 1e6)
+RATE = _kind("gain", "1/s", 1e6)
+ANGULAR_SPEED = _kind("angular speed", "rad/s", 1e6)
+FEED = _kind("speed", "m/s", 100)
+JERK = _kind("jerk", "m/s^3", 1e7)
 
 
 def quantity(value: object, kind: Kind) -> float:

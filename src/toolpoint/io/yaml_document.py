@@ -151,8 +151,10 @@ def _add_fault(model: type[BaseModel], error: Any, key: Key, document: Document)
 def _keys(model: type[BaseModel], place: Key) -> list[str]:
     current: Any = model
     for step in place:
-        field = getattr(current, "model_fields", {}).get(step)
-        inner = [a for a in ([field.annotation, *getattr(field.annotation, "__args__", ())] if field else [])
+        if step not in current.model_fields:
+            continue  # a user's own name, or the place in a list: the model is already that of the entries
+        field = current.model_fields[step]
+        inner = [a for a in [field.annotation, *getattr(field.annotation, "__args__", ())]
                  if isinstance(a, type) and issubclass(a, BaseModel)]
         if not inner:
             return list(current.model_fields)

@@ -77,6 +77,16 @@ def columns(shape: Array) -> FloatArray:
     return np.concatenate([shape.real, shape.imag], axis=1) if np.iscomplexobj(shape) else np.asarray(shape, float)
 
 
+def about(centre: FloatArray, size: float) -> FloatArray:
+    """Return the map from (velocity at the centre, size times rotation) to the twist about the origin."""
+    x, y, z = centre / size
+    result = np.eye(6)
+    # v about the origin is v at the centre plus centre x w.
+    result[:3, 3:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
+    result[3:, 3:] /= size
+    return result
+
+
 def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted: Sequence[Point]) -> Component:
     """Return the measured motion of the points `wanted`, after checking that it can tell a rigid motion.
 

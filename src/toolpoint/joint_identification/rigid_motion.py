@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.measured import Component
+from toolpoint.joint_identification.measured import Component, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +96,7 @@ def _weights(part: Component) -> FloatArray:
 
 def _solved(part: Component) -> tuple[FloatArray, FloatArray, FloatArray]:
     weights = _weights(part)
-    back = _about(part.centre, part.size)
+    back = about(part.centre, part.size)
     local = part.rows @ back
     count = part.values.shape[1]
     twist, covariance = np.empty((6, count)), np.empty((count, 6, 6))
@@ -106,16 +106,6 @@ def _solved(part: Component) -> tuple[FloatArray, FloatArray, FloatArray]:
         twist[:, i] = back @ (root @ (q.T @ (part.values[:, i] * weights[:, i])))
         covariance[i] = back @ root @ root.T @ back.T
     return twist, covariance, weights
-
-
-def _about(centre: FloatArray, size: float) -> FloatArray:
-    """Return the map from (velocity at the centre, size times rotation) to the twist about the origin."""
-    x, y, z = centre / size
-    result = np.eye(6)
-    # v about the origin is v at the centre plus centre x w.
-    result[:3, 3:] = [[0, -z, y], [z, 0, -x], [-y, x, 0]]
-    result[3:, 3:] /= size
-    return result
 
 
 def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -1,0 +1,83 @@
+"""The chain of components: its reading, its relative motions, and whether another order would need fewer freedoms."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+from scipy.sparse.csgraph import minimum_spanning_tree
+
+from toolpoint._check import fail
+from toolpoint.joint_identification.joint_fit import Criterion, freedoms, stacked
+from toolpoint.joint_identification.measured import Component
+from toolpoint.joint_identification.relative_motion import RelativeMotion, relative
+from toolpoint.joint_identification.rigid_motion import RigidMotion
+
+GROUND = "ground"
+
+
+def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str]) -> dict[str, str]:
+    """Return the parent of every child.
+
+    `chain` is a sequence from the ground (or from the first component) outwards, or a map from child to parent.
+    """
+    given = dict(chain) if isinstance(chain, Mapping) else dict(zip(chain[1:], chain[:-1], strict=True))
+    names = list(dict.fromkeys([*given.values(), *given])) if isinstance(chain, Mapping) else list(chain)
+    if GROUND in components:
+        fail("components", f"a component named {GROUND!r}", "that name is kept for what stands still")
+    unknown = [name for name in names if name not in components and name != GROUND]
+    if unknown:
+        fail("chain", f"{unknown}", f"must be {GROUND!r} or one of {', '.join(components)}")
+    if len(set(names)) != len(names):
+        fail("chain", "a component appears twice", "each must appear once")
+    left = [name for name in components if name not in names]
+    if left:
+        fail("chain", f"without {left}", "must hold every component", "leave its points out or give its place")
+    if GROUND in given or not given:
+        fail("chain", f"{chain!r}", f"must start at {GROUND!r} or a component and name at least one joint")
+    _check_tree(given)
+    return given
+
+
+def _check_tree(given: Mapping[str, str]) -> None:
+    roots = {name for name in given.values() if name not in given}
+    if len(roots) != 1:
+        fail("chain", f"{len(roots)} starting points {sorted(roots)}", "must have exactly one", "closed chains cannot be told")
+    for child in given:
+        seen, at = {child}, given[child]
+        while at in given:
+            if at in seen:
+                fail("chain", f"a loop through {at!r}", "must be a tree")
+            seen.add(at)
+            at = given[at]
+
+
+def pair(parent: str, child: str, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion]) -> RelativeMotion:
+    """Return the motion of a component relative to another, or to the ground."""
+    own = parts[child]
+    if parent == GROUND:
+        return relative(None, motions[child], parent, (own.motion, own.centre, own.size))
+    other = parts[parent]
+    scale = (np.maximum(own.motion, other.motion), (own.centre + other.centre) / 2, max(own.size, other.size))
+    return relative(motions[parent], motions[child], parent, scale)
+
+
+def better_order(
+    given: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], criterion: Criterion,
+) -> tuple[int, int, list[tuple[str, str]]]:
+    """Return (freedoms of the given tree, fewest freedoms of any tree, the joints of that tree).
+
+    The tree with the fewest freedoms in all is the minimum spanning tree of the freedoms between all pairs.
+    """
+    names = [*([GROUND] if GROUND in given.values() else []), *parts]
+    cost = np.zeros((len(names), len(names)))
+    for i, j in combinations(range(len(names)), 2):
+        motion = pair(names[i], names[j], parts, motions)
+        # One is added because the tree search reads zero as no link.
+        cost[i, j] = freedoms(stacked(motion, criterion), criterion) + 1
+    best = minimum_spanning_tree(cost).tocoo()
+    links = [(names[i], names[j]) for i, j in zip(best.row, best.col, strict=True)]
+    places = {name: i for i, name in enumerate(names)}
+    total = sum(cost[tuple(sorted((places[a], places[b])))] - 1 for a, b in given.items())
+    return int(total), int(best.data.sum() - len(links)), links

@@ -1,0 +1,208 @@
+"""From mode shapes to joints: rigid motions, relative motions, joints, and what speaks against them."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint.joint_identification.chain import better_order, pair, parents
+from toolpoint.joint_identification.estimate import JointEstimate, estimated
+from toolpoint.joint_identification.joint_fit import Criterion, Fit, candidates, stacked
+from toolpoint.joint_identification.measured import Component, Point, component
+from toolpoint.joint_identification.relative_motion import RelativeMotion
+from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
+from toolpoint.joint_identification.stiffness import MassProperties, stiffnesses
+from toolpoint.vibration import Modes
+from toolpoint.vibration.correlation import mac
+
+
+class Method(Protocol):
+    """A way to find the twists of a component: `SmallMotion`, `FiniteRotation` or `ClosestPoint`."""
+
+    def twists(self, part: Component) -> FloatArray:
+        """Return the twists (6, n_columns) about the origin."""
+
+
+@dataclass(frozen=True, eq=False)
+class JointIdentification:
+    """Joints of a chain, with the rigid motion of every component and every relative motion they come from."""
+
+    joints: tuple[JointEstimate, ...]
+    motions: Mapping[str, RigidMotion]
+    relatives: tuple[RelativeMotion, ...]
+    doubts: tuple[str, ...] = ()
+
+    def joint(self, child: str) -> JointEstimate:
+        """Return the joint that carries a component."""
+        for one in self.joints:
+            if one.child == child:
+                return one
+        fail("child", repr(child), "must be one of " + ", ".join(one.child for one in self.joints))
+
+    @property
+    def certain(self) -> bool:
+        """Whether nothing speaks against any joint."""
+        return not self.doubts and all(one.certain for one in self.joints)
+
+    @property
+    def status(self) -> str:
+        """What the result is worth."""
+        if self.certain:
+            return f"{len(self.joints)} joints established"
+        weak = [one.child for one in self.joints if not one.certain]
+        return "doubtful" + (f" at {', '.join(weak)}" if weak else "") + "".join(f"; {text}" for text in self.doubts)
+
+    def table(self) -> str:
+        """Return the joints as text, one line each with their doubts below."""
+        lines = [f"{'joint':24s}{'kind':12s}{'free':12s}{'x, y, z mm (+- 95 %)':48s}stiffness (+- 95 %)"]
+        for one in self.joints:
+            at = ", ".join(f"{1e3 * p:.1f} (+-{1e3 * h:.1f})" for p, h in zip(one.position, one.position_interval, strict=True))
+            stiff = "" if one.stiffness is None or one.stiffness_interval is None else ", ".join(
+                f"{k:.5g} (+-{h:.2g})" for k, h in zip(one.stiffness, one.stiffness_interval, strict=True))
+            free = " ".join(one.freedoms) or f"{one.screws.shape[1]} screws"
+            lines.append(f"{one.parent + ' - ' + one.child:24s}{one.kind:12s}{free:12s}{at:48s}{stiff}")
+            lines += [f"    doubt: {text}" for text in one.doubts]
+        return "\n".join([*lines, *(f"doubt: {text}" for text in self.doubts)])
+
+    def __repr__(self) -> str:
+        kinds = ", ".join(f"{one.child}: {one.kind}" for one in self.joints)
+        return f"JointIdentification({kinds}; {self.status})"
+
+
+def identify_joints(
+    modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
+    chain: Sequence[str] | Mapping[str, str], method: Method | None = None, criterion: Criterion | None = None,
+    masses: Mapping[str, MassProperties] | None = None,
+) -> JointIdentification:
+    """Return the joints of a machine from its measured mode shapes, with nobody choosing.
+
+    Every component's rigid motion is fitted in every mode, the motion relative to the component before it is formed, and
+    the joint is the simplest kind that explains the relative motions of all modes within their noise (`joint_fit`).
+
+    Parameters
+    ----------
+    modes : Modes
+        Real or complex, of one pose; with `shape_variance` the points are weighted by it, without it the noise is taken
+        from what the rigid motions leave.
+    points : map from point to (3,) floats
+        Positions in the machine frame, m.
+    components : map from name to points
+    chain : sequence of names, or map from child to parent
+        From ``ground`` (or the first component) outwards.
+    method : SmallMotion (default), FiniteRotation or ClosestPoint
+    criterion : Criterion, optional
+    masses : map from component to MassProperties, optional
+        Of every component of the chain; then every freedom gets its stiffness.
+
+    Raises
+    ------
+    ToolpointError
+        For components that cannot tell a rigid motion, a chain that is no tree, or a mode given twice.
+
+    Warns
+    -----
+    ToolpointWarning
+        Where a doubt is marked in the result.
+    """
+    criterion, method = criterion or Criterion(), method or SmallMotion()
+    tree = parents(chain, list(components))
+    _check_overlap(components)
+    parts = {name: component(name, modes, points, wanted) for name, wanted in components.items()}
+    independent, general_doubts = _independent(modes, parts)
+    motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
+    flexible = _bending(motions, modes.count, criterion)
+    relatives = tuple(pair(parent, child, parts, motions) for child, parent in tree.items())
+    joints, fits = [], []
+    for motion in relatives:
+        found = candidates(stacked(motion, criterion), criterion)
+        joints.append(estimated(motion, found, _doubts(motion, found, independent, flexible)))
+        fits.append(found[0])
+    doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]
+    if masses is not None:
+        joints = stiffnesses(modes, parts, motions, relatives, joints, fits, masses)
+    result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts))
+    if not result.certain:
+        warnings.warn(result.status, ToolpointWarning, stacklevel=2)
+    return result
+
+
+def _twists(method: Method, part: Component) -> FloatArray | None:
+    return None if isinstance(method, SmallMotion) else method.twists(part)
+
+
+def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
+    owner: dict[Point, str] = {}
+    for name, wanted in components.items():
+        for point in wanted:
+            if owner.setdefault(point, name) != name:
+                fail(f"components[{name!r}]", f"point {point!r} is also in {owner[point]!r}", "must be in one component only")
+
+
+def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[str]]:
+    """Return the number of modes that are not repeats of others, and the doubts; refuse a mode that is there twice."""
+    rows = np.concatenate([part.values for part in parts.values()])
+    shape = rows[:, :modes.count] + (1j * rows[:, modes.count:] if rows.shape[1] > modes.count else 0)
+    if (np.abs(shape).max(axis=0) == 0).any():
+        fail("modes", f"mode {int(np.argmin(np.abs(shape).max(axis=0))) + 1} is zero at all points", "must move somewhere")
+    alike, doubts, repeated = mac(shape, shape), [], set()
+    for i in range(modes.count):
+        for j in range(i):
+            if alike[i, j] < 0.99:
+                continue
+            near = abs(modes.frequency[i] - modes.frequency[j]) <= 0.005 * max(modes.frequency[i], modes.frequency[j])
+            text = (f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz) have the same "
+                    f"shape (MAC {alike[i, j]:.4f})")
+            if near or alike[i, j] > 1 - 1e-9:
+                fail("modes", text, "every mode must be given once", "leave one out with modes.selected")
+            repeated.add(i)
+            doubts.append(text + ": they tell one motion only")
+    if modes.count - len(repeated) < 2:
+        doubts.append("one mode only: the axes are those of this mode, not yet joints; give more modes")
+    return modes.count - len(repeated), doubts
+
+
+def _bending(motions: Mapping[str, RigidMotion], count: int, criterion: Criterion) -> dict[str, str]:
+    """Return a sentence for every component that bends in some mode."""
+    tests = sum(motion.twist.shape[1] for motion in motions.values())
+    result = {}
+    for name, motion in motions.items():
+        bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
+        if bends.any():
+            which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
+            result[name] = (f"{name} bends in mode {', '.join(map(str, which))} (up to "
+                            f"{100 * motion.bending[bends].max():.2g} % of its motion): divide it or leave these modes out")
+    return result
+
+
+def _doubts(motion: RelativeMotion, found: list[Fit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
+    fit = found[0]
+    doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
+    if 0 < fit.chart.freedoms and fit.chart.freedoms >= independent:
+        doubts.append(f"{fit.chart.freedoms} freedoms from {independent} mode(s): more freedoms cannot be excluded; "
+                      "give more modes")
+    if fit.kind == "general":
+        doubts.append(f"no simple kind explains the motion ({fit.chart.freedoms} freedoms): check the points of "
+                      f"{motion.child} and {motion.parent} and the order of the chain")
+    if len(found) > 1:
+        doubts.append(f"the data do not refuse {', '.join(other.kind for other in found[1:])} either: give more modes")
+    return tuple(doubts)
+
+
+def _order_doubt(tree: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion],
+                 criterion: Criterion) -> list[str]:
+    if len(tree) < 2:
+        return []
+    given, fewest, links = better_order(tree, parts, motions, criterion)
+    if given <= fewest:
+        return []
+    order = ", ".join(f"{a} - {b}" for a, b in links)
+    return [f"the chain needs {given} freedoms, {order} only {fewest}: check the order of the chain"]
+
+
+__all__ = ["JointIdentification", "Method", "identify_joints"]

@@ -1,0 +1,160 @@
+r"""Which kind of joint explains the relative twists of all modes: fit of every kind, F-test, the simplest that passes.
+
+For a kind with free twists :math:`B(\theta)` and the relative twists :math:`t_r` with covariance :math:`C_r`,
+
+.. math:: \chi^2 = \min_{\theta, q} \sum_r (t_r - B q_r)^T C_r^{-1} (t_r - B q_r)
+
+(variable projection: Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413) with 6 k - f k - n degrees of freedom for k
+columns, f freedoms and n parameters. A kind is refused where so large a :math:`\chi^2` by noise alone is less probable
+than the significance. The freedoms are the fewest that pass, and among the kinds with so many freedoms the one that
+passes best; a general joint only where no other kind passes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import optimize, stats
+
+from toolpoint._check import FloatArray
+from toolpoint.joint_identification.kinds import FREEDOMS, Chart, charts, general
+from toolpoint.joint_identification.measured import about
+from toolpoint.joint_identification.relative_motion import RelativeMotion
+
+
+@dataclass(frozen=True)
+class Criterion:
+    """When a joint is what it is.
+
+    Parameters
+    ----------
+    significance : float
+        A kind is refused where noise alone exceeds its misfit with a smaller probability than this.
+    floor : float
+        Relative motion below this share of the components' own motion counts as none, whatever the noise: no casting
+        is perfectly rigid and no joint perfectly stiff in its locked directions.
+    """
+
+    significance: float = 1e-4
+    floor: float = 1e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit."""
+
+    chart: Chart
+    theta: FloatArray
+    covariance: FloatArray
+    gain: FloatArray
+    chi2: float
+    freedom: int
+    probability: float
+
+    @property
+    def kind(self) -> str:
+        """Name of the kind."""
+        return self.chart.kind
+
+    def __repr__(self) -> str:
+        return f"Fit({self.kind}, chi2 {self.chi2:.3g} on {self.freedom}, p {self.probability:.2g})"
+
+
+@dataclass(frozen=True, eq=False)
+class Stack:
+    """Relative twists about a reference point in one unit: `twists` (k, 6), `roots` (k, 6, 6) with C = inv(L^T L)."""
+
+    twists: FloatArray
+    roots: FloatArray
+    to_origin: FloatArray
+    freedom: int
+
+
+def stacked(motion: RelativeMotion, criterion: Criterion) -> Stack:
+    """Return the relative twists about the pair's centre in displacement units, with the floor in their covariance."""
+    to_origin = about(motion.centre, motion.size)
+    back = np.linalg.inv(to_origin)
+    local = (back @ motion.twist).T
+    spread = back @ motion.covariance @ back.T
+    least = np.where(motion.motion > 0, motion.motion, motion.motion.max(initial=1e-300))
+    spread = spread + (criterion.floor * least[:, None, None]) ** 2 * np.eye(6)
+    roots = np.swapaxes(np.linalg.cholesky(np.linalg.inv(spread)), -1, -2)
+    return Stack(local, roots, to_origin, motion.freedom)
+
+
+def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
+    """Return all kinds with the fewest freedoms of which one passes, the best first (a general one last)."""
+    for f in range(7):
+        span = _span(stack, f)
+        every = general(span)
+        fits = [fitted(stack, chart) for chart in charts(span)]
+        passing = [fit for fit in fits if fit.probability >= criterion.significance]
+        passing.sort(key=lambda fit: -fit.probability)
+        if passing:
+            return passing
+        if f not in FREEDOMS.values() or f > 0:
+            last = fitted(stack, every)
+            if last.probability >= criterion.significance or f == 6:
+                return [last]
+    raise AssertionError("six freedoms explain every motion")
+
+
+def freedoms(stack: Stack, criterion: Criterion) -> int:
+    """Return the fewest freedoms whose general joint passes."""
+    for f in range(6):
+        if fitted(stack, general(_span(stack, f))).probability >= criterion.significance:
+            return f
+    return 6
+
+
+def _span(stack: Stack, f: int) -> FloatArray:
+    """Return start values: the f leading directions of the twists, whitened by the mean covariance."""
+    if f == 0:
+        return np.zeros((6, 0))
+    mean = np.mean([np.linalg.inv(root.T @ root) / max(_trace(root), 1e-300) for root in stack.roots], axis=0)
+    size = np.array([np.sqrt(max(_trace(root), 1e-300)) for root in stack.roots])
+    root = np.linalg.cholesky(mean)
+    whitened = np.linalg.solve(root, stack.twists.T / size)
+    span = root @ np.linalg.svd(whitened)[0][:, :f]
+    return np.asarray(np.linalg.qr(span)[0])
+
+
+def _trace(root: FloatArray) -> float:
+    return float(np.trace(np.linalg.inv(root.T @ root)))
+
+
+def fitted(stack: Stack, chart: Chart) -> Fit:
+    """Return the fit of one kind."""
+    count = len(stack.twists)
+
+    def residual(theta: FloatArray) -> FloatArray:
+        return projected(stack, chart.basis(theta))[0].ravel()
+
+    theta, n = np.zeros(chart.parameters), chart.parameters
+    covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
+    if n:
+        found = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+        theta = found.x
+        normal = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-14, hermitian=True)
+        covariance = normal
+        # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
+        slope = found.jac.reshape(count, 6, n)
+        gain = -np.einsum("pn,krn,krj->pkj", normal, slope, stack.roots)
+    chi2 = float((residual(theta) ** 2).sum())
+    freedom = 6 * count - chart.freedoms * count - n
+    chance = 1.0
+    if freedom > 0:
+        chance = float(stats.f.sf(chi2 / freedom, freedom, max(stack.freedom, 1)))
+    return Fit(chart, theta, covariance, gain, chi2, freedom, chance)
+
+
+def projected(stack: Stack, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return (whitened residuals (k, 6), joint coordinates (k, f)) of the twists in a basis (6, f)."""
+    y = np.einsum("kij,kj->ki", stack.roots, stack.twists)
+    if basis.shape[1] == 0:
+        return y, np.zeros((len(y), 0))
+    x = stack.roots @ basis
+    q, r = np.linalg.qr(x)
+    along = np.einsum("kif,ki->kf", q, y)
+    return y - np.einsum("kif,kf->ki", q, along), np.linalg.solve(r, along[..., None])[..., 0]

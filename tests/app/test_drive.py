@@ -1,0 +1,66 @@
+"""`toolpoint drive`: a drive file with a circle or a program, its page, and wrong inputs."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from toolpoint.app.main import main
+
+SERVO = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/three_axis_vertical_servo.yaml"
+PROGRAM = "G90 G17 G64\nG1 X20 Y0 F4000\nG3 X20 Y30 I0 J15\nG1 X0 Y30\nM30\n"
+
+pytestmark = pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+
+
+def test_circle_shows_the_quadrant_glitches_of_the_published_servo(tmp_path, capsys):
+    main(["drive", str(SERVO), "--circle", "50,4000", "-o", str(tmp_path), "--json"])
+    found = json.loads(capsys.readouterr().out)
+    # Reference: 70 um for F_c = F_s/1.5, J 0.01 kg m2, R 50 mm, 4000 mm/min; within 10 %.
+    assert 1e6 * found["circular_deviation_m"] == pytest.approx(70.0, rel=0.1)
+    page = (tmp_path / "index.html").read_text()
+    for words in ("error x 50", "Torque", "velocity loop", "critical feed", "inertia"):
+        assert words in page
+
+
+def test_line_and_arc_program(tmp_path, capsys):
+    (tmp_path / "path.nc").write_text(PROGRAM)
+    main(["drive", str(SERVO), "--program", str(tmp_path / "path.nc"), "-o", str(tmp_path / "page")])
+    shown = capsys.readouterr()
+    assert "contour error, tool" in shown.out
+    assert "phase margin" in shown.out
+    assert "critical feed" in shown.err
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("inertia: 0.01 kg*m^2", "inertia: 0 kg*m^2", "greater than 0"), ("lead: 9.9966 mm", "leed: 9.9966 mm",
+                                                                      "did you mean 'lead'"),
+    ("gain: 60 1/s", "gain: 60000 1/s", "unstable"), ("sample_time: 0.1 ms", "sample_time: 0.07 ms", "must be those of the first axis"),
+    ("viscous: 0.1 N*m*s/rad", "viscous: 0.1 N*m", "rotational damping"), ("static: 4.7318 N*m, ", "", "'static' is missing"),
+    ("toolpoint: 1", "toolpoint: 4", "version")])
+def test_faults_of_a_drive_file(tmp_path, capsys, old, new, words):
+    text = SERVO.read_text()
+    assert old in text
+    (tmp_path / "servo.yaml").write_text(text.replace(old, new, 1))
+    with pytest.raises(SystemExit) as stopped:
+        main(["drive", str(tmp_path / "servo.yaml"), "--circle", "50,4000", "-o", str(tmp_path)])
+    assert stopped.value.code == 2
+    shown = capsys.readouterr().err
+    assert words in shown and "Traceback" not in shown
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ([], "either --program"), (["--circle", "50"], "RADIUS,FEED"), (["--program", "none.nc"], "none.nc")])
+def test_wrong_commands(capsys, arguments, words):
+    with pytest.raises(SystemExit) as stopped:
+        main(["drive", str(SERVO), *arguments])
+    assert stopped.value.code == 2
+    assert words in capsys.readouterr().err
+
+
+def test_program_faults_come_with_their_lines(tmp_path, capsys):
+    (tmp_path / "bad.nc").write_text("G90\nG1 X20 Y0 F4000\nG3 X20 Y30 I0 J19\nG1 X0 Q30\n")
+    with pytest.raises(SystemExit):
+        main(["drive", str(SERVO), "--program", str(tmp_path / "bad.nc")])
+    shown = capsys.readouterr().err
+    assert "bad.nc:3:" in shown and "bad.nc:4:" in shown
