@@ -33,7 +33,8 @@ def test_line_and_arc_program(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [
-    ("inertia: 0.01 kg*m^2", "inertia: 0 kg*m^2", "greater than 0"), ("lead: 9.9966 mm", "leed: 9.9966 mm",
+    ("inertia: 0.01 kg*m^2", "inertia: 0 kg*m^2", "greater than 0"),
+    ("lead: 9.9966 mm", "leed: 9.9966 mm",
                                                                       "did you mean 'lead'"),
     ("gain: 60 1/s", "gain: 60000 1/s", "unstable"), ("sample_time: 0.1 ms", "sample_time: 0.07 ms", "must be those of the first axis"),
     ("viscous: 0.1 N*m*s/rad", "viscous: 0.1 N*m", "rotational damping"), ("static: 4.7318 N*m, ", "", "'static' is missing"),

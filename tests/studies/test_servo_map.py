@@ -1,0 +1,69 @@
+"""Servo loops over the workspace of the published machine, its structure in the loop."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from toolpoint.drives import Axis, Controller, PositionLoop, Servo, TorqueMotor, VelocityLoop, loops, plant
+from toolpoint.drives.mechanics import Chain
+from toolpoint.studies.servo_map import servo_map
+
+LEAD = 0.001591
+ENDS = {"x.base": "saddle:+x", "x.table": "table:+x", "y.base": "bed:+y", "y.table": "saddle:+y"}
+TOOLS = {"x": "tool:+x", "y": "tool:+y"}
+
+
+def chain():
+    """Motor, screw and axial screw between the structure's base and table; values chosen."""
+    made = Chain(("motor", "screw", "x_screw", "base", "table"))
+    for name, value in (("motor", 0.008), ("screw", 0.002), ("x_screw", 15.0)):
+        made.inertia(name, value)
+    made.spring({"motor": 1, "screw": -1}, 2e4, 1.0)
+    made.spring({"x_screw": 1, "base": -1}, 3e8, 2e4)
+    made.spring({"screw": LEAD, "x_screw": 1, "table": -1}, 3e8, 2e4)
+    made.spring({"table": 1, "base": -1}, 0.0, 500.0)
+    return made.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=LEAD,
+                     boundaries=("base", "table"))
+
+
+def servo_of(structure):
+    control = Controller(PositionLoop(60.0, 1e-3), VelocityLoop(1.157, 0.02, 2.5e-4), LEAD)
+    return Servo(plant([Axis(name, TorqueMotor(), chain()) for name in "xy"], structure), (control, control))
+
+
+@pytest.fixture(scope="module")
+def free_machine(vertical_drives):
+    free = vertical_drives.with_values({"joints.drive_x.stiffness.x": 1e-3, "joints.drive_y.stiffness.y": 1e-3})
+    points = dict(free.description.points)
+    points |= {"bed": replace(points["table"], body="base", at=(0.0, 0.75, -0.27)),
+               "saddle": replace(points["table"], body="saddle", at=(0.0, 0.75, -0.15))}
+    return free.rebuild(replace(free.description, points=points))
+
+
+def test_map_over_poses(free_machine):
+    poses = [{}, {"X": 0.3, "Y": -0.2}, {"X": -0.3, "Z": 0.4}]
+    found = servo_map(free_machine, poses, ENDS, TOOLS, servo_of)
+    assert found.axes == ("x", "y")
+    assert found.stable.all()
+    assert found.gain_margin.shape == (3, 2)
+    assert (found.bandwidth > 1).all()
+    assert np.ptp(found.velocity_phase_margin, axis=0).max() > 0
+    assert found.worst()[1] in "xy"
+
+
+def test_one_pose_is_that_of_the_loops(free_machine):
+    from toolpoint.drives import Structure
+    from toolpoint.machine import assemble
+    from toolpoint.vibration import eigen
+
+    labels = list(dict.fromkeys([*ENDS.values(), *TOOLS.values()]))
+    structure = Structure.from_modes(eigen.undamped(assemble(free_machine, {}, labels)), ENDS, TOOLS)
+    expected = loops(servo_of(structure)).velocity.margins(1, 800).phase
+    assert servo_map(free_machine, [{}], ENDS, TOOLS, servo_of).velocity_phase_margin[0, 1] == pytest.approx(expected)
+
+
+def test_failed_poses_are_kept(free_machine):
+    found = servo_map(free_machine, [{}, {"X": 9.0}], ENDS, TOOLS, servo_of)
+    assert "within" in found.failures[1]
+    assert np.isnan(found.gain_margin[1]).all()
