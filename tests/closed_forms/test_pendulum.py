@@ -13,6 +13,8 @@ from toolpoint.machine.description import (
     MachineDescription,
     PointDescription,
 )
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.shapes import body_shapes
 from toolpoint.vibration import eigen
 
 G = 9.81
@@ -64,6 +66,18 @@ def test_inverted_pendulum_loses_stability_at_the_critical_load():
             loads=(LoadDescription("top", (0, 0, -load)),), points={"top": PointDescription("rod", (0, 0, 1.0))})
         return assemble(build(machine)).stiffness
     np.testing.assert_allclose(stiffness(40.0), np.diag([60.0, 60.0]), rtol=1e-12)
+
+
+def test_upside_down_is_said_and_not_shown_as_zero():
+    machine = build(MachineDescription(
+        "inverted", {"rod": rod(10.0, (0, 0, 0.2), 0.1)},
+        {"hinge": JointDescription("ground", "rod", stiffness={"rx": 1.0, "ry": 1.0})}, gravity=(0, 0, -G),
+        points={"top": PointDescription("rod", (0, 0, 0.4))}))
+    ways = (lambda: eigen.undamped(assemble(machine)), lambda: body_shapes(machine),
+            lambda: natural_frequencies(machine, {}))
+    for way in ways:
+        with pytest.raises(ValueError, match="statically unstable"):
+            way()
 
 
 def four_bar(cut):

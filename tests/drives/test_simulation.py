@@ -216,13 +216,28 @@ def test_printed_axis_poles():
 
 
 def test_feed_drive_library_axis():
-    """FeedDriveLibrary axis: the encoder on 3000 N m/rad with 3e-6 kg m2 rings at 5033 Hz."""
-    assert np.sqrt(3000 / 3e-6) / (2 * np.pi) == pytest.approx(5033, abs=1)
-    screw = Screw(0.063, 0.020, 0.9)
-    axis = ball_screw_axis(0.260, Coupling(2000.0), screw, 4000.0, 0.85, 1e10, None, 2e9)
+    """FeedDriveLibrary axis: encoder 3e-6 kg m2 on 3000 N m/rad (5033 Hz), shaft 2000 N m/rad, screw, nut, 4000 kg."""
+    from toolpoint.drives.catalogue import series
+    from toolpoint.drives.mechanics import Chain
+
+    ratio = 0.020 / (2 * np.pi)
+    chain = Chain(("encoder", "motor", "screw", "table"))
+    for name, value in (("encoder", 3e-6), ("motor", 0.260), ("screw", 0.01), ("table", 4000.0)):
+        chain.inertia(name, value)
+    chain.spring({"encoder": 1, "motor": -1}, 3000.0)
+    chain.spring({"motor": 1, "screw": -1}, 2000.0)
+    axial = series(2e9, 0.6e9 / 0.85)
+    chain.spring({"screw": ratio, "table": -1}, axial)
+    axis = chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0}, lead=ratio, boundaries=())
     f = axis.natural_frequencies
-    assert f[0] == pytest.approx(0.0, abs=1e-3)
-    assert f[1] > 10
+    assert f[0] == pytest.approx(0.0, abs=1e-2)
+    assert f[-1] == pytest.approx(5033, abs=1)
+    # Without the encoder, in closed form: the two roots of the chain of three inertias (table reflected to the screw).
+    j, k = (0.260, 0.01, 4000 * ratio**2), (2000.0, axial * ratio**2)
+    b = k[0] * (1 / j[0] + 1 / j[1]) + k[1] * (1 / j[1] + 1 / j[2])
+    c = k[0] * k[1] * (j[0] + j[1] + j[2]) / (j[0] * j[1] * j[2])
+    roots = np.sqrt(np.roots([1.0, -b, c])) / (2 * np.pi)
+    np.testing.assert_allclose(f[1:3], np.sort(roots), rtol=1e-4)
 
 
 @pytest.mark.parametrize("position", [0.1, 0.4, 0.7])

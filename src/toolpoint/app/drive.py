@@ -74,13 +74,13 @@ def servo_of(drives: drive_yaml.Drives) -> Servo:
     return Servo(plant(axes), tuple(controllers))
 
 
-def _mechanics(part: drive_yaml.Mechanics, ratio: float, law: Any) -> Any:
+def _mechanics(part: Any, ratio: float, law: Any) -> Any:
     if part.kind == "rigid":
         return rigid_axis(part.inertia, ratio, 0.0, law)
     return two_mass_axis(part.inertia, part.table_mass, ratio, part.stiffness, part.damping, shaft_friction=law)
 
 
-def _friction(part: drive_yaml.Friction) -> Any:
+def _friction(part: Any) -> Any:
     if part.law == "none":
         return None
     if part.law == "coulomb":
@@ -92,8 +92,9 @@ def _friction(part: drive_yaml.Friction) -> Any:
 
 def circle_path(radius: float, feed: float) -> Path:
     """Return two full turns about the origin, begun at (R, 0); m and m/s."""
-    start = [[radius, 0.0, 0.0]] * 2
-    return Path([1, 1], start, start, [[0.0, 0.0, 0.0]] * 2, [2 * np.pi] * 2, [[0, 1]] * 2, [feed] * 2, [False] * 2)
+    start, turn = np.array([[radius, 0.0, 0.0]] * 2), np.full(2, 2 * np.pi)
+    return Path(np.array([1, 1]), start, start, np.zeros((2, 3)), turn, np.array([[0, 1]] * 2), np.full(2, feed),
+                np.zeros(2, bool))
 
 
 def drive(

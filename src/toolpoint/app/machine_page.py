@@ -9,8 +9,10 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
-from toolpoint.machine import Machine, assemble
+from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
+from toolpoint.machine.joint_terms import joint_matrices
+from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.frf import bode
@@ -67,8 +69,10 @@ def computed(machine: Machine, pose: Pose | None, step: Step) -> MachineResults:
 
 def has_damping(machine: Machine) -> bool:
     """Return whether anything in the machine dissipates energy."""
-    system = assemble(machine, outputs=[f"{next(iter(machine.description.points))}:+x"])
-    return system.damping is not None or system.structural_damping is not None
+    if machine.description.damping_ratio:
+        return True
+    _, viscous, structural = joint_matrices(placed(machine))
+    return bool(np.any(viscous) or np.any(structural))
 
 
 def pose_name(pose: Pose) -> str:

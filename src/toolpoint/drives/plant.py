@@ -183,9 +183,12 @@ class _Assembly:
         outputs = [row for i in range(len(self.axes)) for row in self._axis(i)]
         scalars = list(self.scalars)
         products = np.zeros((len(self.factors), 2), np.int64)
+        laws = len(scalars)
         for k, pair in enumerate(self.factors):
-            products[k] = len(scalars), len(scalars) + 1
-            scalars += pair
+            for side, factor in enumerate(pair):
+                same = [i for i in range(laws, len(scalars)) if np.array_equal(scalars[i], factor)]
+                products[k, side] = same[0] if same else len(scalars)
+                scalars += [] if same else [factor]
         n = self.a.shape[0]
         stacked = lambda parts, width: np.array(parts).reshape(-1, width)
         return Plant(self.axes, frozen(self.a), frozen(self.b_input), frozen(self.b_force),

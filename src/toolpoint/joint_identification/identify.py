@@ -183,7 +183,7 @@ def _bending(motions: Mapping[str, RigidMotion], count: int, criterion: Criterio
 def _doubts(motion: RelativeMotion, found: list[Fit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
     fit = found[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
-    if 0 < fit.chart.freedoms and fit.chart.freedoms >= independent:
+    if fit.chart.freedoms > 0 and fit.chart.freedoms >= independent:
         doubts.append(f"{fit.chart.freedoms} freedoms from {independent} mode(s): more freedoms cannot be excluded; "
                       "give more modes")
     if fit.kind == "general":

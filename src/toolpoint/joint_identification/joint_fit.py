@@ -18,7 +18,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.kinds import FREEDOMS, Chart, charts, general
+from toolpoint.joint_identification.kinds import Chart, charts, general
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 
@@ -87,14 +87,13 @@ def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
     """Return all kinds with the fewest freedoms of which one passes, the best first (a general one last)."""
     for f in range(7):
         span = _span(stack, f)
-        every = general(span)
         fits = [fitted(stack, chart) for chart in charts(span)]
         passing = [fit for fit in fits if fit.probability >= criterion.significance]
         passing.sort(key=lambda fit: -fit.probability)
         if passing:
             return passing
-        if f not in FREEDOMS.values() or f > 0:
-            last = fitted(stack, every)
+        if f > 0:
+            last = fitted(stack, general(span))
             if last.probability >= criterion.significance or f == 6:
                 return [last]
     raise AssertionError("six freedoms explain every motion")
@@ -135,12 +134,11 @@ def fitted(stack: Stack, chart: Chart) -> Fit:
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
     if n:
         found = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-        theta = found.x
-        normal = np.linalg.pinv(found.jac.T @ found.jac, rcond=1e-14, hermitian=True)
-        covariance = normal
+        theta, jacobian = np.asarray(found.x), np.asarray(found.jac)
+        covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
-        slope = found.jac.reshape(count, 6, n)
-        gain = -np.einsum("pn,krn,krj->pkj", normal, slope, stack.roots)
+        slope = jacobian.reshape(count, 6, n)
+        gain = -np.einsum("pn,krn,krj->pkj", covariance, slope, stack.roots)
     chi2 = float((residual(theta) ** 2).sum())
     freedom = 6 * count - chart.freedoms * count - n
     chance = 1.0

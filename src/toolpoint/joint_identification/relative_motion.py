@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import stats
 
 from toolpoint._check import FloatArray
 from toolpoint.joint_identification.rigid_motion import RigidMotion
@@ -68,8 +69,6 @@ def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:
 
     :math:`u = w/|w|,\ p = w \times v/|w|^2,\ h = w \cdot v/|w|^2`.
     """
-    from scipy import stats
-
     found = screw(twist)
     v, w = twist[:3], twist[3:]
     turn = float(w @ w)
@@ -85,7 +84,7 @@ def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:
     point[:, 3:] = -_skew(v) / turn - 2 * np.outer(found.point, w) / turn
     pitch = np.concatenate([w, v - 2 * found.pitch * w]) / turn
     spread = [np.sqrt(np.clip(np.diag(j @ covariance @ j.T), 0, None)) for j in (direction, point)]
-    return ScrewAxis(found, spread[0], spread[1], float(np.sqrt(max(pitch @ covariance @ pitch, 0.0))), chance)
+    return ScrewAxis(found, spread[0], spread[1], float(np.sqrt(np.clip(pitch @ covariance @ pitch, 0, None))), chance)
 
 
 def _skew(v: FloatArray) -> FloatArray:

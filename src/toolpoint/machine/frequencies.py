@@ -6,11 +6,11 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assemble import assemble, mass_matrix
+from toolpoint.machine.assemble import equations, mass_matrix
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import placed
-from toolpoint.vibration.eigen import mass_normalised
+from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 _CHUNK = 4096
 
@@ -51,14 +51,9 @@ def _constant(machine: Machine, poses: Pose, wanted: int, factor: FloatArray) ->
 
 
 def _general(machine: Machine, poses: Pose, wanted: int) -> FloatArray:
-    seen = [f"{next(iter(machine.description.points))}:+x"] if machine.description.points else None
-    if seen is None:
-        fail("machine", "no points", "must have at least one point")
-    system = assemble(machine, {name: np.atleast_1d(v) for name, v in poses.items()}, seen, modal_damping=False)
-    squares, _ = mass_normalised(system.mass, system.stiffness)
-    if squares.min() < -1e-9 * np.abs(squares).max():
-        fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative", "the pose is unstable")
-    return np.sqrt(np.maximum(squares[..., :wanted], 0.0)) / (2 * np.pi)
+    mass, stiffness, *_ = equations(placed(machine, poses))
+    squares, _ = mass_normalised(mass, stiffness)
+    return natural_omega(squares, mass, stiffness)[..., :wanted] / (2 * np.pi)
 
 
 def _inverse_factor(machine: Machine) -> FloatArray | None:

@@ -11,7 +11,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import Placement, placed
-from toolpoint.vibration.eigen import mass_normalised
+from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,5 +33,5 @@ def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = 
     mass, stiffness, _, _, basis = equations(place)
     squares, vectors = mass_normalised(mass[0], stiffness[0])
     vectors = vectors[:, :modes] if basis is None else basis[0] @ vectors[:, :modes]
-    frequency = np.sqrt(np.maximum(squares[:modes], 0.0)) / (2 * np.pi)
+    frequency = natural_omega(squares, mass[0], stiffness[0])[:modes] / (2 * np.pi)
     return BodyShapes(place, frequency, place.jacobians[0] @ vectors)

@@ -36,7 +36,7 @@ def undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     keep = system.size if modes is None else min(count("modes", modes), system.size)
     squares, vectors = squares[..., :keep], vectors[..., :keep]
-    omega = np.sqrt(_cleaned(squares, system))
+    omega = natural_omega(squares, system.mass, system.stiffness)
     ratio, kind, notes = _diagonal_damping(system, vectors, omega)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", kind,
                  **_participation(system, vectors), notes=(*system.notes, *notes))
@@ -55,16 +55,20 @@ def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray
     return squares, np.swapaxes(inverse, -1, -2) @ vectors
 
 
-def _cleaned(squares: FloatArray, system: SecondOrderSystem) -> FloatArray:
+def natural_omega(squares: FloatArray, mass: FloatArray, stiffness: FloatArray) -> FloatArray:
+    """Return natural angular frequencies (rad/s) of eigenvalues w^2 (..., n): zero for rigid-body modes.
+
+    Raises ToolpointError for an eigenvalue that is truly negative: the configuration is statically unstable.
+    """
     # Rounding leaves rigid modes at about 1e-16 of the largest eigenvalue of either sign; a truly negative one is an
     # unstable (buckled, or upside-down) configuration and must not be hidden.
-    scale = np.abs(system.stiffness).max(axis=(-1, -2)) / np.abs(system.mass).max(axis=(-1, -2))
+    scale = np.abs(stiffness).max(axis=(-1, -2)) / np.abs(mass).max(axis=(-1, -2))
     top = np.maximum(np.abs(squares).max(axis=-1), scale)
     limit = RIGID_TOLERANCE * 1e-3 * top[..., None]
     if (squares < -1e3 * limit).any():
         fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative for modes",
              "the configuration is statically unstable: look at preload, gravity and free directions")
-    return np.where(np.abs(squares) <= limit, 0.0, np.maximum(squares, 0.0))
+    return np.sqrt(np.where(np.abs(squares) <= limit, 0.0, np.maximum(squares, 0.0)))
 
 
 def _diagonal_damping(

@@ -1,0 +1,148 @@
+r"""Finite-rotation methods of the source: registration of rest and displaced points, the axis by perpendicular bisectors.
+
+The shape is enlarged until it moves by a stated share of the component's size, the displaced points are registered with
+the points at rest, the rotation matrix gives axis and angle (eqs. 7-10), and the axis lies where the perpendicular
+bisectors of the displacements, projected on a plane normal to the axis, are densest (eqs. 11, 12).
+Source: Machines 2022, 10(11), 1102. The enlargement is a choice that the source leaves open: a straight displacement is
+no arc, so a large one falsifies the rotation (by its square) and a small one drowns nothing but round-off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.joint_identification.measured import Component
+from toolpoint.spatial import transform as tf
+from toolpoint.spatial.registration import iterative_closest_point, rigid
+from toolpoint.spatial.rotation import to_vector
+
+
+@dataclass(frozen=True)
+class FiniteRotation:
+    """Registration of matched points (Kabsch) at a finite displacement of `amplitude` times the component's size."""
+
+    amplitude: float = 0.01
+
+    def twists(self, part: Component) -> FloatArray:
+        """Return the twists (6, n_columns) about the origin, in the unit of the shapes."""
+        return _registered(part, self.amplitude, lambda a, b: rigid(a, b).transform)
+
+
+@dataclass(frozen=True)
+class ClosestPoint:
+    """ICP: the displaced points are not matched to those at rest; needs displacements below half the point spacing."""
+
+    amplitude: float = 0.01
+    iterations: int = 200
+
+    def twists(self, part: Component) -> FloatArray:
+        """Return the twists (6, n_columns) about the origin, in the unit of the shapes."""
+        return _registered(part, self.amplitude,
+                           lambda a, b: iterative_closest_point(a, b, iterations=self.iterations).transform)
+
+
+def _registered(part: Component, amplitude: float, register) -> FloatArray:  # type: ignore[no-untyped-def]
+    positive("amplitude", amplitude, 1.0)
+    moves = displacements(part)
+    result = np.zeros((6, moves.shape[2]))
+    for i in range(moves.shape[2]):
+        size = float(np.sqrt((moves[:, :, i] ** 2).sum(axis=1).max()))
+        if size > 0:
+            gain = amplitude * part.size / size
+            result[:, i] = tf.logarithm(register(part.at, part.at + gain * moves[:, :, i])) / gain
+    return result
+
+
+def displacements(part: Component) -> FloatArray:
+    """Return the displacement vector of every point in every column, (n_points, 3, n_columns); all three must be measured."""
+    result = np.empty((len(part.points), 3, part.values.shape[1]))
+    for i, at in enumerate(part.at):
+        rows = np.flatnonzero((part.places == at).all(axis=1))
+        ways = part.ways[rows]
+        if len(rows) < 3 or np.linalg.matrix_rank(ways, tol=1e-3) < 3:
+            fail(f"components[{part.name!r}]", f"point {part.points[i]!r} is not measured in three directions",
+                 "must be for a finite-motion method", "use SmallMotion, which takes any directions")
+        result[i] = np.linalg.lstsq(ways, part.values[rows], rcond=None)[0]
+    return result
+
+
+@dataclass(frozen=True, eq=False)
+class BisectorAxis:
+    """Axis by perpendicular bisectors: unit `direction`, a `point` of it (m), rotation `angle` (rad) as enlarged."""
+
+    direction: FloatArray
+    point: FloatArray
+    angle: float
+
+    def __repr__(self) -> str:
+        return f"BisectorAxis(direction {np.round(self.direction, 4)}, through {np.round(self.point, 4)} m)"
+
+
+def bisector_axis(rest: FloatArray, displaced: FloatArray) -> BisectorAxis:
+    """Return the axis of a finite motion of points (n, 3): direction by registration, position where bisectors are densest.
+
+    Every pair of displacements gives one crossing of their perpendicular bisectors in the plane normal to the axis; the
+    densest crossing is the one whose nearest tenth of all crossings lies nearest.
+    """
+    found = rigid(rest, displaced).transform
+    turn = to_vector(found[:3, :3])
+    angle = float(np.linalg.norm(turn))
+    if angle == 0:
+        fail("displaced", "no rotation", "must turn about an axis", "the motion is a translation or none")
+    direction = turn / angle
+    plane = np.linalg.svd(direction[None])[2][1:]
+    middle, move = ((rest + displaced) / 2) @ plane.T, (displaced - rest) @ plane.T
+    crossings = _crossings(middle, move)
+    if not len(crossings):
+        fail("displaced", "no two displacements with different directions", "must have some")
+    near = max(2, len(crossings) // 10)
+    distance = np.asarray(cKDTree(crossings).query(crossings, k=near)[0])
+    at = crossings[int(np.argmin(distance[:, -1]))]
+    return BisectorAxis(direction, at @ plane + direction * (direction @ rest.mean(axis=0)), angle)
+
+
+def _crossings(middle: FloatArray, move: FloatArray) -> FloatArray:
+    """Return the points x with (x - m_a) . r_a = 0 and (x - m_b) . r_b = 0 for all pairs a, b."""
+    a, b = np.triu_indices(len(middle), 1)
+    determinant = move[a, 0] * move[b, 1] - move[a, 1] * move[b, 0]
+    level = (middle * move).sum(axis=1)
+    length = np.linalg.norm(move, axis=1)
+    good = np.abs(determinant) > 1e-3 * length[a] * length[b]
+    a, b, determinant = a[good], b[good], determinant[good]
+    x = (level[a] * move[b, 1] - level[b] * move[a, 1]) / determinant
+    y = (move[a, 0] * level[b] - move[b, 0] * level[a]) / determinant
+    return np.stack([x, y], axis=1)
+
+
+def relative_bisector_axes(parent: Component | None, child: Component, amplitude: float = 0.01) -> tuple[BisectorAxis, ...]:
+    """Return the axis of every column of a component relative to the one before it, wholly in the way of the source.
+
+    Both components are displaced with one enlargement, the parent's finite motion is undone on the child's displaced
+    points (eq. 5), and the axis of what is left is found by `bisector_axis`.
+    """
+    positive("amplitude", amplitude, 1.0)
+    own = displacements(child)
+    other = None if parent is None else displacements(parent)
+    result = []
+    for i in range(own.shape[2]):
+        size = np.sqrt((own[:, :, i] ** 2).sum(axis=1).max())
+        if other is not None:
+            size = max(size, np.sqrt((other[:, :, i] ** 2).sum(axis=1).max()))
+        gain = amplitude * child.size / size
+        moved = child.at + gain * own[:, :, i]
+        if parent is not None and other is not None:
+            before = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
+            moved = tf.moved(tf.inverse(before), moved)
+        result.append(bisector_axis(child.at, moved))
+    return tuple(result)
+
+
+def meeting_point(axes: tuple[BisectorAxis, ...]) -> FloatArray:
+    """Return the point nearest to all axes: the average of the repeated axes of the source, unweighted."""
+    across = np.array([np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes])
+    points = np.array([axis.point for axis in axes])
+    return np.asarray(np.linalg.lstsq(across.sum(axis=0), np.einsum("nij,nj->i", across, points), rcond=1e-6)[0])

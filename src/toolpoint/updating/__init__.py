@@ -1,0 +1,13 @@
+"""Model updating: parameters, residuals, identifiability and fits; the model is a callable, and no machine is known here."""
+
+from toolpoint.updating.fit import Bayesian, Fit, LeastSquares, Regularised, fit
+from toolpoint.updating.identifiability import Identifiability, identifiability
+from toolpoint.updating.multi_start import MultiStart, multi_start
+from toolpoint.updating.parameter import Parameter
+from toolpoint.updating.prediction import Prediction
+from toolpoint.updating.problem import Problem
+from toolpoint.updating.system_model import AffineSystem, SystemModel
+from toolpoint.updating.targets import Targets
+
+__all__ = ["AffineSystem", "Bayesian", "Fit", "Identifiability", "LeastSquares", "MultiStart", "Parameter", "Prediction",
+           "Problem", "Regularised", "SystemModel", "Targets", "fit", "identifiability", "multi_start"]
