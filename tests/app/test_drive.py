@@ -36,7 +36,8 @@ def test_line_and_arc_program(tmp_path, capsys):
     ("inertia: 0.01 kg*m^2", "inertia: 0 kg*m^2", "greater than 0"),
     ("lead: 9.9966 mm", "leed: 9.9966 mm",
                                                                       "did you mean 'lead'"),
-    ("gain: 60 1/s", "gain: 60000 1/s", "unstable"), ("sample_time: 0.1 ms", "sample_time: 0.07 ms", "must be those of the first axis"),
+    ("gain: 60 1/s", "gain: 60000 1/s", "unstable"),
+    ("sample_time: 0.1 ms", "sample_time: 0.07 ms", "must be those of the first axis"),
     ("viscous: 0.1 N*m*s/rad", "viscous: 0.1 N*m", "rotational damping"), ("static: 4.7318 N*m, ", "", "'static' is missing"),
     ("toolpoint: 1", "toolpoint: 4", "version")])
 def test_faults_of_a_drive_file(tmp_path, capsys, old, new, words):
@@ -65,3 +66,21 @@ def test_program_faults_come_with_their_lines(tmp_path, capsys):
         main(["drive", str(SERVO), "--program", str(tmp_path / "bad.nc")])
     shown = capsys.readouterr().err
     assert "bad.nc:3:" in shown and "bad.nc:4:" in shown
+
+
+def test_servo_on_the_structure_of_a_machine(tmp_path, capsys):
+    folder = SERVO.parent
+    (tmp_path / "path.nc").write_text(PROGRAM)
+    arguments = ["drive", str(folder / "three_axis_vertical_servo_on_structure.yaml"), "--program", str(tmp_path / "path.nc")]
+    main([*arguments, "--machine", str(folder / "three_axis_vertical_drives.yaml"), "-o", str(tmp_path / "page"), "--json"])
+    found = json.loads(capsys.readouterr().out)["contour_error_m"]
+    # Scale, table and tool see different things once the machine's frame moves.
+    assert len({round(1e9 * value) for value in found.values()}) == 3
+    assert all(1e-6 < value < 5e-4 for value in found.values())
+    assert "F_c = F_s/1.5" in (tmp_path / "page/index.html").read_text()
+    with pytest.raises(SystemExit):
+        main(arguments)
+    assert "ends at points of a machine" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(["drive", str(SERVO), "--circle", "50,4000", "--machine", str(folder / "three_axis_vertical_drives.yaml")])
+    assert "no axis of the drive file is a ball screw" in capsys.readouterr().err

@@ -108,3 +108,17 @@ def test_misgrouped_point_gives_no_confident_joint(case, modes):
     with pytest.warns(ToolpointWarning):
         result = identify_joints(modes, case.points, parts, p1.CHAIN)
     assert not result.joint("base").certain
+
+
+def test_component_of_three_points_is_rigid_by_itself_and_therefore_marked_without_variance(case, modes):
+    parts = {**case.components, "magazine": case.components["magazine"][:3]}
+    with pytest.warns(ToolpointWarning, match="doubtful"):
+        result = identify_joints(replace(modes, shape_variance=None), case.points, parts, p1.CHAIN)
+    assert any("too few points" in doubt for doubt in result.joint("magazine").doubts)
+
+
+def test_nothing_is_claimed_of_pure_noise(case, modes):
+    rng = np.random.default_rng(6)
+    noise = replace(modes, shape=rng.normal(size=modes.shape.shape), shape_variance=np.ones(modes.shape.shape))
+    result = identify_joints(noise, case.points, case.components, p1.CHAIN)
+    assert all(joint.kind == "locked" for joint in result.joints)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Any
@@ -20,10 +21,12 @@ from toolpoint.drives import (
     PositionLoop,
     Servo,
     Stribeck,
+    Structure,
     TorqueMotor,
     VelocityLoop,
     circular_test,
     contour_error,
+    four_dof_axis,
     loops,
     planned,
     plant,
@@ -38,12 +41,15 @@ from toolpoint.drives.loops import ServoLoops
 from toolpoint.drives.metrology import CircularTest
 from toolpoint.drives.planner import smoothed
 from toolpoint.drives.simulate import ServoResult
-from toolpoint.io import drive_yaml, gcode
+from toolpoint.io import drive_yaml, gcode, machine_yaml
+from toolpoint.machine import Machine, assemble
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
 from toolpoint.plot.drives import enlarged_path, histories, loop_bode
+from toolpoint.vibration import eigen
 
 _PLACES = ("scale", "table", "tool")
 _WINDOW = 3e-3
+_FREED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +63,11 @@ class DriveRun:
     circle: CircularTest | None
 
 
-def servo_of(drives: drive_yaml.Drives) -> Servo:
-    """Return the servo that a drive file describes; doubtful friction warns with its critical feed."""
+def servo_of(drives: drive_yaml.Drives, machine: Machine | None = None, pose: Mapping[str, float] | None = None) -> Servo:
+    """Return the servo that a drive file describes, on a machine's structure where its axes are ball screws.
+
+    Doubtful friction warns with its critical feed.
+    """
     axes, controllers = [], []
     for name, axis in drives.axes.items():
         ratio = axis.mechanics.lead / (2 * np.pi)
@@ -71,12 +80,35 @@ def servo_of(drives: drive_yaml.Drives) -> Servo:
         position = PositionLoop(axis.position.gain, axis.position.sample_time, axis.position.velocity_feedforward,
                                 feedback=axis.position.feedback)
         controllers.append(Controller(position, velocity, ratio))
-    return Servo(plant(axes), tuple(controllers))
+    return Servo(plant(axes, _structure(drives, machine, pose)), tuple(controllers))
+
+
+def _structure(drives: drive_yaml.Drives, machine: Machine | None, pose: Mapping[str, float] | None) -> Structure | None:
+    ends = {name: axis.ends for name, axis in drives.axes.items() if axis.ends is not None}
+    if not ends:
+        if machine is not None:
+            raise ToolpointError("--machine: no axis of the drive file is a ball screw with 'ends' on a machine; leave it out, "
+                                 "or describe where the drives hold on")
+        return None
+    if machine is None:
+        raise ToolpointError(f"--machine: missing; axis {next(iter(ends))} of the drive file ends at points of a machine")
+    # The drives carry these directions now; a stiffness of zero would make them free and change the joint's kind.
+    free = machine.with_values({end.replaces: _FREED * machine.value(end.replaces) for end in ends.values()})
+    labels = list(dict.fromkeys(label for end in ends.values() for label in (end.base, end.table, end.tool)))
+    modes = eigen.undamped(assemble(free, pose, labels, modal_damping=False))
+    if machine.description.damping_ratio is not None:
+        modes = modes.with_damping(machine.description.damping_ratio)
+    boundaries = {f"{name}.{side}": getattr(end, side) for name, end in ends.items() for side in ("base", "table")}
+    return Structure.from_modes(modes, boundaries, {name: end.tool for name, end in ends.items()})
 
 
 def _mechanics(part: Any, ratio: float, law: Any) -> Any:
     if part.kind == "rigid":
         return rigid_axis(part.inertia, ratio, 0.0, law)
+    if part.kind == "ball-screw":
+        return four_dof_axis(part.inertia, part.screw_inertia, part.screw_mass, None, ratio,
+                             (part.coupling_stiffness, part.coupling_damping), (part.bearing_stiffness, part.bearing_damping),
+                             (part.nut_stiffness, part.nut_damping), guide_damping=part.guide_damping, shaft_friction=law)
     return two_mass_axis(part.inertia, part.table_mass, ratio, part.stiffness, part.damping, shaft_friction=law)
 
 
@@ -99,7 +131,8 @@ def circle_path(radius: float, feed: float) -> Path:
 
 def drive(
     drives: str | FilePath, program: str | FilePath | None = None, circle: tuple[float, float] | None = None,
-    output: str | FilePath = "toolpoint-report", quiet: bool = False,
+    output: str | FilePath = "toolpoint-report", quiet: bool = False, machine: str | FilePath | None = None,
+    pose: Mapping[str, float] | None = None,
 ) -> DriveRun:
     """Simulate a program (G-code) or a circle (radius m, feed m/s), print the errors, and write the page.
 
@@ -110,7 +143,7 @@ def drive(
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
         described = drive_yaml.read(drives)
-        servo = servo_of(described)
+        servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
         path = circle_path(*circle) if circle is not None else Path(**gcode.read(program).path_arrays)  # type: ignore[arg-type]
         step("set points")
         command = _command(path, described, servo)

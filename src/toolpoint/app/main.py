@@ -259,13 +259,16 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 @click.argument("drives", type=click.Path(path_type=Path))
 @click.option("--program", type=click.Path(path_type=Path), help="G-code (ISO and the common Siemens words), mm.")
 @click.option("--circle", callback=_circle, metavar="RADIUS,FEED", help="A circular test instead, mm and mm/min.")
+@click.option("--machine", type=click.Path(path_type=Path), help="Machine file whose structure the drives push against.")
+@_POSE
 @_OUTPUT
 @_JSON
-def drive(drives: Path, program: Path | None, circle: tuple[float, float] | None, output: Path, as_json: bool) -> None:
+def drive(drives: Path, program: Path | None, circle: tuple[float, float] | None, machine: Path | None,
+          pose: dict[str, float] | None, output: Path, as_json: bool) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
     from toolpoint.app import drive as work
 
-    run = work.drive(drives, program, circle, output, as_json)
+    run = work.drive(drives, program, circle, output, as_json, machine, pose)
     if as_json:
         click.echo(json.dumps({"contour_error_m": {k: float(e.length.max()) for k, e in run.errors.items()},
                                "circular_deviation_m": None if run.circle is None else run.circle.deviation,

@@ -155,26 +155,30 @@ def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub
 
 
 def four_dof_axis(
-    motor_inertia: float, screw_inertia: float, screw_mass: float, table_mass: float, lead_ratio: float,
+    motor_inertia: float, screw_inertia: float, screw_mass: float, table_mass: float | None, lead_ratio: float,
     coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[float, float], *,
-    motor_damping: float = 0.0, shaft_friction: FrictionLaw | None = None, guide_friction: FrictionLaw | None = None,
+    motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
+    guide_friction: FrictionLaw | None = None,
 ) -> Mechanics:
     """Return the four-DOF chain motor -(K_C)- coupling and screw -(K_S, C_S axial)- ball screw -(K_T, C_T)- table.
 
     Coordinates: motor angle, screw angle, axial displacement of the screw, table. Pairs are (stiffness, damping);
-    `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N.
+    `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
+    between table and base. With `table_mass` None the table belongs to the machine's structure: a boundary as the base is.
     Source: Machines 10 (2022) 1102, figure 2.
     """
     for name, value in (("motor_inertia", motor_inertia), ("screw_inertia", screw_inertia), ("screw_mass", screw_mass),
-                        ("table_mass", table_mass), ("lead_ratio", lead_ratio)):
+                        ("table_mass", 1.0 if table_mass is None else table_mass), ("lead_ratio", lead_ratio)):
         positive(name, value)
     chain = Chain(("motor", "screw", "x_screw", "table", "base"))
     for name, value in (("motor", motor_inertia), ("screw", screw_inertia), ("x_screw", screw_mass),
-                        ("table", table_mass)):
+                        ("table", table_mass or 0.0)):
         chain.inertia(name, value)
     chain.spring({"motor": 1}, 0.0, motor_damping)
+    chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
     chain.spring({"motor": 1, "screw": -1}, *coupling)
     chain.spring({"x_screw": 1, "base": -1}, *bearing)
     chain.spring({"screw": lead_ratio, "x_screw": 1, "table": -1}, *nut)
     return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
-                      boundaries=("base",), friction=_friction(guide_friction, shaft_friction))
+                      boundaries=("base",) if table_mass is not None else ("base", "table"),
+                      friction=_friction(guide_friction, shaft_friction))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 from typing import Protocol, runtime_checkable
 
@@ -62,14 +63,14 @@ class _Curve:
         return row
 
 
-class _Law:
+class _Law(ABC):
     """Steady curve and slope of a law from its `_curve`."""
 
     _kind = STATIC
 
     @property
-    def _curve(self) -> _Curve:
-        raise NotImplementedError
+    @abstractmethod
+    def _curve(self) -> _Curve: ...
 
     def steady(self, velocity: FloatArray | float) -> FloatArray:
         """Return the force at constant velocity: sgn(v) g(v) + viscous part."""

@@ -15,14 +15,38 @@ _q = quantity_type
 
 
 class Mechanics(Part):
-    """A rigid axis (inertia at the motor), or motor and table joined by one axial spring."""
+    """A rigid axis (inertia at the motor), motor and table joined by one axial spring, or a ball screw on a machine.
 
-    kind: Literal["rigid", "two-mass"]
+    A ball screw (motor, coupling, screw, nut) ends at the machine's own bodies: see `Ends`.
+    """
+
+    kind: Literal["rigid", "two-mass", "ball-screw"]
     lead: _q(units.LENGTH, gt=0)  # type: ignore[valid-type]
     inertia: _q(units.AREA_MOMENT, gt=0)  # type: ignore[valid-type]
     table_mass: _q(units.MASS, gt=0) | None = None  # type: ignore[valid-type]
     stiffness: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
     damping: _q(units.DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+    screw_inertia: _q(units.AREA_MOMENT, gt=0) | None = None  # type: ignore[valid-type]
+    screw_mass: _q(units.MASS, gt=0) | None = None  # type: ignore[valid-type]
+    coupling_stiffness: _q(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    coupling_damping: _q(units.TURNING_DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+    bearing_stiffness: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    bearing_damping: _q(units.DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+    nut_stiffness: _q(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    nut_damping: _q(units.DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+    guide_damping: _q(units.DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+
+
+class Ends(Part):
+    """Where a ball screw holds on to the machine: Dofs ``point:direction`` of base, table and tool, and the drive it replaces.
+
+    `replaces` is the path of the machine's own drive stiffness, which the ball screw takes the place of.
+    """
+
+    base: str
+    table: str
+    tool: str
+    replaces: str
 
 
 class Friction(Part):
@@ -62,6 +86,7 @@ class DriveAxis(Part):
     friction: Friction = Friction(law="none")
     position: Position
     velocity: Velocity
+    ends: Ends | None = None
     source: str = ""
 
 
@@ -102,10 +127,13 @@ def read(path: str | Path) -> Drives:
 
 
 def _complete(name: str, axis: DriveAxis, document: Any) -> None:
-    needed = {"two-mass": ("table_mass", "stiffness")}.get(axis.mechanics.kind, ())
+    screw = ("screw_inertia", "screw_mass", "coupling_stiffness", "bearing_stiffness", "nut_stiffness")
+    needed = {"two-mass": ("table_mass", "stiffness"), "ball-screw": screw}.get(axis.mechanics.kind, ())
+    if axis.mechanics.kind == "ball-screw" and axis.ends is None:
+        document.fault(("axes", name), "'ends' is missing; a ball screw needs base, table, tool and the stiffness it replaces")
     for key in needed:
         if getattr(axis.mechanics, key) is None:
-            document.fault(("axes", name, "mechanics"), f"{key!r} is missing; a two-mass axis needs it")
+            document.fault(("axes", name, "mechanics"), f"{key!r} is missing; a {axis.mechanics.kind} axis needs it")
     more = {"stribeck": ("static", "stribeck_velocity"), "lugre": ("static", "stribeck_velocity", "bristle_stiffness")}
     for key in more.get(axis.friction.law, ()):
         if getattr(axis.friction, key) is None:

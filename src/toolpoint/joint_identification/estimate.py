@@ -33,8 +33,8 @@ class JointEstimate:
     axis : (3,) floats
         Unit vector that the data determine: the axis; the common normal of a universal joint's two rotations; the normal
         of a plane; zero where there is none (locked, spherical, general).
-    axis_deviation : float
-        Standard deviation of the axis' direction across itself, the larger of both ways, rad.
+    axis_covariance : (3, 3) floats
+        Of the axis, rad^2; zero along itself.
     frame : (3, 3) floats
         Columns x, y, z of the joint frame: the frame nearest to the machine's that has `axis` among its axes.
     freedoms : tuple of str
@@ -58,7 +58,7 @@ class JointEstimate:
     position_covariance: FloatArray
     undetermined: FloatArray
     axis: FloatArray
-    axis_deviation: float
+    axis_covariance: FloatArray
     frame: FloatArray
     freedoms: tuple[str, ...]
     screws: FloatArray
@@ -82,6 +82,11 @@ class JointEstimate:
     def position_interval(self) -> FloatArray:
         """Half width of the 95 % interval of each coordinate of the position, m."""
         return Z95 * np.sqrt(np.clip(np.diag(self.position_covariance), 0, None))
+
+    @property
+    def axis_deviation(self) -> float:
+        """Standard deviation of the axis' direction in its less certain way, rad."""
+        return float(np.sqrt(max(np.linalg.eigvalsh(self.axis_covariance)[-1], 0.0)))
 
     @property
     def axis_interval(self) -> float:
@@ -129,7 +134,7 @@ def estimated(motion: RelativeMotion, fits: list[Fit], doubts: tuple[str, ...]) 
     return JointEstimate(
         motion.parent, motion.child, fit.kind, motion.centre + motion.size * point,
         motion.size**2 * slope_point @ fit.covariance @ slope_point.T, _undetermined(fit.kind, frame, axis),
-        axis * _sign(axis), float(np.sqrt(max(np.linalg.eigvalsh(spread)[-1], 0.0))), frame, names,
+        axis * _sign(axis), spread, frame, names,
         free_twists(motion, fit, frame, names), fit.probability, tuple(other.kind for other in fits[1:]), doubts=doubts)
 
 

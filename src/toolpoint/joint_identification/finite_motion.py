@@ -91,7 +91,7 @@ def bisector_axis(rest: FloatArray, displaced: FloatArray) -> BisectorAxis:
     found = rigid(rest, displaced).transform
     turn = to_vector(found[:3, :3])
     angle = float(np.linalg.norm(turn))
-    if angle == 0:
+    if angle < 1e-12:
         fail("displaced", "no rotation", "must turn about an axis", "the motion is a translation or none")
     direction = turn / angle
     plane = np.linalg.svd(direction[None])[2][1:]

@@ -168,10 +168,12 @@ def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, lis
 
 
 def _bending(motions: Mapping[str, RigidMotion], count: int, criterion: Criterion) -> dict[str, str]:
-    """Return a sentence for every component that bends in some mode."""
+    """Return a sentence for every component that bends in some mode, or of which that cannot be told."""
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     result = {}
     for name, motion in motions.items():
+        if np.isnan(motion.bending_p).any():
+            result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
         bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
         if bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})

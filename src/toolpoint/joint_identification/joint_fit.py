@@ -6,8 +6,8 @@ For a kind with free twists :math:`B(\theta)` and the relative twists :math:`t_r
 
 (variable projection: Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413) with 6 k - f k - n degrees of freedom for k
 columns, f freedoms and n parameters. A kind is refused where so large a :math:`\chi^2` by noise alone is less probable
-than the significance. The freedoms are the fewest that pass, and among the kinds with so many freedoms the one that
-passes best; a general joint only where no other kind passes.
+than the significance. The freedoms are the fewest that pass; of the kinds with so many freedoms that pass the one with
+the fewest parameters is taken (the others are named); a general joint only where no other kind passes.
 """
 
 from __future__ import annotations
@@ -84,12 +84,12 @@ def stacked(motion: RelativeMotion, criterion: Criterion) -> Stack:
 
 
 def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
-    """Return all kinds with the fewest freedoms of which one passes, the best first (a general one last)."""
+    """Return the kinds that pass with the fewest freedoms, the one with the fewest parameters first; else a general one."""
     for f in range(7):
         span = _span(stack, f)
         fits = [fitted(stack, chart) for chart in charts(span)]
-        passing = [fit for fit in fits if fit.probability >= criterion.significance]
-        passing.sort(key=lambda fit: -fit.probability)
+        passing = [fit for fit in fits if fit.probability >= criterion.significance and not _at_infinity(fit)]
+        passing.sort(key=lambda fit: (fit.chart.parameters, -fit.probability))
         if passing:
             return passing
         if f > 0:
@@ -97,6 +97,21 @@ def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
             if last.probability >= criterion.significance or f == 6:
                 return [last]
     raise AssertionError("six freedoms explain every motion")
+
+
+def _at_infinity(fit: Fit) -> bool:
+    """Return whether a joint is so far away that its rotation cannot be told from a translation.
+
+    A hinge at infinity is a slide: the test is whether the inverse of its distance differs from zero by four standard
+    deviations. Joints within five lengths of the components are not asked.
+    """
+    point = fit.chart.place(fit.theta)[0]
+    distance = float(np.linalg.norm(point))
+    if distance < 5 or not len(fit.theta):
+        return False
+    step = 1e-6 * max(distance, 1.0)
+    slope = [(np.linalg.norm(fit.chart.place(fit.theta + s)[0]) - distance) / step for s in step * np.eye(len(fit.theta))]
+    return float(np.sqrt(np.array(slope) @ fit.covariance @ np.array(slope))) > 0.25 * distance
 
 
 def freedoms(stack: Stack, criterion: Criterion) -> int:

@@ -34,7 +34,8 @@ class RigidMotion:
     bending : (n_columns,) floats
         Share of the rms motion that a smooth deformation (strain, bending along the longest axis) explains.
     bending_p : (n_columns,) floats
-        Probability of so large a share by chance in a rigid component (F-test; free of the level of the noise).
+        Probability of so large a share by chance in a rigid component (F-test; free of the level of the noise). With too
+        few points for it the whole residual is tested against the known variance; NaN where that is not known either.
     freedom : int
         Degrees of freedom of the residual of one column.
     """
@@ -86,7 +87,10 @@ def rigid_motion(part: Component, twist: FloatArray | None = None) -> RigidMotio
     power = np.where(power > 0, power, 1.0)
     rest = ((part.values - part.rows @ twist) ** 2).sum(axis=0)
     share, chance = _bending(part, weights)
-    return RigidMotion(part.name, twist, covariance * factor[:, None, None], np.sqrt(rest / power),
+    blind, residual = np.isnan(share), np.sqrt(rest / power)
+    share = np.where(blind, residual, share)
+    chance = np.where(blind, stats.chi2.sf(excess * freedom, freedom) if known else np.nan, chance)
+    return RigidMotion(part.name, twist, covariance * factor[:, None, None], residual,
                        excess if known else np.ones_like(excess), share, chance, freedom)
 
 
@@ -109,7 +113,7 @@ def _solved(part: Component) -> tuple[FloatArray, FloatArray, FloatArray]:
 
 
 def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (share of the motion, p-value) of the smooth deformation of every column."""
+    """Return (share of the motion, p-value) of the smooth deformation of every column; NaN with too few rows."""
     count = part.values.shape[1]
     share, chance = np.zeros(count), np.ones(count)
     shapes = _deformations(part)
@@ -122,6 +126,7 @@ def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArr
         left = left[:, values > 1e-6 * values.max(initial=0.0)] if values.size else left[:, :0]
         free = len(y) - 6 - left.shape[1]
         if left.shape[1] == 0 or free < 3:
+            share[i] = np.nan
             continue
         explained = left @ (left.T @ rest)
         inside, outside = float(explained @ explained), float(((rest - explained) ** 2).sum())

@@ -197,8 +197,7 @@ def _deviation(data: _Data, value: FloatArray, weights: FloatArray, modes: Modes
     for c, k, j in np.ndindex(data.twists.shape):
         step = np.zeros(data.twists.shape)
         step[c, k] = 0.1 * roots[c, k, :, j]
-        up, down = (_value(data, data.twists + s, data.omega, weights)[0] for s in (step, -step))
-        variance += ((up - down) / 0.2) ** 2
+        variance += ((_value(data, data.twists + step, data.omega, weights)[0] - value) / 0.1) ** 2
     if modes.covariance is not None:
         for k in range(modes.count):
             shift = np.zeros(modes.count)

@@ -88,8 +88,8 @@ class Targets:
         """Whether any standard deviation in use is an assumption and not the measurement's own."""
         modes, frf = self.modes, self.frf
         from_modes = modes is not None and (
-            (self.frequency or self.damping) and modes.covariance is None
-            or self.shape and modes.shape_variance is None or self.mac)
+            ((self.frequency or self.damping) and modes.covariance is None)
+            or (self.shape and modes.shape_variance is None) or self.mac)
         return from_modes or (frf is not None and frf.variance is None)
 
     @property

@@ -1,0 +1,210 @@
+r"""Which points belong together: rigid clusters found from the shapes alone.
+
+From every point and its neighbours a rigid motion is fitted in all modes, points that it predicts within their noise are
+taken in step by step, the largest set wins, and the search goes on with the rest (consensus: Fischler, Bolles, Comm. ACM
+24 (1981) 381). A point that the motions of two clusters explain is undecided: near a joint both move alike.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import stats
+from scipy.spatial import cKDTree
+
+from toolpoint._check import FloatArray, ToolpointWarning, fail, positive
+from toolpoint.joint_identification.measured import Point, columns, positions_of
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Modes
+
+
+@dataclass(frozen=True, eq=False)
+class Grouping:
+    """Clusters that move as rigid bodies in all modes.
+
+    `components` maps ``part 1``, ``part 2`` ... (the one that moves least first) to their points; `undecided` maps points
+    to all clusters that explain them (they are counted to the one that does it best); `left_out` are explained by none.
+    """
+
+    components: Mapping[str, tuple[Point, ...]]
+    undecided: Mapping[Point, tuple[str, ...]]
+    left_out: tuple[Point, ...]
+    notes: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        sizes = ", ".join(f"{name}: {len(points)}" for name, points in self.components.items())
+        return f"Grouping({sizes} points; {len(self.undecided)} undecided, {len(self.left_out)} left out)"
+
+
+@dataclass(frozen=True, eq=False)
+class _Data:
+    """Rows (p, 3, 6), values and weights (p, 3, k), normal matrices (p, k, 6, 6), right sides (p, k, 6) of all points."""
+
+    at: FloatArray
+    rows: FloatArray
+    values: FloatArray
+    weights: FloatArray
+    normal: FloatArray
+    right: FloatArray
+    count: FloatArray
+
+
+def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, least: int = 5,
+            significance: float = 1e-3) -> Grouping:
+    """Return the rigid clusters of the measured points.
+
+    Parameters
+    ----------
+    modes : Modes
+        With `shape_variance`, unless `noise` is given.
+    points : map from point to (3,) floats
+        Positions, m.
+    noise : float, optional
+        Standard deviation of all shape entries as share of the rms of their mode.
+    least : int
+        Fewest points of a cluster (4 or more).
+    significance : float
+        A point is refused where noise alone exceeds its misfit with a smaller probability.
+
+    Warns
+    -----
+    ToolpointWarning
+        Where points stay undecided or left out.
+    """
+    if least < 4:
+        fail("least", str(least), "must be at least 4", "three points always move almost rigidly")
+    names = [name for name in dict.fromkeys(dof.point for dof in modes.dofs) if name in points]
+    if len(names) < 2 * least:
+        fail("points", f"{len(names)} measured points", f"must be at least {2 * least} to be grouped")
+    data = _prepared(modes, points, names, noise)
+    seeds = _seeds(data, least)
+    scale = _scale(data, seeds)
+    limit = np.array([stats.chi2.isf(significance, one) for one in data.count]) * scale
+    clusters = _clusters(data, seeds, limit, least)
+    if not clusters:
+        fail("modes", "no rigid cluster", f"must have some of at least {least} points",
+             "group the points by hand, or give the noise that the shapes have")
+    return _result(data, clusters, limit, names, modes.count)
+
+
+def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _Data:
+    at = positions_of(points, names)
+    local = (at - at.mean(axis=0)) / np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
+    values = columns(modes.shape)
+    if noise is not None:
+        spread = np.broadcast_to(positive("noise", noise) * np.sqrt((values**2).mean(axis=0)), values.shape)
+    elif modes.shape_variance is not None:
+        half = 0.5 if np.iscomplexobj(modes.shape) else 1.0
+        spread = np.sqrt(half * np.tile(modes.shape_variance, (1, values.shape[1] // modes.count)))
+    else:
+        fail("noise", "none", "must be given for modes without shape_variance", "give it as share of the rms, e.g. 0.02")
+    where = {name: i for i, name in enumerate(names)}
+    rows, shown = np.zeros((len(names), 3, 6)), np.zeros((len(names), 3, values.shape[1]))
+    weights, used = np.zeros_like(shown), np.zeros(len(names), int)
+    for i, dof in enumerate(modes.dofs):
+        p = where.get(dof.point)
+        if p is None or dof.is_rotation or used[p] == 3:
+            continue
+        rows[p, used[p]] = dof.unit[:3] @ tf.point_velocity(local[p])
+        shown[p, used[p]], weights[p, used[p]] = values[i], 1 / spread[i] ** 2
+        used[p] += 1
+    normal = np.einsum("pri,prk,prj->pkij", rows, weights, rows)
+    right = np.einsum("pri,prk,prk->pki", rows, weights, shown)
+    return _Data(local, rows, shown, weights, normal, right, used * values.shape[1])
+
+
+def _seeds(data: _Data, least: int) -> list[FloatArray]:
+    found = []
+    _, near = cKDTree(data.at).query(data.at, k=least)
+    for members in np.asarray(near):
+        spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
+        if spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10:
+            found.append(members)
+    if not found:
+        fail("points", "no neighbourhood that spans a plane", "must have points off one line")
+    return found
+
+
+def _scale(data: _Data, seeds: list[FloatArray]) -> float:
+    """Return by how much the noise exceeds its stated variance, from the better half of the neighbourhoods, at least 1."""
+    ratio = []
+    for members in seeds:
+        chi2 = _misfit(data, members)[0][members].sum()
+        ratio.append(chi2 / max(data.count[members].sum() - 6 * data.values.shape[2], 1))
+    return max(1.0, float(np.quantile(ratio, 0.3)))
+
+
+def _misfit(data: _Data, members: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return for every point (chi2 against the motion of the members, variance of the prediction over its own)."""
+    normal = data.normal[members].sum(axis=0)
+    spread = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
+    twist = np.einsum("kij,kj->ki", spread, data.right[members].sum(axis=0))
+    error = data.values - np.einsum("pri,ki->prk", data.rows, twist)
+    extra = np.einsum("pri,kij,prj->prk", data.rows, spread, data.rows) * data.weights
+    inside = np.zeros(len(data.at), bool)
+    inside[members] = True
+    widened = np.where(inside[:, None, None], 1.0, 1 + extra)
+    return (error**2 * data.weights / widened).sum(axis=(1, 2)), extra.max(axis=(1, 2))
+
+
+def _grown(data: _Data, seed: FloatArray, limit: FloatArray, free: FloatArray) -> FloatArray:
+    """Return the points that move with a seed: step by step those predicted well enough to be tested."""
+    members = np.asarray(seed)
+    for _ in range(60):
+        chi2, extra = _misfit(data, members)
+        ready = (extra <= 3.0) | np.isin(np.arange(len(chi2)), members)
+        if not (ready & ~np.isin(np.arange(len(chi2)), members)).any():
+            ready = extra <= np.partition(extra, min(len(members) + 3, len(extra) - 1))[min(len(members) + 3, len(extra) - 1)]
+        wanted = np.flatnonzero(free & ready & (chi2 < limit))
+        if len(wanted) < 4:
+            return wanted[:0]
+        if np.array_equal(wanted, np.sort(members)):
+            break
+        members = wanted
+    return np.sort(members)
+
+
+def _clusters(data: _Data, seeds: list[FloatArray], limit: FloatArray, least: int) -> list[FloatArray]:
+    free, clusters = np.ones(len(data.at), bool), []
+    while free.sum() >= least:
+        best = np.zeros(0, int)
+        covered = np.zeros(len(data.at), bool)
+        for seed in seeds:
+            # A seed inside a set already grown would grow the same set again.
+            if not free[seed].all() or covered[seed].all():
+                continue
+            grown = _grown(data, seed, limit, free)
+            covered[grown] = True
+            if len(grown) > len(best):
+                best = grown
+        if len(best) < least:
+            break
+        clusters.append(best)
+        free[best] = False
+    return clusters
+
+
+def _result(data: _Data, clusters: list[FloatArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
+    size = [float(np.sqrt((data.values[members] ** 2).mean())) for members in clusters]
+    clusters = [clusters[i] for i in np.argsort(size)]
+    labels = [f"part {i + 1}" for i in range(len(clusters))]
+    chi2 = np.stack([_misfit(data, members)[0] for members in clusters])
+    best, fits = chi2.argmin(axis=0), chi2 < limit
+    components: dict[str, tuple[Point, ...]] = {
+        label: tuple(names[p] for p in np.flatnonzero((best == i) & fits.any(axis=0))) for i, label in enumerate(labels)}
+    undecided = {names[p]: tuple(labels[i] for i in np.flatnonzero(fits[:, p])) for p in np.flatnonzero(fits.sum(axis=0) > 1)}
+    left = tuple(names[p] for p in np.flatnonzero(~fits.any(axis=0)))
+    notes = []
+    if undecided:
+        notes.append(f"points {list(undecided)[:8]} move with more than one part: decide by the drawing")
+    if left:
+        notes.append(f"points {list(left)[:8]} move with no part: faulty channels or a bending component")
+    if len(clusters) > 1 and count < 3:
+        notes.append(f"{count} mode(s) only: parts that move alike in them count as one")
+    if notes:
+        warnings.warn("grouping: " + "; ".join(notes), ToolpointWarning, stacklevel=3)
+    return Grouping({label: points for label, points in components.items() if points}, undecided, left, tuple(notes))

@@ -1,0 +1,218 @@
+"""Updating a machine: its parameters moved, by path, until it agrees with measured modes and frequency responses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.kinematics import Pose
+from toolpoint.machine import Machine, assemble
+from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.updating import AffineSystem, Fit, LeastSquares, Parameter, Problem, SystemModel, Targets, fit
+from toolpoint.updating.residuals import tracked
+from toolpoint.updating.system_model import Systems
+from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
+from toolpoint.vibration.sensitivity import MatrixDerivatives
+
+_RANGE = 1e3
+_SPARE_MODES = 6
+_AFFINE = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class MachineSystems:
+    """A machine's equations of motion at one pose as a function of its parameters, assembled anew at every call."""
+
+    machine: Machine
+    pose: Pose | None
+    outputs: tuple[Dof, ...]
+    inputs: tuple[Dof, ...]
+
+    def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
+        """Return the system with these values by path."""
+        return assemble(self.machine.with_values(values), self.pose, self.outputs, self.inputs, modal_damping=False)
+
+    def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
+        """Return the exact derivatives of the matrices at these values."""
+        return matrix_derivatives(self.machine.with_values(values), names, self.pose)
+
+
+def systems(
+    machine: Machine, names: Sequence[str], pose: Pose | None, outputs: tuple[Dof, ...], inputs: tuple[Dof, ...]
+) -> Systems:
+    """Return the machine as a function of these parameters: affine where it is (checked at one other point), else assembled."""
+    general = MachineSystems(machine, pose, outputs, inputs)
+    values = {name: machine.value(name) for name in names}
+    affine = AffineSystem(general.system(values), matrix_derivatives(machine, names, pose), tuple(values.values()))
+    other = {n: v * (1.1 + 0.4 * (k % 3)) if v else 1e-3 for k, (n, v) in enumerate(values.items())}
+    return affine if _equal(affine.system(other), general.system(other)) else general
+
+
+def _equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
+    for term in ("mass", "damping", "stiffness", "structural_damping"):
+        a, b = getattr(first, term), getattr(second, term)
+        a, b = (0.0 if m is None else m for m in (a, b))
+        if np.abs(a - b).max() > _AFFINE * max(float(np.abs(b).max()), 1e-300):
+            return False
+    return True
+
+
+@dataclass(frozen=True, eq=False)
+class Agreement:
+    """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
+
+    modes : (n_measured,) indices of the predicted partners; frac : (n_outputs, n_inputs) or None.
+    """
+
+    measured: FloatArray
+    predicted: FloatArray
+    modes: np.ndarray
+    mac: FloatArray
+    measured_damping: FloatArray
+    predicted_damping: FloatArray
+    frac: FloatArray | None = None
+    frf: Frf | None = None
+
+    @property
+    def frequency_error(self) -> FloatArray:
+        """Relative difference of frequency, (n_measured,)."""
+        return np.asarray(self.predicted / self.measured - 1.0)
+
+    def __repr__(self) -> str:
+        words = []
+        if self.measured.size:
+            words.append(f"{self.measured.size} modes, frequencies within {100 * np.abs(self.frequency_error).max():.3g} %, "
+                         f"MAC >= {self.mac.min():.3f}")
+        if self.frac is not None:
+            words.append(f"FRAC >= {self.frac.min():.3f}")
+        return f"Agreement({', '.join(words)})"
+
+
+@dataclass(frozen=True, eq=False)
+class MachineUpdate:
+    """Result: the updated `machine`, the `fit`, its `problem`, and the agreement `before` and `after`."""
+
+    machine: Machine
+    fit: Fit
+    problem: Problem
+    before: Agreement
+    after: Agreement
+
+    def table(self) -> str:
+        """Return frequencies and MAC before and after, FRAC, as text."""
+        b, a = self.before, self.after
+        lines = [" mode  measured Hz    before      %    MAC     after      %    MAC"]
+        for r in range(b.measured.size):
+            lines.append(f"{r + 1:5d} {b.measured[r]:12.4f} {b.predicted[r]:9.4f} {100 * b.frequency_error[r]:6.2f} "
+                         f"{b.mac[r]:6.3f} {a.predicted[r]:9.4f} {100 * a.frequency_error[r]:6.2f} {a.mac[r]:6.3f}")
+        if b.frac is not None and a.frac is not None:
+            lines.append(f"FRAC, lowest and mean: before {b.frac.min():.4f} {b.frac.mean():.4f}, "
+                         f"after {a.frac.min():.4f} {a.frac.mean():.4f}")
+        return "\n".join(lines)
+
+    def report(self) -> str:
+        """Return identifiability, fit report and agreement as text."""
+        found = self.fit.identifiability
+        return "\n\n".join([*([] if found is None else [found.table()]), self.fit.report(), self.table()])
+
+    def __repr__(self) -> str:
+        return f"MachineUpdate({self.machine.name!r}, {self.fit.status}, {self.after!r})"
+
+
+def parameter(machine: Machine, path: str, **options: object) -> Parameter:
+    """Return the parameter of a path at the machine's value, on a logarithmic scale, within a factor 1000."""
+    value = machine.value(path)
+    log = bool(options.pop("log", value > 0))
+    bounds = {"low": value / _RANGE, "high": value * _RANGE} if log else {}
+    return Parameter(path, value, log=log, **{**bounds, **options})  # type: ignore[arg-type]
+
+
+def problem(
+    machine: Machine, parameters: Sequence[Parameter | str], targets: Targets, pose: Pose | None = None,
+    sensitivities: str = "exact",
+) -> Problem:
+    """Return the updating problem of a machine; parameters as paths start at the machine's values.
+
+    Raises
+    ------
+    ToolpointError
+        For unknown paths or points, a parameter whose value is not the machine's, and gravity or loads.
+    """
+    given = [parameter(machine, p) if isinstance(p, str) else p for p in parameters]
+    if not given:
+        fail("parameters", "none", "must be at least one path")
+    for p in given:
+        for name, factor in (("", 1.0), *p.links.items()):
+            have, want = machine.value(name or p.name), factor * p.value
+            if abs(have - want) > 1e-6 * max(abs(have), abs(want)):
+                fail("parameters", f"{name or p.name} is {have:.8g} in the machine, {want:.8g} by the parameter",
+                     "must agree at the start", "start from machine.with_values, or correct the value or the link's factor")
+    names = [n for p in given for n in (p.name, *p.links)]
+    frf = targets.frf
+    seen = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
+    driven = frf.inputs if frf else seen[:1]
+    held = systems(machine, names, pose, seen, driven)
+    count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODES
+    model = SystemModel(held, count, None if frf is None else frf.frequency, frf.outputs if frf else (),
+                        driven if frf else (), machine.description.damping_ratio)
+    return Problem(model, given, targets, sensitivities)
+
+
+def update(
+    machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, frf: Frf | None = None,
+    pose: Pose | None = None, targets: Targets | None = None, method: LeastSquares | None = None,
+    limit: float | None = 0.5, least_influence: float = 0.02,
+) -> MachineUpdate:
+    """Return the machine updated to measured modes and frequency responses.
+
+    Where both are given, the modes are fitted first: they lead from far away, while responses with narrow peaks have many
+    local minima; then both together from there. Parameters that the data cannot tell stay where they are and are named.
+
+    Parameters
+    ----------
+    machine : Machine
+        Without gravity and loads.
+    parameters : paths or Parameters
+        For example ``joints.foundation.stiffness.rx``.
+    modes, frf : Modes, Frf, optional
+        Measured, with Dofs whose points the machine has.
+    pose : mapping, optional
+        One pose: axis to position.
+    targets : Targets, optional
+        How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and MAC count.
+    method, limit, least_influence : see `updating.fit`
+    """
+    if targets is None:
+        targets = Targets(modes, frf, mac=modes is not None and len(modes.dofs) > 2)
+    elif modes is not None or frf is not None:
+        fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
+    task = problem(machine, parameters, targets, pose)
+    result = _staged(task, method, limit, least_influence)
+    updated = machine.with_values(result.values)
+    return MachineUpdate(updated, result, task, agreement(task, task.start), agreement(task, result.x))
+
+
+def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float) -> Fit:
+    targets = task.targets
+    if targets.modes is None or targets.frf is None:
+        return fit(task, method, limit, least)
+    first = fit(task.with_targets(replace(targets, frf=None)), method, limit, least)
+    second = fit(task, method, limit, least, start=first.x)
+    evaluations = first.evaluations + second.evaluations
+    start = float((task.evaluated(task.start).values ** 2).sum())
+    return replace(second, evaluations=evaluations, start_chi_square=start)
+
+
+def agreement(task: Problem, x: FloatArray) -> Agreement:
+    """Return how the model at coordinates x agrees with the targets of a problem."""
+    predicted, targets = task.prediction(x), task.targets
+    frac = None if targets.frf is None or predicted.frf is None else correlation.frac(targets.frf, predicted.frf)
+    if targets.modes is None or predicted.modes is None:
+        none = np.zeros(0)
+        return Agreement(none, none, np.zeros(0, int), none, none, none, frac, predicted.frf)
+    pairs = tracked(targets.modes, predicted.modes)
+    return Agreement(targets.modes.frequency, predicted.modes.frequency[pairs.model], pairs.model, pairs.mac,
+                     targets.modes.damping_ratio, predicted.modes.damping_ratio[pairs.model], frac, predicted.frf)

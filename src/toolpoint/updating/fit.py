@@ -1,0 +1,286 @@
+r"""Fits: bounded least squares, regularised, and Bayesian with Laplace's posterior.
+
+All minimise :math:`\|r(x)\|^2 + \|x / s\|^2` with weighted residuals r and the coordinates x of the parameters: s infinite
+(least squares), 1/strength (regularised towards the start), or the prior's standard deviation (Bayesian: the posterior is
+taken normal about its mode with covariance :math:`(J^T J + S^{-2})^{-1}`). scipy's trust-region Gauss-Newton (`trf`, bounded),
+`dogbox` or Levenberg-Marquardt (`lm`). Sources: Branch, Coleman, Li, SIAM J. Sci. Comput. 21 (1999); Tarantola, Inverse
+Problem Theory, 2005, ch. 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from toolpoint._check import FloatArray, count, fail, one_of, positive
+from toolpoint.updating import fit_report
+from toolpoint.updating.identifiability import Identifiability, identifiability
+from toolpoint.updating.parameter import Parameter, values_at
+from toolpoint.updating.prediction import Prediction
+from toolpoint.updating.problem import Problem
+from toolpoint.updating.residuals import Residuals
+
+ALGORITHMS = ("trf", "dogbox", "lm")
+LOSSES = ("linear", "soft_l1", "huber", "cauchy")
+_STATIONARY = 1e-3
+
+
+@dataclass(frozen=True)
+class LeastSquares:
+    """Weighted least squares. algorithm: ``trf``, ``dogbox`` (bounded) or ``lm``; loss: ``linear`` or a robust one."""
+
+    algorithm: str = "trf"
+    loss: str = "linear"
+    evaluations: int = 200
+    tolerance: float = 1e-9
+
+    def __post_init__(self) -> None:
+        one_of("algorithm", self.algorithm, ALGORITHMS)
+        one_of("loss", self.loss, LOSSES)
+        count("evaluations", self.evaluations)
+        positive("tolerance", self.tolerance, 0.1)
+        if self.algorithm == "lm" and self.loss != "linear":
+            fail("loss", self.loss, "lm knows only 'linear'", "use algorithm='trf'")
+
+
+@dataclass(frozen=True)
+class Regularised(LeastSquares):
+    """Least squares with a pull towards the start: strength 1 counts a change by e (a scale) as one standard deviation."""
+
+    strength: float = 1.0
+
+
+@dataclass(frozen=True)
+class Bayesian(LeastSquares):
+    """Maximum of the posterior with every parameter's normal prior, and Laplace's covariance about it."""
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Result of a fit.
+
+    parameters : as given; x : (n,) coordinates found, zero for those left alone; values : all numbers of the model, SI, links
+    included; free : names of those moved; left_alone : name to reason; covariance : (n_free, n_free) of x; chi_square : of the
+    data; prior_cost : of the prior or the regularisation; converged : whether it is a minimum; status : in words, with what to
+    try next; residuals, prediction : at the result; identifiability : at the start.
+    """
+
+    parameters: tuple[Parameter, ...]
+    x: FloatArray
+    values: dict[str, float]
+    free: tuple[str, ...]
+    left_alone: dict[str, str]
+    covariance: FloatArray
+    scaled: bool
+    chi_square: float
+    start_chi_square: float
+    prior_cost: float
+    converged: bool
+    status: str
+    evaluations: int
+    method: LeastSquares
+    residuals: Residuals
+    prediction: Prediction
+    identifiability: Identifiability | None = None
+    at_bounds: tuple[str, ...] = ()
+
+    @property
+    def n_data(self) -> int:
+        """Number of residuals of the data."""
+        return int(self.residuals.values.size)
+
+    @property
+    def reduced_chi_square(self) -> float:
+        """Chi-square per degree of freedom; not a number where there is none."""
+        freedom = self.n_data - len(self.free)
+        return self.chi_square / freedom if freedom > 0 else float("nan")
+
+    @property
+    def standard_error(self) -> dict[str, float]:
+        """Standard error of every free parameter, SI."""
+        at = {p.name: i for i, p in enumerate(self.parameters)}
+        sd = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        return {n: float(s * abs(self.parameters[at[n]].slope(float(self.x[at[n]]))))
+                for n, s in zip(self.free, sd, strict=True)}
+
+    @property
+    def correlations(self) -> FloatArray:
+        """Correlation matrix of the free parameters, (n_free, n_free)."""
+        sd = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        return np.asarray(self.covariance / np.outer(sd, sd))
+
+    def interval(self, name: str, factor: float = 1.959964) -> tuple[float, float]:
+        """Return the 95 % interval of a free parameter, SI; symmetric on the scale that it moves on."""
+        if name not in self.free:
+            fail("name", repr(name), f"must be of the free parameters {', '.join(self.free)}")
+        k = [p.name for p in self.parameters].index(name)
+        half = factor * float(np.sqrt(self.covariance[self.free.index(name), self.free.index(name)]))
+        return self.parameters[k].at(float(self.x[k]) - half), self.parameters[k].at(float(self.x[k]) + half)
+
+    def report(self, least_correlation: float = 0.1) -> str:
+        """Return the fit report as text, in the manner of lmfit."""
+        return fit_report.text(self, least_correlation)
+
+    def __repr__(self) -> str:
+        return (f"Fit({len(self.free)} of {len(self.parameters)} parameters free, {self.n_data} data, "
+                f"chi-square {self.start_chi_square:.4g} -> {self.chi_square:.4g}, {self.status})")
+
+
+def fit(
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, least_influence: float = 0.02,
+    free: tuple[str, ...] | None = None, start: FloatArray | None = None,
+) -> Fit:
+    """Return the fit of a problem; parameters that the data cannot tell stay where they are and are named.
+
+    Parameters
+    ----------
+    problem : Problem
+    method : LeastSquares, Regularised or Bayesian, optional
+    limit, least_influence : float
+        Of `identifiability`; with `limit` None all parameters are free (a prior may then decide what the data do not).
+    free : names, optional
+        These are free, whatever the data can tell.
+    start : (n,) floats, optional
+        Coordinates to start from; the parameters' values (0) where left out.
+
+    Raises
+    ------
+    ToolpointError
+        For a Bayesian fit of a parameter without a prior, and for what the model refuses.
+    """
+    method = method or LeastSquares()
+    x0 = problem.start if start is None else np.array(start, float)
+    found = None if limit is None or free is not None else identifiability(problem, x0, limit, least_influence)
+    names = problem.names if found is None else found.identifiable
+    names = tuple(names if free is None else free)
+    unknown = [n for n in names if n not in problem.names]
+    if unknown:
+        fail("free", ", ".join(unknown), f"must be of {', '.join(problem.names)}")
+    reasons = dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if found is None else found.reasons
+    at = [j for j, name in enumerate(problem.names) if name in names]
+    counted = problem.evaluations
+    first = problem.evaluated(x0)
+    if not at:
+        return _unmoved(problem, x0, method, first, found, reasons)
+    solver = _Solver(problem, at, x0, _prior(problem, at, method))
+    result = _solved(solver, method)
+    return _finished(solver, result, method, first, found, reasons, problem.evaluations - counted)
+
+
+def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
+    """Return 1/s of every free parameter."""
+    if isinstance(method, Regularised):
+        return np.full(len(at), positive("strength", method.strength))
+    if not isinstance(method, Bayesian):
+        return np.zeros(len(at))
+    without = [problem.parameters[j].name for j in at if problem.parameters[j].prior is None]
+    if without:
+        fail("parameters", f"no prior for {', '.join(without)}", "a Bayesian fit needs prior_sd for every parameter",
+             "give prior_sd, or use LeastSquares()")
+    return np.array([1 / (problem.parameters[j].prior or 1.0) for j in at])
+
+
+class _Solver:
+    """Residuals and Jacobian of the free coordinates with the prior's rows, each point evaluated once."""
+
+    def __init__(self, problem: Problem, at: list[int], x0: FloatArray, prior: FloatArray) -> None:
+        self.problem, self.at, self.x0, self.prior = problem, at, x0, prior
+        self.key: bytes | None = None
+        self.found: Residuals | None = None
+        self.exact = problem.sensitivities == "exact"
+
+    def full(self, free: FloatArray) -> FloatArray:
+        x = self.x0.copy()
+        x[self.at] = free
+        return x
+
+    def residual(self, free: FloatArray) -> FloatArray:
+        found = self.problem.evaluated(self.full(free))
+        return np.concatenate([found.values, self.prior * free])
+
+    def jacobian(self, free: FloatArray) -> FloatArray:
+        found = self.problem.evaluated(self.full(free), slopes=True, at=self.at)
+        assert found.jacobian is not None
+        return np.concatenate([found.jacobian, np.diag(self.prior)])
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        low, high = self.problem.bounds
+        return low[self.at], high[self.at]
+
+
+def _solved(solver: _Solver, method: LeastSquares) -> object:
+    low, high = solver.bounds()
+    start = solver.x0[solver.at]
+    if method.algorithm == "lm":
+        if np.isfinite(low).any() or np.isfinite(high).any():
+            fail("algorithm", "lm with bounds", "lm knows no bounds", "use 'trf' or 'dogbox', or remove the bounds")
+        low, high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
+    return least_squares(
+        solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,  # type: ignore[arg-type]
+        method.tolerance, method.tolerance, loss=method.loss, max_nfev=method.evaluations,  # type: ignore[arg-type]
+        x_scale=1.0)
+
+
+def _finished(
+    solver: _Solver, result: object, method: LeastSquares, first: Residuals, found: Identifiability | None,
+    reasons: dict[str, str], evaluations: int,
+) -> Fit:
+    problem, free = solver.problem, np.asarray(result.x)  # type: ignore[attr-defined]
+    x = solver.full(free)
+    last = problem.evaluated(x)
+    jacobian = solver.jacobian(free)
+    low, high = solver.bounds()
+    width = 1e-4
+    stuck = (free - low < width) | (high - free < width)
+    names = tuple(problem.names[j] for j in solver.at)
+    chi = float((last.values**2).sum())
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    freedom = last.values.size - len(names)
+    scaled = problem.targets.assumed and not isinstance(method, Bayesian) and freedom > 0
+    fitted = Fit(
+        problem.parameters, x, values_at(problem.parameters, x), names, reasons,
+        covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
+        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, problem.prediction(x), found,
+        tuple(n for n, s in zip(names, stuck, strict=True) if s))
+    gain = _gain(jacobian, np.concatenate([last.values, solver.prior * free]), stuck)
+    return _judged(fitted, problem, gain, result)
+
+
+def _gain(jacobian: FloatArray, residual: FloatArray, stuck: FloatArray) -> float:
+    """Return the decrease of the sum of squares that a full Gauss-Newton step in the unbounded parameters still promises."""
+    inner = jacobian[:, ~stuck]
+    if inner.shape[1] == 0:
+        return 0.0
+    step, *_ = np.linalg.lstsq(inner, -residual, rcond=1e-12)
+    return float((residual**2).sum() - ((residual + inner @ step) ** 2).sum())
+
+
+def _judged(fitted: Fit, problem: Problem, gain: float, result: object) -> Fit:
+    limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
+    stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))  # type: ignore[attr-defined]
+    converged = bool(stationary and np.isfinite(fitted.chi_square))
+    words = ["converged"] if converged else [
+        f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "  # type: ignore
+        f"{fitted.chi_square:.3g}): allow more evaluations, start from the result, or use multi_start"]
+    doubtful = fitted.residuals.tracking.doubtful(problem.targets.lowest_mac) if fitted.residuals.tracking else ()
+    if doubtful:
+        words.append(f"measured modes {', '.join(str(i + 1) for i in doubtful)} have no predicted partner with MAC above "
+                     f"{problem.targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
+    if fitted.at_bounds:
+        words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
+    if converged and fitted.reduced_chi_square > 10:
+        words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
+                     "multi_start, other parameters, or look for what the model lacks")
+    return replace(fitted, converged=converged, status="; ".join(words))
+
+
+def _unmoved(
+    problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, found: Identifiability | None,
+    reasons: dict[str, str],
+) -> Fit:
+    chi = float((first.values**2).sum())
+    return Fit(problem.parameters, x, values_at(problem.parameters, x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
+               False, "NOT converged: no parameter can be told by the data, nothing was moved; measure more modes or "
+               "responses, or raise the limit", 1, method, first, problem.prediction(x), found)

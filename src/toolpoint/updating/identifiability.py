@@ -1,0 +1,157 @@
+r"""Identifiability: which parameters the data can tell, before any is moved.
+
+With the Jacobian J of the weighted residuals to the parameters' coordinates x (ln p, or p over its scale):
+
+1. influence of a parameter: the length of its column, :math:`\|J_j\|`, the number of standard deviations by which the
+   data move per unit of x;
+2. the parameters are taken in the order of a QR decomposition with column pivoting (the largest influence that the
+   ones before cannot imitate comes first); :math:`1/|R_{jj}|` is the standard deviation of x_j with those before known;
+3. taken while that deviation is at most `limit` and the influence at least `least_influence` of the largest;
+4. of the taken ones the deviations with all of them free are the roots of the diagonal of :math:`(J^T J)^{-1}`; while any is
+   above `limit`, the last taken is dropped.
+
+Sources: Golub, Klema, Stewart, Rank degeneracy and least squares problems, 1976 (subset selection); Friswell, Mottershead,
+Finite Element Model Updating in Structural Dynamics, 1995, ch. 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import qr
+
+from toolpoint._check import FloatArray, positive
+from toolpoint.updating.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Identifiability:
+    """What the data can tell about the parameters.
+
+    names : the parameters; groups : what each belongs to; influence : (n,), standard deviations of the data per unit of x;
+    deviation : (n,), standard deviation of x with all identifiable parameters free (of those left out: with the identifiable
+    ones free beside each); singular_values : (n,) of J with unit columns; correlations : (n, n) of all parameters free;
+    identifiable : names, in order of selection; reasons : why each of the others is not; rule : in words.
+    """
+
+    names: tuple[str, ...]
+    groups: tuple[str, ...]
+    influence: FloatArray
+    deviation: FloatArray
+    singular_values: FloatArray
+    correlations: FloatArray
+    identifiable: tuple[str, ...]
+    reasons: dict[str, str]
+    rule: str
+
+    @property
+    def group_ranking(self) -> tuple[tuple[str, float], ...]:
+        """Groups (interfaces, parts) with the root of the summed squares of influence, largest first."""
+        total: dict[str, float] = {}
+        for group, value in zip(self.groups, self.influence, strict=True):
+            total[group] = total.get(group, 0.0) + float(value) ** 2
+        return tuple(sorted(((g, v**0.5) for g, v in total.items()), key=lambda item: -item[1]))
+
+    @property
+    def not_identifiable(self) -> tuple[str, ...]:
+        """Names of the parameters that stay where they are."""
+        return tuple(n for n in self.names if n not in self.identifiable)
+
+    def table(self) -> str:
+        """Return rank, influence, deviation and verdict of every parameter, and the ranking of the groups, as text."""
+        width = max(len(n) for n in self.names)
+        top = max(float(self.influence.max()), 1e-300)
+        lines = [f"Identifiability: {self.rule}", f"{'parameter':{width}}  influence  relative  deviation  verdict"]
+        for i in np.argsort(-self.influence, kind="stable"):
+            name = self.names[i]
+            verdict = "identifiable" if name in self.identifiable else "left alone: " + self.reasons[name]
+            lines.append(f"{name:{width}} {self.influence[i]:10.4g} {self.influence[i] / top:9.4f} "
+                         f"{self.deviation[i]:10.3g}  {verdict}")
+        lines.append("groups by influence: " + ", ".join(f"{g} {v:.4g}" for g, v in self.group_ranking))
+        lines.append("singular values (unit columns): " + " ".join(f"{s:.3g}" for s in self.singular_values))
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"Identifiability({len(self.identifiable)} of {len(self.names)} parameters can be told by the data)"
+
+
+def identifiability(
+    problem: Problem, x: FloatArray | None = None, limit: float = 0.5, least_influence: float = 0.02
+) -> Identifiability:
+    """Return what the data can tell about the parameters at x (the start where left out), by the rule of this module.
+
+    Parameters
+    ----------
+    problem : Problem
+    x : (n,) floats, optional
+    limit : float
+        Largest standard deviation in x: 0.5 is about a factor of 1.6 for parameters on a logarithmic scale.
+    least_influence : float
+        Smallest influence as part of the largest. What moves the data less is within what any real model gets wrong
+        elsewhere, and would only take up those errors.
+    """
+    positive("limit", limit)
+    at = problem.start if x is None else x
+    jacobian = problem.evaluated(at, slopes=True).jacobian
+    assert jacobian is not None
+    influence = np.linalg.norm(jacobian, axis=0)
+    order, pivots = _selected(jacobian, influence, limit, least_influence)
+    deviation = _deviations(jacobian, order)
+    names = problem.names
+    reasons = {names[j]: _reason(j, influence, deviation, pivots, limit, least_influence)
+               for j in range(len(names)) if j not in order}
+    unit = jacobian / np.maximum(influence, 1e-300)
+    rule = (f"taken by influence that others cannot imitate while the standard deviation stays below {limit:g} and the "
+            f"influence above {100 * least_influence:g} % of the largest")
+    return Identifiability(names, tuple(p.group for p in problem.parameters), influence, deviation,
+                           np.linalg.svd(unit, compute_uv=False), correlations(unit),
+                           tuple(names[j] for j in order), reasons, rule)
+
+
+def correlations(jacobian: FloatArray) -> FloatArray:
+    """Return the correlations of the estimates, (n, n); from the pseudo-inverse where the Jacobian is rank deficient."""
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    sd = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    return np.asarray(covariance / np.outer(sd, sd))
+
+
+def _selected(
+    jacobian: FloatArray, influence: FloatArray, limit: float, least: float
+) -> tuple[list[int], dict[int, float]]:
+    triangle, pivot = qr(jacobian, mode="r", pivoting=True)
+    size = np.zeros(len(pivot))
+    size[:min(triangle.shape)] = np.abs(np.diag(triangle))
+    alone = {int(j): float(s) for j, s in zip(pivot, size, strict=True)}
+    floor = least * influence.max()
+    order = [int(j) for j in pivot if alone[int(j)] * limit >= 1 and influence[j] >= floor]
+    while order and (_deviations(jacobian, order)[order] > limit).any():
+        order.pop()
+    return order, alone
+
+
+def _deviations(jacobian: FloatArray, order: list[int]) -> FloatArray:
+    """Return standard deviations with the parameters of `order` free, of the others with each one of them free beside these."""
+    result = np.full(jacobian.shape[1], np.inf)
+    basis = np.zeros((jacobian.shape[0], 0))
+    if order:
+        basis, triangle = np.linalg.qr(jacobian[:, order])
+        if (np.abs(np.diag(triangle)) > 1e-300).all():
+            result[order] = np.linalg.norm(np.linalg.inv(triangle), axis=1)
+    for j in set(range(jacobian.shape[1])) - set(order):
+        rest = jacobian[:, j] - basis @ (basis.T @ jacobian[:, j])
+        size, length = float(np.linalg.norm(rest)), float(np.linalg.norm(jacobian[:, j]))
+        result[j] = 1 / size if size > 1e-10 * max(length, 1e-300) else np.inf
+    return result
+
+
+def _reason(
+    j: int, influence: FloatArray, deviation: FloatArray, pivots: dict[int, float], limit: float, least: float
+) -> str:
+    if influence[j] == 0:
+        return "the data do not depend on it"
+    if influence[j] < least * influence.max():
+        return f"influence {100 * influence[j] / influence.max():.2g} % of the largest"
+    if influence[j] * limit >= 1:
+        return "the parameters taken before it imitate its effect"
+    return f"deviation {deviation[j]:.2g} is above {limit:g}"
