@@ -26,7 +26,13 @@ from toolpoint.cutting.time_domain import Simulation, simulate
 from toolpoint.io import hdf5, machine_yaml
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.cutting import intervals_of, simulation_charts, surface_location
+from toolpoint.plot.cutting import (
+    clicked_simulations,
+    intervals_of,
+    simulation_charts,
+    surface_location,
+    with_simulations,
+)
 from toolpoint.plot.lobes import stability_chart
 from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
 from toolpoint.vibration import Modes
@@ -78,15 +84,19 @@ def _example(notes: list[str]) -> CuttingDescription:
 
 def lobes(
     source: Source, cut: Mapping[str, float | str | None], method: str = "floquet", speeds: FloatArray | None = None,
-    output: str | Path = "toolpoint-report", quiet: bool = False,
+    output: str | Path = "toolpoint-report", quiet: bool = False, simulations: bool = False,
 ) -> StabilityChart:
-    """Compute the stability chart of a cut, print its lowest and best points, and write the page."""
+    """Compute the stability chart of a cut, print its lowest and best points, and write the page.
+
+    With `simulations` cuts on a grid of speeds and depths are simulated in time; a click on one shows its vibration.
+    """
     one_of("--method", method, METHODS)
     with console.collected_warnings() as warnings:
         problem, used, notes = problem_of(source, cut)
         n = np.linspace(*used.speeds, 200) if speeds is None else speeds
         chart = _charted(problem, n, METHODS[method], quiet)
-        path = _lobes_page(problem, used, chart, [*notes, *warnings]).save(output)
+        runs = _simulated(problem, chart, quiet) if simulations else []
+        path = _lobes_page(problem, used, chart, [*notes, *warnings], runs).save(output)
     if not quiet:
         _print_chart(chart)
         for text in dict.fromkeys([*notes, *chart.notes, *warnings]):
@@ -113,10 +123,33 @@ def _depth(value: float, chart: StabilityChart) -> str:
     return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"
 
 
-def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: StabilityChart, notes: Sequence[str]) -> Report:
+def _simulated(problem: MillingProblem, chart: StabilityChart, quiet: bool) -> list[Simulation]:
+    """Simulate cuts at ten speeds and five depths around the limit; a measured response has no modes to step through."""
+    if not problem.plane.is_modal:
+        raise ToolpointError("--simulate: the dynamics are measured lines; identify modes first and give them with --modes")
+    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=1e-4)
+    finite = chart.limit[np.isfinite(chart.limit)]
+    top = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
+    grid = [(float(n), float(w)) for n in np.linspace(chart.speeds[0], chart.speeds[-1], 10)
+            for w in np.linspace(top / 5, top, 5)]
+    runs = []
+    with console.counted("simulated cuts", quiet or not console.interactive()) as progress:
+        for i, (speed, depth) in enumerate(grid):
+            runs.append(simulate(fed, speed, depth, 60))
+            progress(i + 1, len(grid))
+    return runs
+
+
+def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: StabilityChart, notes: Sequence[str],
+                runs: Sequence[Simulation] = ()) -> Report:
     report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
-    report = report.with_section("Chart", words, Chart(stability_chart(intervals_of(chart))))
+    made = stability_chart(intervals_of(chart))
+    if runs:
+        report = report.with_section("Chart", words, Chart(with_simulations(made, runs), name="stability"),
+                                     clicked_simulations(runs, "stability"))
+    else:
+        report = report.with_section("Chart", words, Chart(made, name="stability"))
     if problem.feed_per_tooth > 0:
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:

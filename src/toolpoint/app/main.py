@@ -207,15 +207,17 @@ def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 @click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
 @click.option("--method", default="floquet", show_default=True,
               help="floquet, zero-order, multi-frequency, semi-discretization or collocation.")
+@click.option("--simulate", is_flag=True, help="Also simulate cuts on a grid; a click on one shows its vibration.")
 @_OUTPUT
 @_JSON
 def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-          band: tuple[float, float] | None, speeds: Any, method: str, output: Path, as_json: bool, **cut: Any) -> None:
+          band: tuple[float, float] | None, speeds: Any, method: str, simulate: bool, output: Path, as_json: bool,
+          **cut: Any) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     from toolpoint.app import cutting
 
     source = cutting.Source(machine, pose, frf, modes_file, band)
-    chart = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json)
+    chart = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json, simulate)
     if as_json:
         intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
         click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": intervals, "method": chart.method,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.time_domain import Simulation
 from toolpoint.plot.lobes import StabilityIntervals
+from toolpoint.plot.parts import ClickedSeries
 from toolpoint.plot.theme import COLOURS, figure
 
 if TYPE_CHECKING:
@@ -38,6 +40,36 @@ def surface_location(speeds: FloatArray, error: FloatArray, title: str = "") -> 
     made.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none")
     made.update_yaxes(title_text="Surface location error, µm")
     return made
+
+
+SIMULATED = "simulated cuts"
+
+
+def with_simulations(made: go.Figure, runs: Sequence[Simulation]) -> go.Figure:
+    """Return a stability chart with simulated cuts as points, crosses where they chatter; each can be clicked."""
+    chatter = [run.is_chattering() for run in runs]
+    made.add_scatter(
+        x=[run.speed for run in runs], y=[1e3 * run.depth for run in runs], mode="markers", name=SIMULATED,
+        customdata=list(range(len(runs))), text=["chatter" if c else "stable" for c in chatter],
+        marker={"symbol": ["x" if c else "circle" for c in chatter], "size": 9, "color": "rgba(30,36,48,0.85)",
+                "line": {"width": 1, "color": "white"}},
+        hovertemplate="%{x:.0f} rev/min, %{y:.3g} mm<br>%{text} in the simulation, click to see it")
+    return made
+
+
+def clicked_simulations(runs: Sequence[Simulation], follows: str, revolutions: int = 4, samples: int = 400) -> ClickedSeries:
+    """Return the vibration over the last revolutions of every simulated cut, shown when its point is clicked."""
+    made = figure("", 380)
+    made.update_xaxes(title_text="Time, s")
+    made.update_yaxes(title_text="Displacement, µm")
+    sets = []
+    for run in runs:
+        tail = run.displacement[-revolutions * run.steps_per_revolution:]
+        step = max(1, len(tail) // samples)
+        words = f"{run.speed:.0f} rev/min, {1e3 * run.depth:.3g} mm: {'chatter' if run.is_chattering() else 'stable'}"
+        sets.append((words, run.time[-len(tail):][::step], [1e6 * tail[::step, k] for k in range(2)]))
+    return ClickedSeries(made, follows, SIMULATED, ("vibration x", "vibration y"), COLOURS[:2], sets,
+                         "Simulated vibration of the point last clicked on the chart.", "simulated")
 
 
 def simulation_charts(run: Simulation, shown_revolutions: int = 6) -> dict[str, go.Figure]:

@@ -20,6 +20,25 @@
     if (target && Number.isInteger(mode) && mode >= 0 && mode < target.buttons.length) target.showMode(mode);
   }
 
+  // Curves computed beforehand, one set for each point of another chart: a click there shows the point's own.
+  function shown(root, all, number) {
+    const one = all.sets[number];
+    const traces = all.names.map((name, k) => ({ x: one.x, y: one.y[k], name, mode: "lines", line: { width: 1.5, color: all.colours[k] } }));
+    const layout = Object.assign({}, root.layout, { title: { text: one.label, font: { size: 14 }, x: 0.01, xanchor: "left" } });
+    window.Plotly.react(root, traces, layout, config);
+    root.dataset.shown = String(number);
+  }
+
+  function series(root) {
+    const all = JSON.parse(document.getElementById(root.dataset.series).textContent);
+    const source = window.toolpointCharts[root.dataset.follows];
+    source.on("plotly_click", (event) => {
+      const data = event.points[0].customdata, number = Number(Array.isArray(data) ? data[0] : data);
+      if (event.points[0].data.name === all.trace && Number.isInteger(number) && all.sets[number]) shown(root, all, number);
+    });
+    shown(root, all, 0);
+  }
+
   function chart(root) {
     const { data, layout } = JSON.parse(document.getElementById(root.dataset.source).textContent);
     root.replaceChildren();
@@ -27,6 +46,10 @@
       window.Plotly.relayout(root, colours(root._fullLayout, dark.matches));
       if (root.dataset.clickView) root.on("plotly_click", (event) => clicked(event, root.dataset.clickView));
       window.toolpointCharts[root.dataset.name] = root;
+      document.querySelectorAll(".tp-chart[data-series]").forEach((one) => {
+        const ready = window.toolpointCharts[one.dataset.follows] && window.toolpointCharts[one.dataset.name];
+        if (ready && !one.dataset.shown) series(one);
+      });
     });
     const recolour = (on) => window.Plotly.relayout(root, colours(root._fullLayout, on));
     dark.addEventListener("change", () => recolour(dark.matches));

@@ -159,6 +159,46 @@ class Chart:
                 + data_block(source, text))
 
 
+@dataclass(frozen=True, eq=False)
+class ClickedSeries:
+    """A chart whose curves are those of the point last clicked on another chart.
+
+    Parameters
+    ----------
+    figure : plotly figure
+        Axes and titles; its traces are replaced.
+    follows : str
+        Name of the Chart that is clicked.
+    trace : str
+        Name of the trace there whose points have a whole number as customdata: the place in `sets`.
+    names, colours : sequences of str
+        One for each curve.
+    sets : sequence of (label, x, curves)
+        For every point: words, abscissa (n,), and one array (n,) for each name.
+    caption, name : str
+    """
+
+    figure: go.Figure
+    follows: str
+    trace: str
+    names: Sequence[str]
+    colours: Sequence[str]
+    sets: Sequence[tuple[str, Any, Sequence[Any]]]
+    caption: str = ""
+    name: str = "clicked"
+
+    def fragment(self) -> str:
+        """Return the place of the chart and its data blocks."""
+        rounded = (lambda values: [float(f"{v:.5g}") for v in values])
+        data = {"trace": self.trace, "names": list(self.names), "colours": list(self.colours),
+                "sets": [{"label": html.escape(label), "x": rounded(x), "y": [rounded(y) for y in curves]}
+                         for label, x, curves in self.sets]}
+        block = f"tp-series-{self.name}"
+        inner = Chart(self.figure, self.caption, self.name).fragment()
+        marked = inner.replace('class="tp-chart"', f'class="tp-chart" data-series="{block}" data-follows="{self.follows}"', 1)
+        return marked + data_block(block, json.dumps(data, separators=(",", ":")))
+
+
 def _column(values: Sequence[Any], digits: int) -> list[str]:
     texts = [f"{value:.{digits}g}" if isinstance(value, float) else str(value) for value in values]
     floats = [text for text, value in zip(texts, values) if isinstance(value, float)]

@@ -15,10 +15,10 @@ from typing import Any
 import toolpoint
 from toolpoint._check import ToolpointError, fail
 from toolpoint.plot.page import asset, chart_script, page
-from toolpoint.plot.parts import Chart, Listing, Notes, Table, Text
+from toolpoint.plot.parts import Chart, ClickedSeries, Listing, Notes, Table, Text
 from toolpoint.plot.shape_view import ShapeView, scripts_of
 
-Part = Text | Table | Notes | Listing | Chart | ShapeView
+Part = Text | Table | Notes | Listing | Chart | ClickedSeries | ShapeView
 
 
 @dataclass(frozen=True)
@@ -126,7 +126,10 @@ class Report:
 
     @staticmethod
     def _check_clicks(sections: Sequence[Section], views: set[str]) -> None:
+        charts = {part.name for section in sections for part in section.parts if isinstance(part, Chart)}
         for part in (part for section in sections for part in section.parts):
+            if isinstance(part, ClickedSeries) and part.follows not in charts:
+                fail("ClickedSeries.follows", repr(part.follows), "must name a Chart on the page")
             if isinstance(part, Chart) and part.click_view and part.click_view not in views:
                 fail("Chart.click_view", repr(part.click_view), "must name a ShapeView on the page")
 

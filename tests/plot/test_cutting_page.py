@@ -1,0 +1,38 @@
+"""The stability page in a browser: hover facts are there, and a click on a simulated cut shows its own vibration."""
+
+import numpy as np
+
+from toolpoint.app.cutting import _lobes_page
+from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
+from toolpoint.cutting.time_domain import simulate
+from toolpoint.vibration import Modes
+
+
+def test_click_on_a_cut_shows_its_simulation(opened):
+    modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
+    problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, feed_per_tooth=1e-4)
+    chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), 0.0006)
+    cuts = [(10000.0, 0.00005), (15000.0, 0.00008), (19000.0, 0.00025)]
+    runs = [simulate(problem, speed, depth, 40) for speed, depth in cuts]
+    seen = opened(_lobes_page(problem, None, chart, [], runs).html(), reduced_motion="reduce")
+    seen.wait("'stability' in window.toolpointCharts && 'simulated' in window.toolpointCharts")
+    seen.wait("window.toolpointCharts.simulated.dataset.shown === '0'")
+    source = seen.page.locator(".tp-chart[data-name=stability]")
+    source.scroll_into_view_if_needed()
+    seen.page.wait_for_timeout(300)
+    title = "window.toolpointCharts.simulated.layout.title.text"
+    for number, words in ((2, "19000 rev/min"), (1, "15000 rev/min")):
+        box = source.locator(".scatterlayer .trace").last.locator(".point").nth(number).bounding_box()
+        x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+        seen.page.mouse.move(x + 1, y)
+        seen.page.wait_for_timeout(250)
+        seen.page.mouse.click(x, y)
+        seen.wait(f"window.toolpointCharts.simulated.dataset.shown === '{number}'")
+        assert words in seen.page.evaluate(title)
+    expected = "chatter" if runs[1].is_chattering() else "stable"
+    assert expected in seen.page.evaluate(title)
+    drawn = seen.page.evaluate("Array.from(window.toolpointCharts.simulated.data[0].y)")
+    tail = runs[1].displacement[-4 * runs[1].steps_per_revolution:, 0]
+    np.testing.assert_allclose(drawn[:5], 1e6 * tail[::max(1, len(tail) // 400)][:5], rtol=1e-4)
+    assert seen.errors == []
+    assert len(seen.requests) == 1
