@@ -107,7 +107,7 @@ def test_rigid_motion_is_found_exactly(seed, twist):
 
 def test_finite_methods_agree_with_the_closed_form_as_the_amplitude_falls():
     rng = np.random.default_rng(4)
-    at = {i: p for i, p in enumerate(np.stack(np.meshgrid([0, 1.0], [0, 0.7], [0, 0.4, 0.9]), -1).reshape(-1, 3))}
+    at = dict(enumerate(np.stack(np.meshgrid([0, 1.0], [0, 0.7], [0, 0.4, 0.9]), -1).reshape(-1, 3)))
     twist = rng.normal(size=6)
     shape = np.concatenate([tf.point_velocity(p) @ twist for p in at.values()])[:, None]
     part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, list(at))
@@ -122,7 +122,7 @@ def test_finite_methods_agree_with_the_closed_form_as_the_amplitude_falls():
 def test_closest_point_fails_where_points_move_past_each_other():
     """Unknown correspondence: displacements beyond half the spacing match wrong points; the residual shows it not."""
     rng = np.random.default_rng(5)
-    at = {i: p for i, p in enumerate(rng.uniform(-1, 1, (60, 3)))}
+    at = dict(enumerate(rng.uniform(-1, 1, (60, 3))))
     twist = np.array([0, 0, 0, 0.2, -0.3, 1.0])
     shape = np.concatenate([tf.point_velocity(p) @ twist for p in at.values()])[:, None]
     part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, list(at))
@@ -189,8 +189,41 @@ def test_stiffness_of_a_hinged_body_in_closed_form():
 
 
 def test_joined_masses_of_two_halves_are_those_of_the_whole():
-    box = lambda size, mass: mass / 12 * np.diag((np.array(size) ** 2).sum() - np.array(size) ** 2)  # noqa: E731
+    box = lambda size, mass: mass / 12 * np.diag((np.array(size) ** 2).sum() - np.array(size) ** 2)
     halves = [MassProperties(5, [x, 0, 0], box([1, 1, 1], 5)) for x in (-0.5, 0.5)]
     whole = MassProperties.joined(halves)
     assert whole.mass == 10
     np.testing.assert_allclose(whole.inertia, box([2, 1, 1], 10))
+
+
+def made_chain(stiff, rng):
+    """Modes of one body (uniform box) on a spherical joint at the origin with a full rotational stiffness (3, 3)."""
+    centre, inertia = np.array([0.1, 0.2, 0.8]), np.diag([30.0, 25.0, 12.0])
+    body = MassProperties(100.0, centre, inertia)
+    values, vectors = np.linalg.eigh(np.linalg.solve(np.linalg.cholesky(body.matrix[3:, 3:]), np.linalg.solve(
+        np.linalg.cholesky(body.matrix[3:, 3:]), stiff).T))
+    turn = np.linalg.solve(np.linalg.cholesky(body.matrix[3:, 3:]).T, vectors)
+    at = {i: rng.uniform(-0.5, 0.5, 3) + centre for i in range(20)}
+    shape = np.concatenate([tf.point_velocity(p)[:, 3:] @ turn for p in at.values()])
+    spread = 0.01 * np.sqrt((shape**2).mean(axis=0)) * np.ones_like(shape)
+    modes = Modes(np.sqrt(values) / (2 * np.pi), 0.01, shape + spread * rng.normal(size=shape.shape),
+                  [Dof(i, way) for i in at for way in WAYS], shape_variance=spread**2)
+    return modes, at, {"body": list(at)}, {"body": body}
+
+
+def test_three_modes_cannot_exclude_more_freedoms_but_give_the_stiffness():
+    k = np.array([4e6, 2e6, 1e6])
+    modes, at, parts, masses = made_chain(np.diag(k), np.random.default_rng(10))
+    with pytest.warns(UserWarning, match="doubtful"):
+        joint = identify_joints(modes, at, parts, ("ground", "body"), masses=masses).joint("body")
+    assert joint.kind == "spherical"
+    assert any("more freedoms cannot be excluded" in doubt for doubt in joint.doubts)
+    np.testing.assert_allclose(joint.stiffness, k, atol=4 * joint.stiffness_deviation.max())
+
+
+def test_stiffness_off_the_frame_is_marked():
+    turn = rot.from_euler("zyx", [0.6, 0.3, 0.5])
+    modes, at, parts, masses = made_chain(turn @ np.diag([4e6, 2e6, 1e6]) @ turn.T, np.random.default_rng(11))
+    with pytest.warns(UserWarning, match="doubtful"):
+        joint = identify_joints(modes, at, parts, ("ground", "body"), masses=masses).joint("body")
+    assert any("principal directions" in doubt for doubt in joint.doubts)

@@ -167,6 +167,25 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
                                "damping_ratio": found.modes.damping_ratio.tolist(), "status": found.status}))
 
 
+@cli.command()
+@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option("--geometry", required=True, type=click.Path(path_type=Path), help="Universal file, or CSV with point,x,y,z in m.")
+@click.option("--components", required=True, type=click.Path(path_type=Path),
+              help="YAML: which points belong to which component, the chain, masses where known.")
+@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the identified machine here.")
+@click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
+@_OUTPUT
+@_JSON
+def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file: Path | None,
+           band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
+    """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
+    from toolpoint.app import joints as work
+
+    run = work.joints(files, geometry, components, machine_file, band, output, as_json)
+    if as_json:
+        click.echo(json.dumps({"joints": [one.as_dict() for one in run.joints.joints], "status": run.joints.status}))
+
+
 def _cut_options(command: Any) -> Any:
     """Add the options that say what is cut and where its dynamics come from."""
     for option in reversed((

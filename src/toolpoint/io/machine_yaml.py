@@ -68,7 +68,7 @@ def _description(document: Document) -> d.MachineDescription | None:
 
 def _converted(document: Document, found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     result: dict[str, dict[str, Any]] = {section: {} for section in _SECTIONS}
-    makers: dict[str, Callable[..., Any]] = {"bodies": _body, "joints": _joint, "axes": _axis, "points": _point}
+    makers: dict[str, Callable[..., Any]] = {"bodies": body_of, "joints": _joint, "axes": _axis, "points": _point}
     for section, make in makers.items():
         for name, part in found[section].items():
             try:
@@ -80,7 +80,8 @@ def _converted(document: Document, found: dict[str, dict[str, Any]]) -> dict[str
     return result
 
 
-def _body(part: schema.BodyModel, document: Document) -> d.BodyDescription:
+def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
+    """Return the description of a body after checking its mass properties; meshes lie beside the document."""
     body = d.BodyDescription(
         part.mass, part.centre, _as(d.InertiaDescription, part.inertia), part.density, _as(d.ShapeDescription, part.shape),
         None if part.mesh is None else _mesh(part.mesh, document),

@@ -18,6 +18,7 @@ from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.joint_identification.stiffness import MassProperties, stiffnesses
+from toolpoint.joint_identification.strangers import strangers
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
@@ -116,7 +117,7 @@ def identify_joints(
     parts = {name: component(name, modes, points, wanted) for name, wanted in components.items()}
     independent, general_doubts = _independent(modes, parts)
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    flexible = _bending(motions, modes.count, criterion)
+    flexible = _flaws(parts, motions, modes.count, criterion)
     relatives = tuple(pair(parent, child, parts, motions) for child, parent in tree.items())
     joints, fits = [], []
     for motion in relatives:
@@ -167,13 +168,18 @@ def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, lis
     return modes.count - len(repeated), doubts
 
 
-def _bending(motions: Mapping[str, RigidMotion], count: int, criterion: Criterion) -> dict[str, str]:
-    """Return a sentence for every component that bends in some mode, or of which that cannot be told."""
+def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], count: int, criterion: Criterion
+           ) -> dict[str, str]:
+    """Return a sentence for every component that bends, has points that move otherwise, or too few to tell."""
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     result = {}
     for name, motion in motions.items():
         if np.isnan(motion.bending_p).any():
             result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
+        strange = strangers(parts[name])
+        if strange:
+            result[name] = (f"points {list(strange)[:8]} do not move with {name}: check their component, position, directions "
+                            "and channels")
         bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
         if bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})

@@ -30,6 +30,8 @@ class Component:
         Map from a twist (v, w) about the origin to the measured displacements.
     places : (n_rows, 3), ways : (n_rows, 3) floats
         Position (m) and unit direction of every measured displacement.
+    owner : (n_rows,) ints
+        Index of the point of every measured displacement.
     values : (n_rows, n_columns) floats
         Shapes; complex shapes as their real parts followed by their imaginary parts.
     variance : (n_rows, n_columns) floats or None
@@ -42,6 +44,7 @@ class Component:
     rows: FloatArray
     places: FloatArray
     ways: FloatArray
+    owner: FloatArray
     values: FloatArray
     variance: FloatArray | None
 
@@ -101,7 +104,8 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted
     _check_points(name, wanted, at)
     where = {point: i for i, point in enumerate(wanted)}
     kept = [i for i, dof in enumerate(modes.dofs) if dof.point in where and not dof.is_rotation]
-    places = at[[where[modes.dofs[i].point] for i in kept]].reshape(-1, 3)
+    owner = np.array([where[modes.dofs[i].point] for i in kept], int)
+    places = at[owner].reshape(-1, 3)
     ways = np.array([modes.dofs[i].unit[:3] for i in kept]).reshape(-1, 3)
     rows = np.einsum("ni,nij->nj", ways, tf.point_velocity(places))
     _check_rows(name, rows, ways, places, at)
@@ -113,7 +117,7 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted
         variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
         if (variance <= 0).any():
             fail("modes.shape_variance", "a value of zero", "must be above zero", "leave it out if it is not known")
-    return Component(name, tuple(wanted), at, rows, places, ways, columns(shape), variance)
+    return Component(name, tuple(wanted), at, rows, places, ways, owner, columns(shape), variance)
 
 
 def _check_points(name: str, wanted: Sequence[Point], at: FloatArray) -> None:

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy import stats
 
 from toolpoint._check import FloatArray, fail, floats, positive, symmetric
 from toolpoint.joint_identification.estimate import JointEstimate, free_twists, joint_frame
@@ -96,7 +97,7 @@ def stiffnesses(
         np.stack([masses[name].matrix for name in names]), tuple(relatives), tuple(fits))
     value, weights = _value(data, data.twists, data.omega, None)
     deviation = _deviation(data, value, weights, modes)
-    return _with(joints, value, deviation)
+    return _with(joints, value, deviation, _misfit(data, value, weights))
 
 
 def _check(modes: Modes, parts: Mapping[str, Component], joints: Sequence[JointEstimate],
@@ -110,14 +111,18 @@ def _check(modes: Modes, parts: Mapping[str, Component], joints: Sequence[JointE
         fail("chain", "without ground", "must start at ground for a stiffness", "start the chain with 'ground'")
 
 
-def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatArray) -> list[JointEstimate]:
+def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatArray, misfit: FloatArray
+          ) -> list[JointEstimate]:
     result, at = [], 0
     for joint in joints:
         part = slice(at, at + len(joint.freedoms))
         at = part.stop
         k, spread = value[part], deviation[part]
         doubts = list(joint.doubts)
-        for name, one, sd in zip(joint.freedoms, k, spread, strict=True):
+        for name, one, sd, miss in zip(joint.freedoms, k, spread, misfit[part], strict=True):
+            if miss > 0:
+                doubts.append(f"one stiffness {name} leaves {100 * miss:.2g} % of the moment or force unexplained: check the "
+                              "masses; the joint's principal directions may lie off its frame")
             if not sd < 0.2 * abs(one):
                 doubts.append(f"stiffness {name} is known within {200 * sd / max(abs(one), 1e-300):.0f} % only")
             if one <= 0:
@@ -170,6 +175,18 @@ def _value(data: _Data, twists: FloatArray, omega: FloatArray, weights: FloatArr
             miss = omega[:, None, None] ** 2 * mass[None] - k[:, None] * np.eye(n)
             weight = 1 / np.maximum(np.einsum("kja,kab,kjb->jk", miss, spread, miss), 1e-300)
     return k, weight
+
+
+def _misfit(data: _Data, k: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return for every freedom the share of omega^2 M q that k q leaves; 0 where noise explains it or it is below 5 %."""
+    jacobians = _jacobians(data, _bases(data, [fit.theta for fit in data.fits]))
+    q, _ = _coordinates(data, jacobians, data.twists)
+    mass = np.einsum("cia,cij,cjb->ab", jacobians, data.matrices, jacobians)
+    force = data.omega[:, None] ** 2 * (q @ mass)
+    chi2 = (weights.T * (force - k * q) ** 2).sum(axis=0)
+    share = np.sqrt(chi2 / (weights.T * force**2).sum(axis=0))
+    chance = stats.chi2.sf(chi2, max(len(data.omega) - 1, 1))
+    return np.where((share > 0.05) & (chance < 1e-6), share, 0.0)
 
 
 def _theta(data: _Data, twists: FloatArray, joint: int) -> FloatArray:

@@ -1,0 +1,103 @@
+"""`toolpoint joints`: measured responses or modes in, joints and a minimal machine out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from toolpoint._check import ToolpointError
+from toolpoint.app import console
+from toolpoint.app.identify import Geometry, read_frf, read_geometry
+from toolpoint.io import components_yaml, hdf5, machine_yaml
+from toolpoint.joint_identification import JointIdentification, identify_joints
+from toolpoint.machine import MachineDescription, build
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.modal_identification import identify, real_modes
+from toolpoint.plot import AnimatedShapes, Notes, Report, Scene, ShapeView, Table
+from toolpoint.plot.machine_scene import machine_shapes
+from toolpoint.studies.joint_machine import component_masses, machine_of
+from toolpoint.vibration import Modes
+
+_HEADER = ["mode", "computed Hz", "measured Hz", "difference %"]
+
+
+@dataclass(frozen=True, eq=False)
+class JointRun:
+    """Joints, the modes they came from, and the machine where masses were known."""
+
+    joints: JointIdentification
+    modes: Modes
+    machine: MachineDescription | None
+
+
+def joints(
+    files: Sequence[str | Path], geometry: str | Path, components: str | Path, machine_file: str | Path | None = None,
+    band: tuple[float, float] | None = None, output: str | Path = "toolpoint-report", quiet: bool = False,
+) -> JointRun:
+    """Identify the joints of a machine from measured FRFs (or saved modes), write a machine file that runs, and a page."""
+    with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
+        step("reading")
+        shape = read_geometry(geometry)
+        described, bodies = components_yaml.read(components)
+        step("modes")
+        modes = _modes(files, band)
+        step("joints")
+        found = identify_joints(real_modes(modes), shape.points, described.points(), described.chain,
+                                masses=component_masses(bodies) if bodies else None)
+        machine = machine_of(described.name, found, bodies, modes) if bodies else None
+        if machine_file is not None:
+            if machine is None:
+                raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")
+            machine_yaml.write(machine, machine_file)
+        step("page")
+        path = _page(described, shape, found, modes, machine, warnings).save(output)
+    if not quiet:
+        console.OUT.print(found.table(), markup=False, soft_wrap=True)
+        console.OUT.print(found.status, markup=False)
+        for text in warnings:
+            console.ERR.print("warning: " + text, markup=False, style="yellow")
+        if machine is not None:
+            console.table("The machine of these joints", _HEADER, _rows(machine, modes))
+        if machine_file is not None:
+            console.OUT.print(f"Machine file written: {machine_file}", markup=False)
+        console.OUT.print(f"Page written: {path}", markup=False)
+    return JointRun(found, modes, machine)
+
+
+def _modes(files: Sequence[str | Path], band: tuple[float, float] | None) -> Modes:
+    if len(files) == 1 and Path(files[0]).suffix.lower() in (".h5", ".hdf5"):
+        found = hdf5.read(files[0])
+        if isinstance(found, Modes):
+            return found
+    return identify(read_frf(files), band=band).modes
+
+
+def _rows(machine: MachineDescription, modes: Modes) -> list[list[str]]:
+    computed = body_shapes(build(machine)).frequency
+    count = min(len(computed), modes.count)
+    difference = 100 * (computed[:count] / modes.frequency[:count] - 1)
+    return [[str(i + 1), f"{computed[i]:.3f}", f"{modes.frequency[i]:.3f}", f"{difference[i]:+.2f}"] for i in range(count)]
+
+
+def _page(described: components_yaml.Components, shape: Geometry, found: JointIdentification, modes: Modes,
+          machine: MachineDescription | None, warnings: Sequence[str]) -> Report:
+    report = Report(f"Joints of {described.name}", found.status, subtitle=" - ".join(described.chain))
+    rows = []
+    for one in found.joints:
+        at = ", ".join(f"{1e3 * p:.1f} ± {1e3 * h:.1f}" for p, h in zip(one.position, one.position_interval, strict=True))
+        stiff = "" if one.stiffness is None or one.stiffness_interval is None else ", ".join(
+            f"{way} {k:.4g} ± {h:.2g}" for way, k, h in zip(one.freedoms, one.stiffness, one.stiffness_interval, strict=True))
+        rows.append([f"{one.parent} - {one.child}", one.kind, ", ".join(one.freedoms), at, stiff, one.status])
+    header = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "status"]
+    report = report.with_section("Joints", Table(header, rows))
+    scene = Scene.of_points(shape.points, shape.lines, components=described.points())
+    shapes = AnimatedShapes.from_modes(modes, shape.points)
+    report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
+    if machine is not None:
+        built = build(machine)
+        drawn, moved = machine_shapes(built, {}, min(12, built.size))
+        report = report.with_section("The machine of these joints", Table(_HEADER, _rows(machine, modes)),
+                                     ShapeView(drawn, moved, "model"))
+    doubts = [*warnings, *found.doubts, *(text for one in found.joints for text in one.doubts)]
+    return report.with_section("Doubts", Notes(list(dict.fromkeys(doubts)), "warning")) if doubts else report

@@ -1,0 +1,74 @@
+"""`toolpoint joints`: measured responses in, the published machine's joints and a machine file that runs out."""
+
+import numpy as np
+import pytest
+
+from toolpoint.app.main import main
+from toolpoint.io import machine_yaml, uff
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.studies.virtual_test import surface_points, true_modes
+from toolpoint.vibration import Frf, frequency_response
+
+RIDES_ON = {"base": "base", "saddle": "base", "table": "base", "column": "column", "head": "column", "magazine": "magazine"}
+# The chosen masses of the machine file, whole components.
+BODIES = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81)), "column": (2805, (0, 1.869, 0.355), (0.94, 0.99, 2.469)),
+          "magazine": (300, (-0.553, 1.89, 1.265), (0.831, 0.92, 0.932))}
+
+
+@pytest.fixture(scope="module")
+def measured_machine(vertical, tmp_path_factory):
+    """Accelerances at 60 points with 1 % noise as a universal file, and a component file."""
+    folder, rng = tmp_path_factory.mktemp("joints"), np.random.default_rng(3)
+    points = surface_points(vertical, 60, rng)
+    modes = true_modes(vertical, points, 0.03)
+    share = np.abs(modes.shape) / np.abs(modes.shape).max(axis=0)
+    struck = modes.dofs[int(np.argmax(share.min(axis=1)))]
+    exact = frequency_response.modal(modes, np.linspace(5, 100, 761), None, [struck], "accelerance")
+    noise = 0.01 * np.sqrt((np.abs(exact.values) ** 2).mean(axis=0) / 2)
+    values = exact.values + noise * (rng.normal(size=exact.values.shape) + 1j * rng.normal(size=exact.values.shape))
+    geometry = uff.MeasuredGeometry(tuple(points.places), np.array([at for _, at in points.places.values()]))
+    uff.write(folder / "test.uff", geometry, Frf(exact.frequency, values, exact.outputs, exact.inputs, "accelerance"))
+    parts = {name: [p for p, (body, _) in points.places.items() if RIDES_ON[body] == name] for name in BODIES}
+    lines = ["toolpoint: 1", "name: from its test", "chain: [ground, base, column, magazine]", "components:"]
+    for name, (mass, centre, size) in BODIES.items():
+        lines += [f"  {name}:", f"    points: {parts[name]}",
+                  f"    body: {{mass: {mass} kg, centre: {list(centre)}, shape: {{kind: box, size: {list(size)}}}}}"]
+    (folder / "components.yaml").write_text("\n".join(lines) + "\n")
+    return folder
+
+
+def arguments(folder, *more):
+    return ["joints", str(folder / "test.uff"), "--geometry", str(folder / "test.uff"), "--components",
+            str(folder / "components.yaml"), *more]
+
+
+def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_path, capsys, vertical):
+    main(arguments(measured_machine, "--machine", str(tmp_path / "found.yaml"), "-o", str(tmp_path / "page")))
+    shown = capsys.readouterr().out
+    assert "3 joints established" in shown
+    found = machine_yaml.read(tmp_path / "found.yaml")
+    kinds = {name: tuple(joint.stiffness) for name, joint in found.description.joints.items()}
+    # Tables 3 and 4 of the paper: six freedoms and no others.
+    assert kinds == {"ground_base": ("rx", "ry", "rz"), "base_column": ("rx",), "column_magazine": ("ry", "rz")}
+    assert found.value("joints.base_column.stiffness.rx") == pytest.approx(184.64e6, rel=0.02)
+    at = found.description.joints["ground_base"].frame.at
+    np.testing.assert_allclose(at, (0, 1.063, -1.5), atol=0.015)
+    np.testing.assert_allclose(body_shapes(found).frequency, body_shapes(vertical).frequency, rtol=5e-3)
+    assert "Joints of from its test" in (tmp_path / "page/index.html").read_text()
+
+
+@pytest.mark.parametrize(("old", "new", "words"), [
+    ("chain: [ground, base, column, magazine]", "chain: [ground, base, colum, magazine]", "no component 'colum'"),
+    ("mass: 300 kg", "mass: -300 kg", "greater than 0"), ("components:", "componets:", "did you mean 'components'"),
+    ("    body: {mass: 300 kg", "    boddy: {mass: 300 kg", "did you mean 'body'")])
+def test_faults_of_a_component_file(measured_machine, tmp_path, capsys, old, new, words):
+    text = (measured_machine / "components.yaml").read_text()
+    assert old in text
+    (tmp_path / "components.yaml").write_text(text.replace(old, new))
+    wrong = arguments(measured_machine)
+    wrong[wrong.index("--components") + 1] = str(tmp_path / "components.yaml")
+    with pytest.raises(SystemExit) as stopped:
+        main(wrong)
+    assert stopped.value.code == 2
+    shown = capsys.readouterr().err
+    assert words in shown and "Traceback" not in shown
