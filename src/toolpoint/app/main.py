@@ -169,7 +169,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
 
 @cli.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", required=True, type=click.Path(path_type=Path), help="Universal file, or CSV with point,x,y,z in m.")
+@click.option("--geometry", required=True, type=click.Path(path_type=Path), help="Universal file, or CSV: point,x,y,z in m.")
 @click.option("--components", required=True, type=click.Path(path_type=Path),
               help="YAML: which points belong to which component, the chain, masses where known.")
 @click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the identified machine here.")

@@ -11,7 +11,18 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
-from toolpoint.updating import AffineSystem, Fit, LeastSquares, Parameter, Problem, SystemModel, Targets, fit
+from toolpoint.updating import (
+    AffineSystem,
+    Fit,
+    LeastSquares,
+    Parameter,
+    Problem,
+    SystemModel,
+    Targets,
+    fit,
+    fit_with_restarts,
+    identifiability,
+)
 from toolpoint.updating.residuals import tracked
 from toolpoint.updating.system_model import Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
@@ -20,6 +31,7 @@ from toolpoint.vibration.sensitivity import MatrixDerivatives
 _RANGE = 1e3
 _SPARE_MODES = 6
 _AFFINE = 1e-9
+_ROUNDS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,12 +176,14 @@ def problem(
 def update(
     machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, frf: Frf | None = None,
     pose: Pose | None = None, targets: Targets | None = None, method: LeastSquares | None = None,
-    limit: float | None = 0.5, least_influence: float = 0.02,
+    limit: float | None = 0.5, least_influence: float = 0.02, restarts: int = 24,
 ) -> MachineUpdate:
     """Return the machine updated to measured modes and frequency responses.
 
     Where both are given, the modes are fitted first: they lead from far away, while responses with narrow peaks have many
-    local minima; then both together from there. Parameters that the data cannot tell stay where they are and are named.
+    local minima; then both with the logarithms of the responses, then as the targets say. Parameters that the data
+    cannot tell stay where they are and are named; the rule is asked at the start and again at the results: what
+    shows only there is freed, and what does not show there goes back to where it was.
 
     Parameters
     ----------
@@ -182,28 +196,67 @@ def update(
     pose : mapping, optional
         One pose: axis to position.
     targets : Targets, optional
-        How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and MAC count.
+        How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and MAC
+        count, and damping where a damping parameter is among them.
     method, limit, least_influence : see `updating.fit`
+    restarts : int
+        See `updating.fit_with_restarts`.
     """
     if targets is None:
-        targets = Targets(modes, frf, mac=modes is not None and len(modes.dofs) > 2)
+        names = [p if isinstance(p, str) else p.name for p in parameters]
+        damped = any(".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
+        targets = Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
     elif modes is not None or frf is not None:
         fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose)
-    result = _staged(task, method, limit, least_influence)
+    result = _staged(task, method, limit, least_influence, restarts)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreement(task, task.start), agreement(task, result.x))
 
 
-def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float) -> Fit:
-    targets = task.targets
-    if targets.modes is None or targets.frf is None:
-        return fit(task, method, limit, least)
-    first = fit(task.with_targets(replace(targets, frf=None)), method, limit, least)
-    second = fit(task, method, limit, least, start=first.x)
-    evaluations = first.evaluations + second.evaluations
+def _stages(targets: Targets) -> list[Targets]:
+    """Modes lead from far away; logarithms of the responses forgive shifted peaks; then everything as it is asked for."""
+    result = [targets] if targets.frf is None else [replace(targets, frf_kind="log"), targets]
+    if targets.modes is not None and targets.frf is not None:
+        result.insert(0, replace(targets, frf=None))
+    return result if targets.frf is None or targets.frf_kind != "log" else result[:-1]
+
+
+def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> Fit:
+    stages = _stages(task.targets)
+    if len(stages) == 1:
+        return fit_with_restarts(task, method, limit, least, restarts=restarts)
+    # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
+    # would make every stiffness look far better known than it is.
+    found = None if limit is None else identifiability(task.with_targets(stages[-2]), None, limit, least)
+    free = task.names if found is None else found.identifiable
     start = float((task.evaluated(task.start).values ** 2).sum())
-    return replace(second, evaluations=evaluations, start_chi_square=start)
+    result = _first(task.with_targets(stages[0]), method, limit, least, free, restarts)
+    evaluations, rest = result.evaluations, stages[1:] if stages[0].frf is None else stages
+    for _ in range(_ROUNDS):
+        for targets in rest:
+            result = fit(task.with_targets(targets), method, free=free, start=result.x)
+            evaluations += result.evaluations
+        # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
+        now = None if limit is None else identifiability(task.with_targets(rest[0]), result.x, limit, least)
+        if now is None or set(now.identifiable) == set(free):
+            break
+        free = now.identifiable
+        result = replace(result, x=np.where([n in free for n in task.names], result.x, 0.0))
+    else:
+        result = fit(task, method, free=free, start=result.x)
+    left = {} if now is None else now.reasons
+    return replace(result, evaluations=evaluations, start_chi_square=start, identifiability=found, left_alone=left)
+
+
+def _first(
+    task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int
+) -> Fit:
+    if task.targets.frf is not None:
+        return fit(task, method, free=free)
+    inner = None if limit is None else identifiability(task, None, limit, least)
+    some = tuple(n for n in free if inner is None or n in inner.identifiable)
+    return fit_with_restarts(task, method, free=some, restarts=restarts)
 
 
 def agreement(task: Problem, x: FloatArray) -> Agreement:

@@ -6,8 +6,10 @@ from toolpoint.updating.multi_start import MultiStart, multi_start
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.prediction import Prediction
 from toolpoint.updating.problem import Problem
+from toolpoint.updating.restart import fit_with_restarts
 from toolpoint.updating.system_model import AffineSystem, SystemModel
 from toolpoint.updating.targets import Targets
 
 __all__ = ["AffineSystem", "Bayesian", "Fit", "Identifiability", "LeastSquares", "MultiStart", "Parameter", "Prediction",
-           "Problem", "Regularised", "SystemModel", "Targets", "fit", "identifiability", "multi_start"]
+           "Problem", "Regularised", "SystemModel", "Targets", "fit", "fit_with_restarts",
+           "identifiability", "multi_start"]

@@ -6,7 +6,8 @@ With the Jacobian J of the weighted residuals to the parameters' coordinates x (
    data move per unit of x;
 2. the parameters are taken in the order of a QR decomposition with column pivoting (the largest influence that the
    ones before cannot imitate comes first); :math:`1/|R_{jj}|` is the standard deviation of x_j with those before known;
-3. taken while that deviation is at most `limit` and the influence at least `least_influence` of the largest;
+3. taken while that deviation is at most `limit` and the influence at least `least_influence` of the
+   largest of its kind (stiffness, damping, mass);
 4. of the taken ones the deviations with all of them free are the roots of the diagonal of :math:`(J^T J)^{-1}`; while any is
    above `limit`, the last taken is dropped.
 
@@ -96,14 +97,15 @@ def identifiability(
     jacobian = problem.evaluated(at, slopes=True).jacobian
     assert jacobian is not None
     influence = np.linalg.norm(jacobian, axis=0)
-    order, pivots = _selected(jacobian, influence, limit, least_influence)
+    share = influence / _largest(problem, influence)
+    order = _selected(jacobian, share, limit, least_influence)
     deviation = _deviations(jacobian, order)
     names = problem.names
-    reasons = {names[j]: _reason(j, influence, deviation, pivots, limit, least_influence)
+    reasons = {names[j]: _reason(influence[j], share[j], deviation[j], limit, least_influence)
                for j in range(len(names)) if j not in order}
     unit = jacobian / np.maximum(influence, 1e-300)
     rule = (f"taken by influence that others cannot imitate while the standard deviation stays below {limit:g} and the "
-            f"influence above {100 * least_influence:g} % of the largest")
+            f"influence above {100 * least_influence:g} % of the largest of its kind")
     return Identifiability(names, tuple(p.group for p in problem.parameters), influence, deviation,
                            np.linalg.svd(unit, compute_uv=False), correlations(unit),
                            tuple(names[j] for j in order), reasons, rule)
@@ -116,18 +118,22 @@ def correlations(jacobian: FloatArray) -> FloatArray:
     return np.asarray(covariance / np.outer(sd, sd))
 
 
-def _selected(
-    jacobian: FloatArray, influence: FloatArray, limit: float, least: float
-) -> tuple[list[int], dict[int, float]]:
-    triangle, pivot = qr(jacobian, mode="r", pivoting=True)
-    size = np.zeros(len(pivot))
-    size[:min(triangle.shape)] = np.abs(np.diag(triangle))
-    alone = {int(j): float(s) for j, s in zip(pivot, size, strict=True)}
-    floor = least * influence.max()
-    order = [int(j) for j in pivot if alone[int(j)] * limit >= 1 and influence[j] >= floor]
+def _largest(problem: Problem, influence: FloatArray) -> FloatArray:
+    kinds = [p.kind for p in problem.parameters]
+    top = {kind: max(float(v) for k, v in zip(kinds, influence, strict=True) if k == kind) for kind in kinds}
+    return np.array([max(top[kind], 1e-300) for kind in kinds])
+
+
+def _selected(jacobian: FloatArray, share: FloatArray, limit: float, least: float) -> list[int]:
+    able = np.flatnonzero(share >= least)
+    if able.size == 0:
+        return []
+    triangle, pivot = qr(jacobian[:, able], mode="r", pivoting=True)
+    size = np.abs(np.diag(triangle))
+    order = [int(able[j]) for j, r in zip(pivot, size, strict=False) if r * limit >= 1]
     while order and (_deviations(jacobian, order)[order] > limit).any():
         order.pop()
-    return order, alone
+    return order
 
 
 def _deviations(jacobian: FloatArray, order: list[int]) -> FloatArray:
@@ -145,13 +151,11 @@ def _deviations(jacobian: FloatArray, order: list[int]) -> FloatArray:
     return result
 
 
-def _reason(
-    j: int, influence: FloatArray, deviation: FloatArray, pivots: dict[int, float], limit: float, least: float
-) -> str:
-    if influence[j] == 0:
+def _reason(influence: float, share: float, deviation: float, limit: float, least: float) -> str:
+    if influence == 0:
         return "the data do not depend on it"
-    if influence[j] < least * influence.max():
-        return f"influence {100 * influence[j] / influence.max():.2g} % of the largest"
-    if influence[j] * limit >= 1:
+    if share < least:
+        return f"influence {100 * share:.2g} % of the largest of its kind"
+    if influence * limit >= 1:
         return "the parameters taken before it imitate its effect"
-    return f"deviation {deviation[j]:.2g} is above {limit:g}"
+    return f"deviation {deviation:.2g} is above {limit:g}"

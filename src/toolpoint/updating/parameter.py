@@ -32,7 +32,10 @@ class Parameter:
     links : mapping of name to factor
         Other numbers of the model that follow: factor times this value.
     group : str
-        What it belongs to (an interface, a part) in rankings; its name up to the third dot where left out.
+        What it belongs to (an interface, a part) in rankings; its name up to the second dot where left out.
+    kind : str
+        What it is (stiffness, damping, mass): influences are compared within a kind, since dampers always move the data less
+        than springs; the part of its name between the second and third dot where left out.
     """
 
     name: str
@@ -43,6 +46,7 @@ class Parameter:
     log: bool = True
     links: Mapping[str, float] = field(default_factory=dict)
     group: str = ""
+    kind: str = ""
 
     def __post_init__(self) -> None:
         scalar(f"Parameter {self.name!r}: value", self.value)
@@ -60,6 +64,8 @@ class Parameter:
             scalar(f"Parameter {self.name!r}: link {name!r}", factor)
         if not self.group:
             object.__setattr__(self, "group", ".".join(self.name.split(".")[:2]))
+        if not self.kind:
+            object.__setattr__(self, "kind", [*self.name.split("."), "", "", ""][2])
 
     @property
     def scale(self) -> float:

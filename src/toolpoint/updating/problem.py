@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray, one_of
 from toolpoint.updating.parameter import Parameter, chain_rule, checked, values_at
 from toolpoint.updating.prediction import Model, Prediction
-from toolpoint.updating.residuals import Residuals, Weighting
+from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting
 from toolpoint.updating.targets import Targets
 
 SENSITIVITIES = ("exact", "finite differences")
@@ -27,14 +27,17 @@ class Problem:
     targets : Targets
     sensitivities : str
         ``exact`` (the model's own), or ``finite differences`` (forward, for models that have none and for comparison).
+    frequency_weight : float
+        How much nearness in frequency counts beside MAC when modes are paired, see `residuals.tracked`.
     """
 
     def __init__(
-        self, model: Model, parameters: Sequence[Parameter], targets: Targets, sensitivities: str = "exact"
+        self, model: Model, parameters: Sequence[Parameter], targets: Targets, sensitivities: str = "exact",
+        frequency_weight: float = FREQUENCY_WEIGHT,
     ) -> None:
         self.model, self.parameters, self.targets = model, checked(parameters), targets
         self.sensitivities = one_of("sensitivities", sensitivities, SENSITIVITIES)
-        self.weighting = Weighting(targets)
+        self.weighting = Weighting(targets, frequency_weight)
         self.evaluations = 0
 
     @property
@@ -86,11 +89,15 @@ class Problem:
     def moved_to(self, values: dict[str, float]) -> Problem:
         """Return the problem starting from other values; the priors' means move along."""
         new = [p.moved_to(values.get(p.name, p.value)) for p in self.parameters]
-        return Problem(self.model, new, self.targets, self.sensitivities)
+        return Problem(self.model, new, self.targets, self.sensitivities, self.weighting.frequency_weight)
 
     def with_targets(self, targets: Targets) -> Problem:
         """Return the problem with other targets."""
-        return Problem(self.model, self.parameters, targets, self.sensitivities)
+        return Problem(self.model, self.parameters, targets, self.sensitivities, self.weighting.frequency_weight)
+
+    def with_pairing(self, frequency_weight: float) -> Problem:
+        """Return the problem with another weight of frequency in the pairing of modes."""
+        return Problem(self.model, self.parameters, self.targets, self.sensitivities, frequency_weight)
 
     def __repr__(self) -> str:
         return f"Problem({len(self.parameters)} parameters, {self.sensitivities} sensitivities, {self.targets!r})"

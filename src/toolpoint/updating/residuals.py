@@ -12,7 +12,7 @@ from toolpoint.updating.prediction import Prediction
 from toolpoint.updating.targets import Targets
 from toolpoint.vibration import Modes, correlation
 
-_FREQUENCY_WEIGHT = 0.1
+FREQUENCY_WEIGHT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,8 +27,8 @@ class Tracking:
         return tuple(int(i) for i in np.flatnonzero(self.mac < lowest))
 
 
-def tracked(measured: Modes, predicted: Modes) -> Tracking:
-    """Return the one-to-one pairing with the largest sum of MAC - 0.1 |ln(f/f_m)| (at most 0.3).
+def tracked(measured: Modes, predicted: Modes, weight: float = FREQUENCY_WEIGHT) -> Tracking:
+    """Return the one-to-one pairing with the largest sum of MAC - weight |ln(f/f_m)| (at most 3 weight).
 
     The shapes decide, so modes are followed through crossings; the frequency decides between shapes that look alike at
     the measured Dofs.
@@ -39,7 +39,7 @@ def tracked(measured: Modes, predicted: Modes) -> Tracking:
     shapes = predicted.shape if predicted.dofs == measured.dofs else predicted.shape_at(measured.dofs)
     matrix = correlation.mac(measured.shape, shapes)
     shift = np.abs(np.log(measured.frequency[:, None] / np.maximum(predicted.frequency, 1e-12)))
-    rows, columns = linear_sum_assignment(matrix - _FREQUENCY_WEIGHT * np.minimum(shift, 3.0), maximize=True)
+    rows, columns = linear_sum_assignment(matrix - weight * np.minimum(shift, 3.0), maximize=True)
     return Tracking(columns[np.argsort(rows)], matrix[rows, columns][np.argsort(rows)])
 
 
@@ -64,8 +64,8 @@ class Residuals:
 class Weighting:
     """Targets with their whitening worked out once."""
 
-    def __init__(self, targets: Targets) -> None:
-        self.targets = targets
+    def __init__(self, targets: Targets, frequency_weight: float = FREQUENCY_WEIGHT) -> None:
+        self.targets, self.frequency_weight = targets, frequency_weight
         if targets.modes is not None:
             self.poles = targets.pole_whitening()
             length = np.linalg.norm(targets.modes.shape, axis=0)
@@ -89,7 +89,7 @@ class Weighting:
     def _modes(self, prediction: Prediction, parts: list[tuple[str, FloatArray, FloatArray | None]]) -> Tracking:
         if prediction.modes is None:
             fail("model", "a prediction without modes", "must predict them for measured modes")
-        tracking = tracked(self.targets.modes, prediction.modes)  # type: ignore[arg-type]
+        tracking = tracked(self.targets.modes, prediction.modes, self.frequency_weight)  # type: ignore[arg-type]
         if self.targets.frequency or self.targets.damping:
             parts += self._poles(prediction, tracking.model)
         if self.targets.shape or self.targets.mac:
