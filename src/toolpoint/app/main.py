@@ -186,6 +186,26 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file
         click.echo(json.dumps({"joints": [one.as_dict() for one in run.joints.joints], "status": run.joints.status}))
 
 
+@cli.command()
+@click.argument("machine", type=click.Path(path_type=Path))
+@click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Measured modes, saved by identify (HDF5).")
+@click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured FRFs (universal, HDF5, MATLAB, text).")
+@click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
+              help="Parameter to update; all joint stiffnesses where none is named.")
+@_POSE
+@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the updated machine here.")
+@_OUTPUT
+@_JSON
+def update(machine: Path, modes_file: Path | None, frf: tuple[Path, ...], paths: tuple[str, ...],
+           pose: dict[str, float] | None, machine_file: Path | None, output: Path, as_json: bool) -> None:
+    """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named."""
+    from toolpoint.app import update as work
+
+    found = work.update_machine(machine, modes_file, frf, paths, pose, machine_file, output, as_json)
+    if as_json:
+        click.echo(json.dumps({"values": found.fit.values, "status": found.fit.status}))
+
+
 def _cut_options(command: Any) -> Any:
     """Add the options that say what is cut and where its dynamics come from."""
     for option in reversed((
