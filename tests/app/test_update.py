@@ -31,7 +31,8 @@ def measurement(vertical, tmp_path_factory):
 def test_wrong_stiffnesses_are_found(measurement, vertical, tmp_path, capsys):
     options = [x for path in WRONG for x in ("--parameter", path)]
     main(["update", str(measurement / "wrong.yaml"), "--modes", str(measurement / "modes.h5"),
-          "--frf", str(measurement / "frf.h5"), *options, "--machine", str(tmp_path / "right.yaml"), "-o", str(tmp_path / "page")])
+          "--frf", str(measurement / "frf.h5"), *options, "--machine", str(tmp_path / "right.yaml"),
+          "-o", str(tmp_path / "page")])
     found = machine_yaml.read(tmp_path / "right.yaml")
     for path in WRONG:
         assert found.value(path) == pytest.approx(vertical.value(path), rel=1e-3)

@@ -122,3 +122,23 @@ def test_nothing_is_claimed_of_pure_noise(case, modes):
     noise = replace(modes, shape=rng.normal(size=modes.shape.shape), shape_variance=np.ones(modes.shape.shape))
     result = identify_joints(noise, case.points, case.components, p1.CHAIN)
     assert all(joint.kind == "locked" for joint in result.joints)
+
+
+@pytest.mark.parametrize("many", [1, 4])
+def test_points_of_another_component_are_named(case, modes, many):
+    parts = {name: list(points) for name, points in case.components.items()}
+    moved = [parts["base"].pop() for _ in range(many)]
+    parts["magazine"] += moved
+    with pytest.warns(ToolpointWarning, match="doubtful"):
+        result = identify_joints(modes, case.points, parts, p1.CHAIN)
+    doubts = " ".join(result.joint("magazine").doubts)
+    assert "do not move with magazine" in doubts
+    assert all(str(point) in doubts for point in moved)
+
+
+def test_channels_swapped_at_one_point_are_named(case, modes):
+    shape, at = modes.shape.copy(), 3 * list(case.points).index(case.components["column"][7])
+    shape[at:at + 3] = shape[[at + 2, at + 1, at]]
+    with pytest.warns(ToolpointWarning, match="doubtful"):
+        result = identify_joints(replace(modes, shape=shape), case.points, case.components, p1.CHAIN)
+    assert f"[{case.components['column'][7]}] do not move" in " ".join(result.joint("column").doubts)

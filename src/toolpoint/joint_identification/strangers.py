@@ -18,11 +18,11 @@ from toolpoint.joint_identification.measured import Component, Point, about
 _MEDIAN = 0.6744898
 
 
-def strangers(part: Component, significance: float = 1e-6, floor: float = 1e-3) -> tuple[Point, ...]:
+def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) -> tuple[Point, ...]:
     """Return the points that move unlike the rest of their component.
 
     `significance` is the probability of naming any point of a rigid component; a residual below `floor` of the
-    component's rms motion never counts.
+    component's rms motion never counts (gains of sensors agree within a few per cent, not better).
     """
     if len(part.points) < 5:
         return ()

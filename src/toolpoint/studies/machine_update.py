@@ -253,7 +253,7 @@ def _first(
     task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int
 ) -> Fit:
     if task.targets.frf is not None:
-        return fit(task, method, free=free)
+        return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
     inner = None if limit is None else identifiability(task, None, limit, least)
     some = tuple(n for n in free if inner is None or n in inner.identifiable)
     return fit_with_restarts(task, method, free=some, restarts=restarts)

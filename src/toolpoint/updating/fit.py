@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import least_squares
+from scipy.stats import chi2
 
 from toolpoint._check import FloatArray, count, fail, one_of, positive
 from toolpoint.updating import fit_report
@@ -25,6 +26,8 @@ from toolpoint.updating.residuals import Residuals
 ALGORITHMS = ("trf", "dogbox", "lm")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 _STATIONARY = 1e-3
+_UNEXPLAINED = 10.0
+_IMPROBABLE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -270,10 +273,21 @@ def _judged(fitted: Fit, problem: Problem, gain: float, result: object) -> Fit:
                      f"{problem.targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
     if fitted.at_bounds:
         words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
-    if converged and fitted.reduced_chi_square > 10:
+    if converged and not explained(fitted, problem.targets.assumed):
         words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
                      "multi_start, other parameters, or look for what the model lacks")
     return replace(fitted, converged=converged, status="; ".join(words))
+
+
+def explained(found: Fit, assumed: bool) -> bool:
+    """Whether chi-square is one that the data's deviations allow.
+
+    Measured deviations: its probability of being exceeded is at least 1e-6. Assumed ones: at most 10 per degree of freedom.
+    """
+    freedom = max(found.n_data - len(found.free), 1)
+    if assumed:
+        return found.chi_square <= _UNEXPLAINED * freedom
+    return bool(chi2.sf(found.chi_square, freedom) >= _IMPROBABLE)
 
 
 def _unmoved(

@@ -1,0 +1,86 @@
+"""Restarts: other ways into the same fit, tried only where the first does not reach a minimum that explains the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.updating.fit import Fit, LeastSquares, explained, fit
+from toolpoint.updating.problem import Problem
+
+_BY_FREQUENCY = 3.0
+
+
+def fit_with_restarts(
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, least_influence: float = 0.02,
+    free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5,
+) -> Fit:
+    """Return `fit`; where it does not explain the data, the best of up to `restarts` more, the first that does.
+
+    The first restart pairs modes by frequency to get near and then by MAC: from a wrong start strongly coupled shapes may
+    look more like another mode's than like their own. The next ones start from Halton points (no random numbers) within
+    +- `spread` of the start in the free parameters' coordinates, all ways in turn (the second: frequencies alone first).
+
+    Parameters
+    ----------
+    problem, method, limit, least_influence, free : see `fit`
+    restarts : int
+        0 for none.
+    spread : float
+    """
+    first = fit(problem, method, limit, least_influence, free)
+    assumed = problem.targets.assumed
+    if (first.converged and explained(first, assumed)) or not first.free:
+        return first
+    best, evaluations, tried = first, first.evaluations, 0
+    for start in _starts(problem, first, restarts, spread, method):
+        tried += 1
+        try:
+            found = fit(problem, method, free=first.free, start=start)
+        except ToolpointError:
+            # A start may lie where the model does not exist (no stable equilibrium); the count below tells of it.
+            continue
+        evaluations += found.evaluations
+        if (found.converged, -_cost(found)) > (best.converged, -_cost(best)):
+            best = found
+        if found.converged and explained(found, assumed):
+            break
+    status = best.status + f"; after {tried} restarts" if tried else best.status
+    return replace(best, status=status, evaluations=evaluations, identifiability=first.identifiability,
+                   left_alone=first.left_alone, start_chi_square=first.start_chi_square)
+
+
+def _starts(
+    problem: Problem, first: Fit, restarts: int, spread: float, method: LeastSquares | None
+) -> Iterator[FloatArray]:
+    at = [problem.names.index(n) for n in first.free]
+    low, high = problem.bounds
+    halton = qmc.Halton(len(at), scramble=False).random(restarts + 1)[1:]
+    ways = _ways(problem)
+    for k in range(restarts):
+        x = problem.start
+        if k >= len(ways):
+            x[at] = np.clip(spread * (2 * halton[k] - 1), low[at], high[at])
+        way = ways[k % len(ways)]
+        try:
+            yield x if way is None else fit(way, method, free=first.free, start=x).x
+        except ToolpointError:
+            # This way in leads where the model does not exist; the next one is tried.
+            continue
+
+
+def _ways(problem: Problem) -> tuple[Problem | None, ...]:
+    targets, other = problem.targets, problem.with_pairing(_BY_FREQUENCY)
+    if targets.modes is None:
+        return (None,)
+    if not targets.frequency or not (targets.shape or targets.mac):
+        return other, None
+    return other, other.with_targets(replace(targets, frf=None, damping=False, shape=False, mac=False)), None
+
+
+def _cost(found: Fit) -> float:
+    return found.chi_square + found.prior_cost
