@@ -131,7 +131,8 @@ def summary(rows) -> dict:
 def naive_summary(rows) -> dict:
     """Return medians and worst of the source's way, and how often it claims six freedoms."""
     place = [row["place"] for row in rows]
-    return {"place median": float(np.median(place)), "place worst": max(place), "angle worst": max(row["angle"] for row in rows),
+    return {"place median": float(np.median(place)), "place worst": max(place),
+            "angle worst": max(row["angle"] for row in rows),
             "six freedoms": float(np.mean([row["freedoms"] == 6 for row in rows]))}
 
 
@@ -165,9 +166,10 @@ def main() -> None:
         for key, value in one.items():
             print(f"    {key:22s}{value if isinstance(value, (list, dict)) else format(value, '.4g')}")
     low, high = results["2 %"], results["5 %"]
-    print(f"three joints, six freedoms right in {100 * low['right']:.0f} % / {100 * high['right']:.0f} % of {given.seeds} seeds "
-          f"(2 % / 5 % noise); worst position {low['place']:.2f} / {high['place']:.2f} mm, direction {low['angle']:.3f} / "
-          f"{high['angle']:.3f} deg, stiffness {low['stiffness']:.3f} / {high['stiffness']:.3f} %")
+    print(f"three joints, six freedoms right in {100 * low['right']:.0f} % / {100 * high['right']:.0f} % of "
+          f"{given.seeds} seeds (2 % / 5 % noise); worst position {low['place']:.2f} / {high['place']:.2f} mm, "
+          f"direction {low['angle']:.3f} / {high['angle']:.3f} deg, stiffness {low['stiffness']:.3f} / "
+          f"{high['stiffness']:.3f} %")
 
 
 if __name__ == "__main__":

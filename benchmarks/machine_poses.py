@@ -10,13 +10,16 @@ import json
 import os
 import sys
 import time
+from pathlib import Path
 
 for name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(name, "1")
 
-import numpy as np  # noqa: E402
-from elastic_robot import CENTRES, INERTIAS, LINKS, MASSES, REFERENCE, SPRINGS, link, robot  # noqa: E402
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests"))
 
+import numpy as np  # noqa: E402
+
+from elastic_robot import CENTRES, INERTIAS, LINKS, MASSES, REFERENCE, SPRINGS, link, robot  # noqa: E402
 from toolpoint.machine import assemble  # noqa: E402
 from toolpoint.machine.derivatives import matrix_derivatives  # noqa: E402
 from toolpoint.machine.frequencies import natural_frequencies  # noqa: E402

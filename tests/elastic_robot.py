@@ -1,4 +1,4 @@
-"""The eighteen-freedom elastic robot of the reference case B2 as a toolpoint description, shared by benchmarks."""
+"""The eighteen-freedom elastic robot of the reference case B2 as a toolpoint description, shared by tests and benchmarks."""
 
 from __future__ import annotations
 

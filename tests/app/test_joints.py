@@ -6,8 +6,9 @@ import pytest
 from toolpoint.app.main import main
 from toolpoint.io import machine_yaml, uff
 from toolpoint.machine.shapes import body_shapes
-from toolpoint.studies.virtual_test import surface_points, true_modes
+from toolpoint.studies.virtual_test import MeasuringPoints, surface_points, true_modes
 from toolpoint.vibration import Frf, frequency_response
+from toolpoint.vibration.correlation import mac
 
 RIDES_ON = {"base": "base", "saddle": "base", "table": "base", "column": "column", "head": "column", "magazine": "magazine"}
 # The chosen masses of the machine file, whole components.
@@ -54,6 +55,10 @@ def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_pat
     at = found.description.joints["ground_base"].frame.at
     np.testing.assert_allclose(at, (0, 1.063, -1.5), atol=0.015)
     np.testing.assert_allclose(body_shapes(found).frequency, body_shapes(vertical).frequency, rtol=5e-3)
+    points = surface_points(vertical, 60, np.random.default_rng(3))
+    carried = MeasuringPoints({p: (RIDES_ON[body], at) for p, (body, at) in points.places.items()})
+    agreement = mac(true_modes(found, carried, 0.03).shape, true_modes(vertical, points, 0.03).shape)
+    assert np.diag(agreement).min() > 0.99
     assert "Joints of from its test" in (tmp_path / "page/index.html").read_text()
 
 

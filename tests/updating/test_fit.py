@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from chain import chain, measured
+from spring_chain import chain, measured
 
 from toolpoint._check import ToolpointError
 from toolpoint.updating import (
@@ -97,7 +97,8 @@ def test_two_springs_in_series_are_told_apart_by_no_data():
                                 ["springs.0.stiffness"] if names else ())
             if not names:
                 return result
-            chain_rule = np.array([(values["b"] / (values["a"] + values["b"]))**2, (values["a"] / (values["a"] + values["b"]))**2])
+            both = values["a"] + values["b"]
+            chain_rule = np.array([(values["b"] / both)**2, (values["a"] / both)**2])
             return replace(result, frequency_slopes=chain_rule[[("a", "b").index(n) for n in names], None]
                            * result.frequency_slopes, damping_slopes=np.zeros((len(names), 4)), shape_slopes=None)
 
@@ -172,8 +173,8 @@ def test_modes_are_followed_through_a_crossing():
 
 
 def test_multi_start_reports_two_optima_that_are_as_good():
-    """Two equal masses between equal springs: exchanging the outer springs changes no frequency."""
-    model, parameters = chain()
+    """A model that depends on the sum and the product of its parameters only: exchanging them changes nothing."""
+    model, _ = chain()
 
     class Sum:
         def __call__(self, values, names):

@@ -2,11 +2,12 @@
 
 from toolpoint.joint_identification.estimate import JointEstimate
 from toolpoint.joint_identification.finite_motion import ClosestPoint, FiniteRotation
+from toolpoint.joint_identification.grouping import Grouping, grouped
 from toolpoint.joint_identification.identify import JointIdentification, identify_joints
 from toolpoint.joint_identification.joint_fit import Criterion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion
 from toolpoint.joint_identification.stiffness import MassProperties
 
 __all__ = [
-    "ClosestPoint", "Criterion", "FiniteRotation", "JointEstimate", "JointIdentification", "MassProperties", "RigidMotion",
-    "SmallMotion", "identify_joints"]
+    "ClosestPoint", "Criterion", "FiniteRotation", "Grouping", "JointEstimate", "JointIdentification", "MassProperties",
+    "RigidMotion", "SmallMotion", "grouped", "identify_joints"]

@@ -68,7 +68,7 @@ def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None
     least : int
         Fewest points of a cluster (4 or more).
     significance : float
-        A point is refused where noise alone exceeds its misfit with a smaller probability.
+        Probability that noise alone makes any of all points be refused by its own part.
 
     Warns
     -----
@@ -83,7 +83,7 @@ def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None
     data = _prepared(modes, points, names, noise)
     seeds = _seeds(data, least)
     scale = _scale(data, seeds)
-    limit = np.array([stats.chi2.isf(significance, one) for one in data.count]) * scale
+    limit = np.array([stats.chi2.isf(significance / len(names), one) for one in data.count]) * scale
     clusters = _clusters(data, seeds, limit, least)
     if not clusters:
         fail("modes", "no rigid cluster", f"must have some of at least {least} points",

@@ -174,17 +174,18 @@ def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], c
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     result = {}
     for name, motion in motions.items():
-        if np.isnan(motion.bending_p).any():
-            result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
         strange = strangers(parts[name])
+        bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
+        # Points of another component look like bending; a name is the better hint.
         if strange:
             result[name] = (f"points {list(strange)[:8]} do not move with {name}: check their component, position, directions "
-                            "and channels")
-        bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
-        if bends.any():
+                            "and channels" + (", or whether it bends" if bends.any() else ""))
+        elif bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
             result[name] = (f"{name} bends in mode {', '.join(map(str, which))} (up to "
                             f"{100 * motion.bending[bends].max():.2g} % of its motion): divide it or leave these modes out")
+        elif np.isnan(motion.bending_p).any():
+            result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
     return result
 
 

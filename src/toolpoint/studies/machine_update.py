@@ -256,7 +256,14 @@ def _first(
         return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
     inner = None if limit is None else identifiability(task, None, limit, least)
     some = tuple(n for n in free if inner is None or n in inner.identifiable)
-    return fit_with_restarts(task, method, free=some, restarts=restarts)
+    result = fit_with_restarts(task, method, free=some, restarts=restarts)
+    if limit is None or not result.converged:
+        return result
+    again = identifiability(task, result.x, limit, least).identifiable
+    if set(again) <= set(some):
+        return result
+    more = fit(task, method, free=(*some, *(n for n in again if n not in some)), start=result.x)
+    return replace(more, evaluations=result.evaluations + more.evaluations)
 
 
 def agreement(task: Problem, x: FloatArray) -> Agreement:

@@ -190,9 +190,7 @@ class _Solver:
 
     def __init__(self, problem: Problem, at: list[int], x0: FloatArray, prior: FloatArray) -> None:
         self.problem, self.at, self.x0, self.prior = problem, at, x0, prior
-        self.key: bytes | None = None
-        self.found: Residuals | None = None
-        self.exact = problem.sensitivities == "exact"
+        self.last: tuple[bytes, Residuals] | None = None
 
     def full(self, free: FloatArray) -> FloatArray:
         x = self.x0.copy()
@@ -200,11 +198,19 @@ class _Solver:
         return x
 
     def residual(self, free: FloatArray) -> FloatArray:
-        found = self.problem.evaluated(self.full(free))
-        return np.concatenate([found.values, self.prior * free])
+        if self.problem.sensitivities == "exact":
+            # Most trial points are accepted: the Jacobian made along with the residual saves a second solution there.
+            return np.concatenate([self._both(free).values, self.prior * free])
+        return np.concatenate([self.problem.evaluated(self.full(free)).values, self.prior * free])
+
+    def _both(self, free: FloatArray) -> Residuals:
+        key = free.tobytes()
+        if self.last is None or self.last[0] != key:
+            self.last = key, self.problem.evaluated(self.full(free), slopes=True, at=self.at)
+        return self.last[1]
 
     def jacobian(self, free: FloatArray) -> FloatArray:
-        found = self.problem.evaluated(self.full(free), slopes=True, at=self.at)
+        found = self._both(free)
         assert found.jacobian is not None
         return np.concatenate([found.jacobian, np.diag(self.prior)])
 

@@ -12,7 +12,7 @@ from toolpoint.updating.prediction import Model, Prediction
 from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting
 from toolpoint.updating.targets import Targets
 
-SENSITIVITIES = ("exact", "finite differences")
+SENSITIVITIES = ("exact", "finite differences", "central differences")
 _STEP = 1e-6
 
 
@@ -26,7 +26,8 @@ class Problem:
     parameters : sequence of Parameter
     targets : Targets
     sensitivities : str
-        ``exact`` (the model's own), or ``finite differences`` (forward, for models that have none and for comparison).
+        ``exact`` (the model's own), or ``finite differences`` (forward) or ``central differences`` (for models that
+        have none, and for comparison).
     frequency_weight : float
         How much nearness in frequency counts beside MAC when modes are paired, see `residuals.tracked`.
     """
@@ -66,7 +67,7 @@ class Problem:
         self.evaluations += 1
         if not slopes:
             return self.weighting.residuals(self.prediction(x))
-        if self.sensitivities == "finite differences":
+        if self.sensitivities != "exact":
             return self._differences(x, columns)
         names, chain = chain_rule([self.parameters[j] for j in columns], x[columns])
         found = self.weighting.residuals(self.model(values_at(self.parameters, x), names))
@@ -83,7 +84,12 @@ class Problem:
             moved[j] += _STEP if x[j] + _STEP <= high[j] else -_STEP
             self.evaluations += 1
             there = self.weighting.residuals(self.prediction(moved))
-            jacobian[:, k] = (there.values - here.values) / (moved[j] - x[j])
+            back, base = here, x
+            if self.sensitivities == "central differences":
+                base = 2 * x - moved
+                self.evaluations += 1
+                back = self.weighting.residuals(self.prediction(base))
+            jacobian[:, k] = (there.values - back.values) / (moved[j] - base[j])
         return Residuals(here.values, jacobian, here.blocks, here.tracking)
 
     def moved_to(self, values: dict[str, float]) -> Problem:

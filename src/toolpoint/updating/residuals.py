@@ -100,11 +100,13 @@ class Weighting:
         measured, modes, white = self.targets.modes, prediction.modes, self.poles
         assert measured is not None and modes is not None
         frequency = modes.frequency[at]
-        pair = np.stack([np.log(frequency / measured.frequency), modes.damping_ratio[at] - measured.damping_ratio])
+        damping, damping_slope = self.targets.damping_residual(modes.damping_ratio[at])
+        pair = np.stack([np.log(frequency / measured.frequency), damping])
         values = np.einsum("rab,br->ar", white, pair)
         slopes = None
         if prediction.frequency_slopes is not None and prediction.damping_slopes is not None:
-            change = np.stack([prediction.frequency_slopes[:, at] / frequency, prediction.damping_slopes[:, at]])
+            change = np.stack([prediction.frequency_slopes[:, at] / frequency,
+                               prediction.damping_slopes[:, at] * damping_slope])
             slopes = np.einsum("rab,bpr->arp", white, change)
         used = [(k, name) for k, (name, on) in enumerate(
             (("frequency", self.targets.frequency), ("damping", self.targets.damping))) if on]

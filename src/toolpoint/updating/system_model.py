@@ -98,7 +98,8 @@ class SystemModel:
         system = self.systems.system(values)
         slopes = self.systems.derivatives(values, names) if names else None
         result = Prediction()
-        modal = _Modal(system, slopes) if self.modes or self.modal_damping is not None else None
+        every = self.modal_damping is not None
+        modal = _Modal(system, slopes, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
             result = _modes(system, modal, min(self.modes, system.size), self.modal_damping)
         if self.lines is None:
@@ -112,31 +113,42 @@ class SystemModel:
 
 
 class _Modal:
-    """All undamped modes and the derivatives of eigenvalues and vectors: slopes (p, n), turns (p, n, n) in the vectors."""
+    """All undamped modes and derivatives of the lowest `keep`: square_slopes (p, keep), turns (p, n, keep) in the vectors."""
 
-    def __init__(self, system: SecondOrderSystem, slopes: MatrixDerivatives | None) -> None:
+    def __init__(self, system: SecondOrderSystem, slopes: MatrixDerivatives | None, keep: int | None = None) -> None:
         self.squares, self.vectors = mass_normalised(system.mass, system.stiffness)
+        self.keep = self.squares.size if keep is None else min(keep, self.squares.size)
         self.omega = np.sqrt(np.maximum(self.squares, 0.0))
         self.slopes = slopes
         if slopes is None:
             return
         stiffness, mass = self.projected(slopes.stiffness), self.projected(slopes.mass)
-        form = stiffness - self.squares * mass
-        gap = self.squares - self.squares[:, None]
-        top = np.maximum(np.abs(self.squares), np.abs(self.squares[:, None]))
+        own = self.squares[:self.keep]
+        form = stiffness - own * mass
+        gap = own - self.squares[:, None]
+        top = np.maximum(np.abs(own), np.abs(self.squares[:, None]))
         near = np.abs(gap) <= _EQUAL * top
         # Inside a group of equal roots the vectors turn with the parameter in jumps; there only frequencies are followed.
         self.turns = np.where(near, 0.0, form / np.where(near, 1.0, gap))
-        each = np.arange(self.squares.size)
+        each = np.arange(self.keep)
         self.turns[:, each, each] = -0.5 * mass[:, each, each]
         self.square_slopes = form[:, each, each]
 
     def projected(self, matrices: FloatArray | None) -> FloatArray:
-        """Return phi^T A' phi of every parameter, (p, n, n)."""
-        n = self.squares.size
+        """Return phi^T A' phi of every parameter for the modes kept, (p, n, keep)."""
+        n, kept = self.squares.size, self.vectors[:, :self.keep]
+        count = len(self.slopes.names) if self.slopes else 0
+        result = np.zeros((count, n, self.keep))
         if matrices is None:
-            return np.zeros((len(self.slopes.names) if self.slopes else 0, n, n))
-        return np.asarray(self.vectors.T @ matrices @ self.vectors)
+            return result
+        used = np.flatnonzero(matrices.any(axis=(1, 2)))
+        if used.size == 0:
+            return result
+        # Two large products instead of a small one per parameter.
+        right = matrices[used].reshape(-1, n) @ kept
+        left = self.vectors.T @ np.swapaxes(right.reshape(used.size, n, -1), 0, 1).reshape(n, -1)
+        result[used] = np.swapaxes(left.reshape(n, used.size, -1), 0, 1)
+        return result
 
 
 def _modes(system: SecondOrderSystem, modal: _Modal, keep: int, ratio: float | None) -> Prediction:
@@ -150,7 +162,8 @@ def _modes(system: SecondOrderSystem, modal: _Modal, keep: int, ratio: float | N
     if modal.slopes is None:
         return Prediction(modes)
     return Prediction(modes, None, modal.square_slopes[:, :keep] / (4 * np.pi * omega), damping_slopes,
-                      shape @ modal.turns[:, :, :keep])
+                      (shape @ np.swapaxes(modal.turns[:, :, :keep], 0, 1).reshape(shape.shape[1], -1)).reshape(
+                          shape.shape[0], -1, keep).swapaxes(0, 1))
 
 
 def _damping(

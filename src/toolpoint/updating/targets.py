@@ -27,7 +27,8 @@ class Targets:
     frf : Frf, optional
         Any quantity; compared as receptance.
     frequency, damping, shape, mac : bool
-        Which parts of the modes count. Residuals: ln f - ln f_m; zeta - zeta_m; the shape of unit length minus its best
+        Which parts of the modes count. Residuals: ln f - ln f_m; likewise zeta (see
+        `damping_residual`); the shape of unit length minus its best
         multiple of the model's; 1 - MAC.
     frequency_sd, damping_sd : float
         Relative standard deviations.
@@ -98,15 +99,15 @@ class Targets:
         return () if self.modes is None else self.modes.dofs
 
     def pole_whitening(self) -> FloatArray:
-        """Return W, (n_modes, 2, 2), with W (ln f - ln f_m, zeta - zeta_m) uncorrelated of unit variance."""
+        """Return W, (n_modes, 2, 2), with W (ln f - ln f_m, damping residual) uncorrelated of unit variance."""
         modes = self.modes
         assert modes is not None
+        scale = np.stack([1 / modes.frequency, self.damping_residual(modes.damping_ratio)[1]], axis=-1)
         if modes.covariance is None:
             zeta = np.maximum(np.abs(modes.damping_ratio), 1e-4)
             covariance = np.zeros((modes.count, 2, 2))
-            covariance[:, 0, 0], covariance[:, 1, 1] = self.frequency_sd**2, (self.damping_sd * zeta)**2
+            covariance[:, 0, 0], covariance[:, 1, 1] = self.frequency_sd**2, (self.damping_sd * zeta * scale[:, 1])**2
         else:
-            scale = np.stack([1 / modes.frequency, np.ones(modes.count)], axis=-1)
             covariance = modes.covariance * scale[:, :, None] * scale[:, None, :]
         used = [i for i, on in enumerate((self.frequency, self.damping)) if on]
         result = np.zeros((modes.count, 2, 2))
@@ -118,6 +119,20 @@ class Targets:
             if used:
                 result[r][np.ix_(used, used)] = np.linalg.inv(np.linalg.cholesky(part))
         return result
+
+    def damping_residual(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the residuals of damping ratios (n_modes,) and their slopes: ln (zeta + e)/(zeta_m + e), e = zeta_m/1000.
+
+        A logarithm, because dampers start wrong by factors; e lets a model without damping in. Where the measured ratio is
+        not positive, the plain difference.
+        """
+        assert self.modes is not None
+        measured = self.modes.damping_ratio
+        little = 1e-3 * measured
+        usable = (measured > 0) & (ratio + little > 0)
+        top = np.where(usable, ratio + little, 1.0)
+        return (np.where(usable, np.log(top / np.where(usable, measured + little, 1.0)), ratio - measured),
+                np.where(usable, 1 / top, 1.0))
 
     def shape_deviation(self) -> FloatArray:
         """Return the standard deviation of every entry of the shapes of unit length, (n_dofs, n_modes)."""

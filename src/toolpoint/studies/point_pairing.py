@@ -1,0 +1,83 @@
+"""Point pairing: which measured point is which point of a machine, with the transform between their frames found."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import linear_sum_assignment
+from scipy.spatial.distance import cdist
+
+from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint.spatial import registration
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Dof, Modes
+
+
+@dataclass(frozen=True, eq=False)
+class PointPairing:
+    """Measured to model point, `distance` (m) of each, `transform` (4, 4) from test to model frame, points left single."""
+
+    pairs: Mapping[str | int, str | int]
+    distance: Mapping[str | int, float]
+    transform: FloatArray
+    single: tuple[str | int, ...]
+    status: str
+
+    def renamed(self, modes: Modes) -> Modes:
+        """Return measured modes at the model's point names, directions turned into the model's frame; single points go."""
+        keep = [d for d in modes.dofs if d.point in self.pairs]
+        if not keep:
+            fail("modes", "no paired point", "must share points with the pairing")
+        rotation = self.transform[:3, :3]
+        if any(d.is_rotation for d in keep):
+            fail("modes", "rotational Dofs", "points are paired for translations", "use modes.at_dofs first")
+        labels = [_label(self.pairs[d.point], rotation @ d.unit[:3], d.direction) for d in keep]
+        return replace(modes.at_dofs(keep), dofs=tuple(labels))
+
+
+def paired_points(
+    test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike], furthest: float,
+    known: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
+) -> PointPairing:
+    """Return the one-to-one pairing with the least sum of squared distances after registration.
+
+    Parameters
+    ----------
+    test, model : point to (3,) position, m
+        Each in its own frame.
+    furthest : float
+        Pairs further apart after registration are left single, m.
+    known : mapping of test to model point, optional
+        At least three pairs that fix the transform; otherwise ICP from `start`, which must be near.
+    """
+    positive("furthest", furthest)
+    a = np.array([floats(f"test[{n!r}]", p, (3,)) for n, p in test.items()])
+    b = np.array([floats(f"model[{n!r}]", p, (3,)) for n, p in model.items()])
+    names, others = list(test), list(model)
+    if known is not None:
+        lost = [str(n) for n in (*known, *known.values()) if n not in (*names, *others)]
+        if lost:
+            fail("known", f"no point {', '.join(lost)}", "must be points of test and model")
+        found = registration.rigid(a[[names.index(k) for k in known]], b[[others.index(v) for v in known.values()]])
+    else:
+        found = registration.iterative_closest_point(a, b, start)
+    distance = cdist(tf.moved(found.transform, a), b)
+    rows, columns = linear_sum_assignment(distance**2)
+    near = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
+    pairs = {names[i]: others[j] for i, j in near}
+    single = tuple(n for n in names if n not in pairs)
+    status = found.status if not single else (
+        f"{found.status}; {len(single)} of {len(names)} test points have no model point within {furthest:g} m: check units, "
+        "give known pairs, or a nearer start")
+    return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, found.transform, single, status)
+
+
+def _label(point: str | int, unit: FloatArray, direction: str) -> Dof:
+    """Return a Dof along a unit vector, as one of the axes where it is one within 1e-6."""
+    k = int(np.argmax(np.abs(unit)))
+    if abs(unit[k]) > 1 - 1e-6:
+        return Dof(point, ("+" if unit[k] > 0 else "-") + "xyz"[k])
+    return Dof(point, f"test {direction}", (float(unit[0]), float(unit[1]), float(unit[2])))

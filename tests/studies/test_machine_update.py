@@ -1,0 +1,134 @@
+"""Updating machines: a small mill after a published one, random machines, agreement of affine and assembled models."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from four_part_mill import TRUTH, four_part_mill, sixteen_parameters
+from random_machines import random_machine
+
+from toolpoint._check import ToolpointError
+from toolpoint.machine import assemble
+from toolpoint.studies import machine_update
+from toolpoint.studies.sensitivity_study import sensitivity_study
+from toolpoint.updating import AffineSystem, Targets
+from toolpoint.vibration import Modes, eigen, frequency_response
+from toolpoint.vibration.dof import dofs
+
+MOVED = ("floor_base", "column_housing")
+NOSE = ["nose:+x", "nose:+y"]
+
+
+def virtual_test(mill, rng, noise=0.02):
+    """Return modes in both planes (frequency 0.2 %, shapes 2 %) and nose responses (2 % of the largest rms)."""
+    true = eigen.undamped(assemble(mill))
+    seen = np.abs(true.shape[[true.dofs.index(d) for d in dofs(NOSE)]]).max(axis=0)
+    pick = true.selected([i for i in range(true.count) if true.frequency[i] < 90 and seen[i] > 0.02])
+    level = np.sqrt((np.asarray(pick.shape)**2).mean(axis=0))
+    modes = Modes(pick.frequency * (1 + 0.002 * rng.normal(size=pick.count)), pick.damping_ratio,
+                  pick.shape + noise * level * rng.normal(size=pick.shape.shape), pick.dofs, "unscaled")
+    frf = frequency_response.direct(assemble(mill, outputs=NOSE, inputs=NOSE), np.arange(5.0, 90.0, 0.5))
+    sd = noise * np.sqrt((np.abs(frf.values)**2).mean(axis=0)).max()
+    error = sd * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape)) / np.sqrt(2)
+    return modes, replace(frf, values=frf.values + error, variance=np.full(frf.values.shape, sd**2))
+
+
+def test_the_mill_has_the_published_modes_in_both_planes():
+    modes, _ = virtual_test(four_part_mill(), np.random.default_rng(0), 1e-6)
+    assert modes.frequency == pytest.approx([13, 13, 64, 64], rel=0.03)
+
+
+@pytest.mark.parametrize("factor", [10.0, 0.1])
+def test_two_of_four_interfaces_matter_and_both_planes_agree(factor):
+    """Published: only floor-base and column-housing parameters change the responses, the others are left alone."""
+    modes, frf = virtual_test(four_part_mill(), np.random.default_rng(1))
+    start = four_part_mill({name: (*(v * (factor if name in MOVED else 1.0) for v in values[:2]), 100.0, 100.0)
+                            for name, values in TRUTH.items()})
+    found = machine_update.update(start, sixteen_parameters(start), targets=Targets(modes, frf, damping=True, shape=True))
+    ranking = [group for group, _ in found.fit.identifiability.group_ranking]
+    assert set(ranking[:2]) == {f"joints.{name}" for name in MOVED}
+    assert {name.split(".")[1] for name in found.fit.free} == set(MOVED)
+    for name in found.fit.left_alone:
+        assert found.machine.value(name) == start.value(name)
+    assert found.fit.converged
+    assert np.diag(found.before.frac).max() < 0.1
+    assert np.diag(found.after.frac).min() >= 0.98
+    for name in MOVED:
+        for way, value in zip("xz", TRUTH[name], strict=False):
+            assert found.machine.value(f"joints.{name}.stiffness.{way}") == pytest.approx(value, rel=0.05)
+
+
+def noisy_modes(machine, rng, sd=1e-3, shape_sd=0.02):
+    """Return all modes of a machine as measured, with their deviations."""
+    true = eigen.undamped(assemble(machine))
+    level = np.sqrt((true.shape**2).mean(axis=0))
+    return Modes(true.frequency * (1 + sd * rng.normal(size=true.count)), 0.01,
+                 true.shape + shape_sd * level * rng.normal(size=true.shape.shape), true.dofs, "unscaled",
+                 covariance=np.array([np.diag([(sd * f)**2, 1e-6]) for f in true.frequency]),
+                 shape_variance=np.broadcast_to((shape_sd * level)**2, true.shape.shape))
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_random_machines_are_found_from_thirty_per_cent(seed):
+    """The figure on 200 machines is in the benchmark `updating`."""
+    rng = np.random.default_rng(seed)
+    machine = random_machine(rng)
+    paths = [f"joints.{j}.stiffness.{w}" for j, d in machine.description.joints.items() for w in d.stiffness]
+    factors = rng.choice([0.7, 1.3], len(paths))
+    start = machine.with_values({p: machine.value(p) * f for p, f in zip(paths, factors, strict=True)})
+    found = machine_update.update(start, paths, targets=Targets(noisy_modes(machine, rng), shape=True)).fit
+    assert found.converged and found.status.startswith("converged")
+    score = [found.x[k] + np.log(start.value(p) / machine.value(p)) for k, p in enumerate(paths)]
+    assert np.abs(score / np.sqrt(np.diag(found.covariance))[[found.free.index(p) for p in paths]]).max() < 5
+
+
+def test_affine_and_assembled_machines_are_the_same_model(vertical):
+    names = ["joints.foundation.stiffness.rx", "bodies.column.mass"]
+    seen = dofs(["tool:x", "tool:y"]) if "tool" in vertical.description.points else assemble(vertical).outputs[:2]
+    held = machine_update.systems(vertical, names, None, tuple(seen), tuple(seen[:1]))
+    assert isinstance(held, AffineSystem)
+    general = machine_update.MachineSystems(vertical, None, tuple(seen), tuple(seen[:1]))
+    values = {n: 1.7 * vertical.value(n) for n in names}
+    assert held.system(values).stiffness == pytest.approx(general.system(values).stiffness, rel=1e-9, abs=1)
+    assert held.system(values).mass == pytest.approx(general.system(values).mass, rel=1e-9, abs=1e-6)
+
+
+def test_a_size_is_not_affine_and_is_assembled_anew():
+    mill = four_part_mill()
+    names = ["bodies.base.shape.size.2", "bodies.base.density"]
+    seen = dofs(NOSE)
+    assert not isinstance(machine_update.systems(mill, names, None, seen, seen[:1]), AffineSystem)
+
+
+def test_sensitivity_study_obeys_the_homogeneity_of_frequencies():
+    """Scaling all stiffnesses by s scales f by sqrt(s), all densities by 1/sqrt(s): the sums are 1/2 and -1/2 (Euler)."""
+    study = sensitivity_study(four_part_mill(), modes=6)
+    assert sum(study.cumulative("stiffness").values()) == pytest.approx(np.full(6, 0.5), abs=1e-9)
+    assert sum(study.cumulative("density").values()) == pytest.approx(np.full(6, -0.5), abs=1e-9)
+    assert "cumulative per part" in study.table()
+
+
+def test_sensitivity_study_foretells_frequencies_and_mac_after_a_small_change():
+    mill, path, change = four_part_mill(), "joints.column_housing.stiffness.x", 1e-3
+    study = sensitivity_study(mill, [path], 6)
+    here, there = (eigen.undamped(assemble(m), 6) for m in (mill, mill.with_values({path: mill.value(path) * (1 + change)})))
+    assert np.log(there.frequency / here.frequency) / np.log1p(change) == pytest.approx(study.frequency[0], abs=1e-4)
+    from toolpoint.vibration import correlation
+    lost = 1 - np.diag(correlation.mac(here.shape, there.shape))
+    assert lost == pytest.approx(1 - study.mac_after(change)[0], rel=0.02, abs=1e-12)
+
+
+def test_bad_input_is_refused():
+    mill = four_part_mill()
+    modes = eigen.undamped(assemble(mill), 2)
+    with pytest.raises(ToolpointError, match="at least one"):
+        machine_update.update(mill, [], modes)
+    with pytest.raises(ToolpointError, match="no 'nowhere'"):
+        machine_update.update(mill, ["joints.nowhere.stiffness.x"], modes)
+    wrong = replace(sixteen_parameters(mill)[0], value=1e8)
+    with pytest.raises(ToolpointError, match="agree at the start"):
+        machine_update.update(mill, [wrong], modes)
+    with pytest.raises(ToolpointError, match="beside"):
+        machine_update.update(mill, ["joints.floor_base.stiffness.x"], modes, targets=Targets(modes))
