@@ -1,9 +1,9 @@
 """B2: a six-axis robot with elastic joints, Denavit-Hartenberg lengths of a published milling robot."""
 
-import elastic_robot
 import numpy as np
 import pytest
 
+import elastic_robot
 from toolpoint.machine import assemble
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.vibration import eigen
