@@ -40,6 +40,16 @@ def test_exponential_and_logarithm(xi):
     np.testing.assert_allclose(tf.inverse(t) @ t, np.eye(4), atol=1e-12)
 
 
+def test_small_and_large_angles_use_the_same_function():
+    # Either side of the angle at which the series takes over, against the matrix exponential.
+    for angle in (1e-9, 1e-4, 0.29, 0.31):
+        xi = np.array([3.0, -2.0, 1.0, 0.6 * angle, 0.0, 0.8 * angle])
+        generator = np.zeros((4, 4))
+        generator[:3, :3], generator[:3, 3] = rotation.skew(xi[3:]), xi[:3]
+        np.testing.assert_allclose(tf.exponential(xi), expm(generator), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(tf.logarithm(tf.exponential(xi)), xi, rtol=0, atol=1e-12)
+
+
 @settings(deadline=None)
 @given(twists, twists, twists)
 def test_adjoint_carries_twists_and_power_is_invariant(xi, eta, wrench):

@@ -25,12 +25,13 @@ def from_vector(vector: ArrayLike) -> FloatArray:
     """
     v = floats("vector", vector, (3,))
     angle = np.linalg.norm(v, axis=-1)[..., None, None]
-    small = angle < 1e-4
-    safe = np.where(small, 1.0, angle)
-    sine = np.where(small, 1 - angle**2 / 6, np.sin(safe) / safe)
-    cosine = np.where(small, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
     k = skew(v)
-    return np.eye(3) + sine * k + cosine * (k @ k)
+    return np.eye(3) + np.sinc(angle / np.pi) * k + versine(angle) * (k @ k)
+
+
+def versine(angle: FloatArray) -> FloatArray:
+    """Return (1 - cos a)/a^2 without loss of digits at small angles: half the squared sinc of a/2."""
+    return 0.5 * np.sinc(angle / (2 * np.pi)) ** 2
 
 
 def to_vector(rotation: ArrayLike) -> FloatArray:

@@ -6,11 +6,18 @@ Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation,
 
 from __future__ import annotations
 
+from math import factorial
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, floats
 from toolpoint.spatial import rotation as rot
+
+# Below this angle (rad) series take over, whose differences would lose digits; five terms are exact to rounding.
+_SERIES = 0.3
+_EXPONENTIAL = [(-1) ** k / factorial(2 * k + 3) for k in range(4, -1, -1)]
+_LOGARITHM = [1 / 47900160, 1 / 1209600, 1 / 30240, 1 / 720, 1 / 12]
 
 
 def transform(rotation: ArrayLike | None = None, translation: ArrayLike | None = None) -> FloatArray:
@@ -76,12 +83,10 @@ def exponential(twist: ArrayLike) -> FloatArray:
     xi = floats("twist", twist, (6,))
     v, w = xi[..., :3], xi[..., 3:]
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
-    small = angle < 1e-4
-    safe = np.where(small, 1.0, angle)
-    b = np.where(small, 0.5 - angle**2 / 24, (1 - np.cos(safe)) / safe**2)
-    c = np.where(small, 1 / 6 - angle**2 / 120, (safe - np.sin(safe)) / safe**3)
+    safe = np.where(angle < _SERIES, 1.0, angle)
+    c = np.where(angle < _SERIES, np.polyval(_EXPONENTIAL, angle**2), (safe - np.sin(safe)) / safe**3)
     k = rot.skew(w)
-    left = np.eye(3) + b * k + c * (k @ k)
+    left = np.eye(3) + rot.versine(angle) * k + c * (k @ k)
     return transform(rot.from_vector(w), (left @ v[..., None])[..., 0])
 
 
@@ -89,10 +94,9 @@ def logarithm(transform: FloatArray) -> FloatArray:
     """Return the twist (v, w) with exponential(twist) = transform, rotation within 0 .. pi, shape (..., 6)."""
     w = rot.to_vector(transform[..., :3, :3])
     angle = np.linalg.norm(w, axis=-1)[..., None, None]
-    small = angle < 1e-4
-    safe = np.where(small, 1.0, angle)
+    safe = np.where(angle < _SERIES, 1.0, angle)
     half = safe / 2
-    d = np.where(small, 1 / 12 + angle**2 / 720, (1 - half / np.tan(half)) / safe**2)
+    d = np.where(angle < _SERIES, np.polyval(_LOGARITHM, angle**2), (1 - half / np.tan(half)) / safe**2)
     k = rot.skew(w)
     back = np.eye(3) - 0.5 * k + d * (k @ k)
     v = (back @ transform[..., :3, 3, None])[..., 0]
