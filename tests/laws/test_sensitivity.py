@@ -82,7 +82,7 @@ def test_repeated_root_undamped():
                                               ((rng.normal(size=(5, 5)), 0.02), (None, 0), (rng.normal(size=(5, 5)), 500.0))))
     found = sensitivity.modes(system, derivatives)
     assert not found.undetermined.any()
-    h = 2e-3
+    h = 5e-3
 
     def mode(p):
         moved = at(system, derivatives, p)
@@ -91,7 +91,7 @@ def test_repeated_root_undamped():
         return np.concatenate([modes.frequency[order][None], shape])
     expected = difference(mode, h)
     np.testing.assert_allclose(found.frequency[0], expected[0], rtol=1e-6)
-    np.testing.assert_allclose(found.shape[0], expected[1:], atol=2e-6 * np.abs(expected[1:]).max())
+    np.testing.assert_allclose(found.shape[0], expected[1:], atol=1e-6 * np.abs(expected[1:]).max())
     np.testing.assert_allclose(np.sort(sensitivity.frequencies(system, derivatives)[0][:3]), np.sort(found.frequency[0][:3]))
 
 
@@ -103,14 +103,14 @@ def test_repeated_root_viscous():
     a = rng.normal(size=(6, 6))
     derivatives = MatrixDerivatives(("p",), None, None, 1e4 * (a + a.T)[None])
     found = sensitivity.modes(double, derivatives, "viscous")
-    h = 1e-4
+    h = 1e-3
 
     def poles(p):
         values = eigen.complex_modes(at(double, derivatives, p)).poles
         # Order by the predicted place, so that crossing roots keep their names.
         wanted = eigen.complex_modes(double).poles + p * found.eigenvalue[0]
         return values[np.abs(values[:, None] - wanted).argmin(axis=0)]
-    np.testing.assert_allclose(found.eigenvalue[0], difference(poles, h), rtol=1e-5)
+    np.testing.assert_allclose(found.eigenvalue[0], difference(poles, h), rtol=1e-6)
 
 
 def test_root_that_stays_repeated_is_marked():
