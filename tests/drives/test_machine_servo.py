@@ -19,13 +19,13 @@ from toolpoint.drives import (
     TorqueMotor,
     VelocityLoop,
     contour_error,
+    four_dof_axis,
     loops,
     planned,
     plant,
     simulate,
 )
 from toolpoint.drives.friction_identification import variants
-from toolpoint.drives.mechanics import Chain, Rub
 from toolpoint.drives.planner import smoothed
 from toolpoint.machine import assemble
 from toolpoint.vibration import eigen
@@ -38,15 +38,8 @@ def chain(law):
 
     K_C 2e4 N m/rad, K_S 3e8 and K_T 3e8 N/m, motor 0.008, screw 0.002 kg m2, 15 kg are chosen: the paper gives none.
     """
-    made = Chain(("motor", "screw", "x_screw", "base", "table"))
-    for name, value in (("motor", 0.008), ("screw", 0.002), ("x_screw", 15.0)):
-        made.inertia(name, value)
-    made.spring({"motor": 1, "screw": -1}, 2e4, 1.0)
-    made.spring({"x_screw": 1, "base": -1}, 3e8, 2e4)
-    made.spring({"screw": R_L, "x_screw": 1, "table": -1}, 3e8, 2e4)
-    made.spring({"table": 1, "base": -1}, 0.0, 500.0)
-    return made.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=R_L,
-                     boundaries=("base", "table"), friction=(Rub({"motor": 1.0}, law, "shaft"),))
+    return four_dof_axis(0.008, 0.002, 15.0, None, R_L, (2e4, 1.0), (3e8, 2e4), (3e8, 2e4), guide_damping=500.0,
+                         shaft_friction=law)
 
 
 def structure(machine):

@@ -183,3 +183,18 @@ def test_turned_joint_frames_turn_the_stiffness():
         points={"p": PointDescription("b")}))
     flexibility = fr.direct(assemble(machine), [0.0]).values[0].real
     np.testing.assert_allclose(np.linalg.inv(flexibility), r @ np.diag([1e4, 2e4, 3e4]) @ r.T, rtol=1e-9, atol=1e-6)
+
+
+def test_derivatives_of_dampers_and_loss_factors_are_the_matrices_they_scale():
+    machine = build(two_bodies(damping={"x": 300.0, "rz": 50.0}, loss_factor=0.04))
+    paths = ["joints.foot.damping.x", "joints.foot.loss_factor", "joints.foot.stiffness.rz"]
+    found = matrix_derivatives(machine, paths)
+    system = assemble(machine)
+    unit = np.zeros((machine.size, machine.size))
+    unit[0, 0] = 1.0
+    np.testing.assert_allclose(found.damping[0], unit, atol=1e-12)
+    expected = np.zeros_like(unit)
+    expected[:6, :6] = system.stiffness[:6, :6]
+    np.testing.assert_allclose(found.structural_damping[1], expected, rtol=1e-9, atol=1e-3)
+    assert found.stiffness[2, 5, 5] == pytest.approx(1.0)
+    assert found.structural_damping[2, 5, 5] == pytest.approx(0.04)

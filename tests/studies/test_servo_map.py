@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from toolpoint.drives import Axis, Controller, PositionLoop, Servo, TorqueMotor, VelocityLoop, loops, plant
-from toolpoint.drives.mechanics import Chain
+from toolpoint.drives import Axis, Controller, PositionLoop, Servo, TorqueMotor, VelocityLoop, four_dof_axis, loops, plant
 from toolpoint.studies.servo_map import servo_map
 
 LEAD = 0.001591
@@ -15,16 +14,8 @@ TOOLS = {"x": "tool:+x", "y": "tool:+y"}
 
 
 def chain():
-    """Motor, screw and axial screw between the structure's base and table; values chosen."""
-    made = Chain(("motor", "screw", "x_screw", "base", "table"))
-    for name, value in (("motor", 0.008), ("screw", 0.002), ("x_screw", 15.0)):
-        made.inertia(name, value)
-    made.spring({"motor": 1, "screw": -1}, 2e4, 1.0)
-    made.spring({"x_screw": 1, "base": -1}, 3e8, 2e4)
-    made.spring({"screw": LEAD, "x_screw": 1, "table": -1}, 3e8, 2e4)
-    made.spring({"table": 1, "base": -1}, 0.0, 500.0)
-    return made.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=LEAD,
-                     boundaries=("base", "table"))
+    """Motor, coupling, screw and nut between the structure's base and table; values chosen."""
+    return four_dof_axis(0.008, 0.002, 15.0, None, LEAD, (2e4, 1.0), (3e8, 2e4), (3e8, 2e4), guide_damping=500.0)
 
 
 def servo_of(structure):
