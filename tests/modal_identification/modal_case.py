@@ -47,13 +47,21 @@ def benchmark(rng: np.random.Generator, points: int = 131, references: int = 2, 
     The references are the first Dofs (wherever the random shapes put them), or `placed` where a tester would put them.
     """
     modes = structure(rng, points)
-    at = placed_references(modes.shape[:, :IN_BAND.size]) if placed else list(range(references))
+    at = placed_references(modes, lines, quantity) if placed else list(range(references))
     return Case(modes, responses(modes, at, quantity, lines), IN_BAND.size)
 
 
-def placed_references(shape: np.ndarray) -> list[int]:
-    """Return the two Dofs that together see the least visible mode best."""
-    share = np.abs(shape) ** 2
+def placed_references(modes: Modes, lines: np.ndarray, quantity: str) -> list[int]:
+    """Return the two Dofs in whose responses the least visible mode of the band has its largest share of energy.
+
+    What a tester does who tries places with the hammer, or plans them with a model: every resonance must stand out.
+    """
+    power = {"receptance": 0, "mobility": 1, "accelerance": 2}[quantity]
+    s = 2j * np.pi * np.maximum(lines, lines[1])[:, None]
+    energy = (np.abs(s**power / (s**2 + 2 * modes.damping_ratio * modes.omega * s + modes.omega**2)) ** 2).sum(axis=0)
+    size = np.abs(modes.shape) ** 2
+    own = size[:, None, :] * size[None] * energy  # (output, input, mode)
+    share = (own / own.sum(axis=-1, keepdims=True)).mean(axis=0)[:, :IN_BAND.size]
     least = (share[:, None] + share[None]).min(axis=2)
     return [int(i) for i in np.unravel_index(int(np.argmax(least)), least.shape)]
 

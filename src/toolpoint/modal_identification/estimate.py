@@ -10,7 +10,8 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
 from toolpoint.modal_identification.completion import search
 from toolpoint.modal_identification.identification import Model
-from toolpoint.modal_identification.refinement import Data, Fit, evaluated, free_parameters, informative, refined
+from toolpoint.modal_identification.outside import economical, pole_covariance
+from toolpoint.modal_identification.refinement import Data, Fit, evaluated, refined
 from toolpoint.modal_identification.scaling import driving_points, scaled
 from toolpoint.modal_identification.stabilization import LARGEST_DAMPING
 from toolpoint.modal_identification.twins import without_twins
@@ -25,6 +26,7 @@ MOST_ADDED = 8
 EXPLAINED = 3.0
 STEADY = 100
 ROUGH, TOLERANCE = 10.0, 1e-2
+DOUBTFUL = 10.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,7 +68,9 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
     fit = evaluated(data, fit.poles, fit.participation, final)
-    return Estimate(data, fit, excess, shared(residual(data, fit)))
+    spread = shared(residual(data, fit))
+    data, fit = economical(data, fit, spread)
+    return Estimate(data, fit, excess, spread)
 
 
 def _sifted(data: Data, fit: Fit) -> Fit:
@@ -215,11 +219,16 @@ def _pruned(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
     while fit.poles.size > 1:
         evidence = np.where(_plausible(data, fit), fit.significance, 0.0)
         weakest = int(np.argmin(evidence))
-        if evidence[weakest] > limit and np.isfinite(evidence[weakest]):
+        evident = evidence[weakest] > limit and np.isfinite(evidence[weakest])
+        if evident and evidence[weakest] > DOUBTFUL * limit:
             break
         keep = np.arange(fit.poles.size) != weakest
-        fit = evaluated(data, fit.poles[keep], fit.participation[:, keep], fit.weight)
-        fit = _refined_twice(data, fit, stated)
+        without = evaluated(data, fit.poles[keep], fit.participation[:, keep], fit.weight)
+        # Two poles on one mode need each other where they stand: only the fit of the one alone tells.
+        alone = refined(data, without.poles * data.scale, without.participation, fit.weight, TOLERANCE) if evident else without
+        if evident and 2 * (alone.cost - fit.cost) > limit:
+            break
+        fit = _refined_twice(data, alone, stated)
     return fit
 
 
@@ -249,19 +258,13 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
 
 def covariance(data: Data, fit: Fit) -> FloatArray:
     """Return the covariance of (frequency in Hz, damping ratio) of every mode, shape (n_modes, 2, 2)."""
-    free = free_parameters(fit)
-    matrix = fit.information[np.ix_(free, free)]
-    diagonal = informative(matrix)
-    inverse = np.zeros(fit.information.shape)
-    inverse[np.ix_(free, free)] = np.linalg.pinv(matrix / diagonal[:, None] / diagonal, rcond=1e-12, hermitian=True) / (
-        diagonal[:, None] * diagonal)
-    each = fit.information.shape[0] // fit.poles.size
+    own = pole_covariance(fit)
     result = np.empty((fit.poles.size, 2, 2))
     for r, s in enumerate(fit.poles):
         size = abs(s)
         slope = np.array([[s.real / size * data.scale / (2 * np.pi), s.imag / size * data.scale / (2 * np.pi)],
                           [-s.imag**2 / size**3, s.real * s.imag / size**3]])
-        result[r] = slope @ inverse[r * each:r * each + 2, r * each:r * each + 2] @ slope.T
+        result[r] = slope @ own[r] @ slope.T
     return result
 
 
