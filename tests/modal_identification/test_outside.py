@@ -5,7 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from modal_identification.modal_case import ABOVE, BAND, DAMPING, DAMPING_ABOVE, IN_BAND, benchmark, labels, responses, with_noise
+from modal_identification.modal_case import (
+    ABOVE,
+    BAND,
+    DAMPING,
+    DAMPING_ABOVE,
+    IN_BAND,
+    benchmark,
+    labels,
+    responses,
+    with_noise,
+)
 from toolpoint import Modes
 from toolpoint.modal_identification import estimate, identify
 
