@@ -8,7 +8,7 @@ from scipy.interpolate import CubicSpline
 
 from cutting.cutting_cases import benchmark, random_problem
 from toolpoint import ToolpointError, ToolpointWarning
-from toolpoint.cutting import Engagement, Tool, stability
+from toolpoint.cutting import Collocation, Engagement, SpeedVariation, Tool, stability
 from toolpoint.cutting.location import location_error
 from toolpoint.cutting.time_domain import ExactSteps, Simulation, simulate
 
@@ -112,3 +112,54 @@ def test_bad_input() -> None:
     with pytest.raises(ToolpointError, match="depth"):
         simulate(problem.changed(feed_per_tooth=1e-4), 5000.0, 0.0)
     assert issubclass(ToolpointWarning, UserWarning)
+
+
+def test_a_spindle_that_hardly_varies_is_a_constant_one() -> None:
+    problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 2), feed_per_tooth=1e-4)
+    constant = simulate(problem, 9000.0, 0.3e-3, 20, ExactSteps(400))
+    varied = simulate(problem.changed(speed_variation=SpeedVariation(1e-9, 3)), 9000.0, 0.3e-3, 20, ExactSteps(400))
+    size = np.abs(constant.displacement).max()
+    np.testing.assert_allclose(varied.displacement, constant.displacement, atol=1e-6 * size)
+    np.testing.assert_allclose(varied.time, constant.time, rtol=1e-8)
+
+
+@pytest.mark.parametrize(("speed", "depth"), [(9000.0, 0.3e-3), (9000.0, 0.5e-3), (11500.0, 0.4e-3)])
+def test_growth_under_speed_variation_is_the_multiplier_of_the_collocation(speed: float, depth: float) -> None:
+    """Two independent routes: marching in time, and the monodromy of one period of the variation."""
+    problem = benchmark(Engagement.slot(), tool=Tool(0.02, 2), feed_per_tooth=1e-4)
+    problem = problem.changed(speed_variation=SpeedVariation(0.15, 2))
+    largest = float(np.abs(Collocation(nodes=10).multipliers(problem, speed, depth)[0]))
+    periods = 12 if largest > 1 else 8
+    run = simulate(problem, speed, depth, 2 * (periods + 6), ExactSteps(800))
+    assert run.status == "complete"
+    assert run.growth(periods) == pytest.approx(largest, rel=0.03)
+
+
+def test_the_feed_of_a_tooth_follows_the_spindle_at_a_constant_table_speed() -> None:
+    problem = benchmark(Engagement.slot(), tool=Tool(0.02, 1), feed_per_tooth=1e-4)
+    run = simulate(problem.changed(speed_variation=SpeedVariation(0.3, 4)), 3000.0, 1e-7, 12, ExactSteps(400))
+    middle = run.chip[100::400][4:8]  # the tooth stands at 90 degrees: the chip is the feed of its revolution
+    revolution = np.diff(run.time[100::400])[3:7]
+    rate = 1e-4 / (60 / 3000) * 12 * 60 / 3000 / run.time[-1]
+    assert middle == pytest.approx(rate * revolution, rel=2e-3)
+    assert np.ptp(middle) > 0.1 * middle.mean()
+
+
+def test_a_stable_cut_with_run_out_does_not_chatter() -> None:
+    """Its tooth periods differ, its revolutions do not."""
+    problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 4, runout=2e-5), feed_per_tooth=1e-4)
+    run = simulate(problem, 9000.0, 0.05e-3, 60, ExactSteps(400))
+    assert np.abs(run.displacement[-1] - run.displacement[-1 - run.steps_per_period]).max() > 1e-8
+    assert not run.is_chattering()
+
+
+def test_edges_kept_in_contact_grow_and_decay_as_the_multiplier_says_from_any_start() -> None:
+    problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 2), feed_per_tooth=1e-6)
+    limit = stability.chart(problem, [12000.0], depth_max=0.02).limit[0]
+    rng = np.random.default_rng(0)
+    start = 1e-4 * (rng.standard_normal(2) + 1j * rng.standard_normal(2))
+    for factor in (0.95, 1.05):
+        largest = float(np.abs(Collocation(nodes=10).multipliers(problem, 12000.0, factor * limit)[0]))
+        kept = simulate(problem, 12000.0, factor * limit, 120, ExactSteps(600, keeps_contact=True), start)
+        assert kept.growth(80) == pytest.approx(largest, abs=2e-3)
+        assert (largest < 1) == (factor < 1)

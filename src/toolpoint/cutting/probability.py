@@ -104,17 +104,32 @@ class ProbabilityChart:
                 f"{len(self.names)} parameters)")
 
 
-def modal_parameters(problem: MillingProblem, frequency: float = 0.01, damping: float = 0.1,
+def modal_parameters(problem: MillingProblem, frequency: float | None = None, damping: float | None = None,
                      stiffness: float = 0.05) -> list[Uncertain]:
-    """Uncertain frequency, damping and stiffness of every mode (relative standard deviations)."""
+    """Uncertain frequency, damping and stiffness of every mode (relative standard deviations).
+
+    Where frequency or damping is left out it is that of the identification (`Modes.covariance`), for modes without one
+    0.01 and 0.1. The parameters are taken to be independent.
+    """
     if not isinstance(problem.dynamics, Modes):
         fail("problem", "dynamics that are not one Modes noun", "must be Modes", "identify the modes first")
+    seen = measured_deviations(problem.dynamics)
     out = []
     for i in range(problem.dynamics.count):
-        out.append(Uncertain(f"frequency {i + 1}", frequency, _mode_change(i, "frequency")))
-        out.append(Uncertain(f"damping {i + 1}", damping, _mode_change(i, "damping_ratio")))
+        out.append(Uncertain(f"frequency {i + 1}", float(seen[i, 0]) if frequency is None else frequency,
+                             _mode_change(i, "frequency")))
+        out.append(Uncertain(f"damping {i + 1}", float(seen[i, 1]) if damping is None else damping,
+                             _mode_change(i, "damping_ratio")))
         out.append(Uncertain(f"stiffness {i + 1}", stiffness, _mode_change(i, "shape")))
     return out
+
+
+def measured_deviations(modes: Modes) -> FloatArray:
+    """Return the relative standard deviations of frequency and damping of every mode, (n_modes, 2): measured or usual."""
+    if modes.covariance is None:
+        return np.tile([0.01, 0.1], (modes.count, 1))
+    own = np.sqrt(np.diagonal(modes.covariance, axis1=-2, axis2=-1))
+    return np.asarray(own / np.stack([modes.frequency, modes.damping_ratio], axis=-1), float)
 
 
 def _mode_change(mode: int, what: str) -> Perturb:
@@ -143,7 +158,8 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
 
 
 def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, depths: FloatArray,
-                rng: np.random.Generator, samples: int = 200, method: Method | None = None) -> ProbabilityChart:
+                rng: np.random.Generator, samples: int = 200, method: Method | None = None,
+                progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
     """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).
 
     Parameters
@@ -154,6 +170,8 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
     speeds, depths : (n,), (d,) floats
     rng : numpy.random.Generator
     samples : int
+    progress : callable, optional
+        Called with (done, all) after every sample.
     """
     w = floats("depths", np.atleast_1d(depths))
     n = floats("speeds", np.atleast_1d(speeds))
@@ -170,5 +188,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
         limit[s] = np.minimum(found.limit, w.max())
         first = found.limit_points()
         frequency[s, first >= 0] = found.frequency[first[first >= 0]]
+        if progress is not None:
+            progress(s + 1, samples)
     return ProbabilityChart(n, w, stable, factors, tuple(p.name for p in parameters), frequency, limit,
                             np.full(samples, 1 / samples))

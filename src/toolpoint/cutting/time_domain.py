@@ -54,6 +54,16 @@ class Simulation:
         return self.steps_per_period * self.problem.tool.teeth
 
     @property
+    def steps_per_repeat(self) -> int:
+        """Samples after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the variation."""
+        variation = self.problem.speed_variation
+        if variation is not None:
+            return self.steps_per_revolution * variation.revolutions
+        tool = self.problem.tool
+        alike = tool.is_regular and tool.runout == 0 and tool.tilt == 0
+        return self.steps_per_period if alike else self.steps_per_revolution
+
+    @property
     def power(self) -> FloatArray:
         """Cutting power, W."""
         return self.torque * 2 * np.pi * self.speed / 60
@@ -71,14 +81,14 @@ class Simulation:
         return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
 
     def is_chattering(self, tolerance: float = 1e-3, last_revolutions: int = 10) -> bool:
-        """Whether successive tooth periods still differ by more than `tolerance` of the vibration, or grow."""
-        tail = self.displacement[-last_revolutions * self.steps_per_revolution:]
-        m = self.steps_per_period
+        """Whether successive periods of the cut still differ by more than `tolerance` of the vibration, or grow."""
+        m = self.steps_per_repeat
+        tail = self.displacement[-max(last_revolutions * self.steps_per_revolution, 2 * m):]
         return bool(np.abs(tail[m:] - tail[:-m]).max() > tolerance * max(np.ptp(tail, axis=0).max(), 1e-300))
 
     def growth(self, periods: int = 80) -> float:
-        """Growth of the difference between tooth periods, per period, over the last `periods`; 1 on the boundary."""
-        m = self.steps_per_period
+        """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary."""
+        m = self.steps_per_repeat
         d = self.displacement[-(periods + 2) * m - 1:]
         change = d[m:] - d[:-m]
         energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
@@ -91,6 +101,9 @@ class Simulation:
         values = values[:, direction] if values.ndim == 2 else values
         whole = (values.size - 1) // self.steps_per_revolution
         turns = min(whole, last_revolutions or whole)
+        if self.problem.speed_variation is not None:
+            # The samples are equal steps of angle; a spectrum over time needs equal steps of time.
+            values = np.interp(np.linspace(self.time[0], self.time[-1], self.time.size), self.time, values)
         part = values[-turns * self.steps_per_revolution:]
         amplitude = np.abs(np.fft.rfft(part - part.mean())) / part.size * 2
         frequency = np.arange(amplitude.size) * (self.speed / 60) / turns
@@ -143,11 +156,16 @@ class ExactSteps:
         Axial slices of a helical tool.
     memory : int
         How many earlier passages may have left the surface (0: number of teeth).
+    keeps_contact : bool
+        True keeps an edge in contact also where it has left the material (one passage of memory): the linear cut that
+        stability charts are about. Close below the limit a real cut may chatter on once it has been disturbed so far that
+        edges leave the material (a subcritical loss of stability); the linear one does not.
     """
 
     steps: int = 0
     slices: int = 12
     memory: int = 0
+    keeps_contact: bool = False
 
     def __post_init__(self) -> None:
         for name in ("steps", "slices", "memory"):
@@ -182,39 +200,75 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
              "problem.changed(feed_per_tooth=...)")
-    if problem.speed_variation is not None:
-        fail("problem", "spindle-speed variation", "is not simulated in the time domain", "take it out of the problem")
     system = _Modal(modal(problem.plane_at(speed)))
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth
-    dt = 60 / speed / (m * problem.tool.teeth)
+    clock = Clock.of(problem, speed, m)
     arrays = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.zeros(n + 1), np.zeros(n + 1)
-    done = _march(problem, system, speed, depth, m, n, dt, method, start, arrays)
+    done = _march(problem, system, clock, depth, m, n, method, start, arrays)
     displacement, force, torque, chip = (a[:done + 1] for a in arrays)
+    time = clock.at(np.arange(done + 1))
     status = "complete"
     if done < n:
-        status = f"stopped at {done * dt:.4g} s: the vibration passed 1 m; the cut is unstable"
+        status = f"stopped at {time[-1]:.4g} s: the vibration passed 1 m; the cut is unstable"
         warnings.warn(status, ToolpointWarning, stacklevel=2)
-    return Simulation(problem, speed, depth, np.arange(done + 1) * dt, displacement, force,
-                      torque * problem.tool.radius, chip, m, status, problem.notes)
+    return Simulation(problem, speed, depth, time, displacement, force, torque * problem.tool.radius, chip, m, status,
+                      problem.notes)
 
 
-def _march(problem: MillingProblem, system: _Modal, speed: float, depth: float, m: int, n: int, dt: float,
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Times of steps of equal angle: `within` (n + 1,) s over the n steps after which the speed repeats, from zero."""
+
+    within: FloatArray
+
+    @classmethod
+    def of(cls, problem: MillingProblem, speed: float, steps_per_period: int) -> Clock:
+        """Return the clock of a spindle, at constant or varied speed."""
+        per_turn, variation = steps_per_period * problem.tool.teeth, problem.speed_variation
+        if variation is None:
+            return cls(np.array([0.0, 60 / speed / per_turn]))
+        angle = problem.engagement.entry + 2 * np.pi / per_turn * np.arange(per_turn * variation.revolutions + 1)
+        time = variation.clock(angle, 2 * np.pi * speed / 60)
+        return cls(time - time[0])
+
+    @property
+    def steps(self) -> FloatArray:
+        """Length of every step, s."""
+        return np.asarray(np.diff(self.within), float)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the speed varies."""
+        return self.within.size > 2
+
+    def at(self, step: Array) -> FloatArray:
+        """Return the time of these steps from the start, s; negative steps are before it."""
+        whole, part = np.divmod(step, self.within.size - 1)
+        return np.asarray(whole * self.within[-1] + self.within[part], float)
+
+
+def _march(problem: MillingProblem, system: _Modal, clock: Clock, depth: float, m: int, n: int,
            method: ExactSteps, start: FloatArray | None, arrays: tuple[Array, ...]) -> int:
     from toolpoint.cutting.time_kernels import simulate as kernel
 
-    first, last, compliance = step_weights(system, dt)
+    dt, weights = clock.steps, [step_weights(system, step) for step in clock.steps]
+    first, last, compliance = (np.stack([one[i] for one in weights]) for i in range(3))
     lag, share, delay, extra = elements(problem, depth, m, method)
     state = np.zeros(system.poles.size, complex)
     if start is not None:
         state[:] = start
     material, arc = problem.coefficients, problem.engagement
     angle_step = 2 * np.pi / (m * problem.tool.teeth)
-    drag = problem.process_damping / (2 * np.pi * speed / 60 * problem.tool.radius)
+    drag = problem.process_damping * dt / (angle_step * problem.tool.radius)
+    before = int(np.ceil(delay.max())) + 1
+    # The table moves at constant speed: with a varied spindle the feed of a tooth varies with it.
+    rate = problem.feed_per_tooth * dt.size / m / clock.within[-1]
+    fed = rate * clock.at(np.arange(-before, n + 1)) if clock.varies else np.empty(0)
     return int(kernel(
-        n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt), system.left, first, last,
+        n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt[:, None]), system.left, first, last,
         compliance, state, arc.entry, angle_step, lag, share, delay, extra, arc.entry, arc.exit, material.cutting,
-        material.edge, delay.shape[1], drag, dt, *arrays))
+        material.edge, delay.shape[1], method.keeps_contact, drag, dt, fed, *arrays))
 
 
 def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
@@ -233,7 +287,7 @@ def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) 
     slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
     height = (np.arange(slices) + 0.5) * depth / slices
     lag, radius = tool.angles(height), tool.edge_radius(height)
-    memory = method.memory or tool.teeth
+    memory = 1 if method.keeps_contact else method.memory or tool.teeth
     delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
     per_turn = m * tool.teeth
     for i in range(1, memory + 1):

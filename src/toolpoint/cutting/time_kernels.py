@@ -31,19 +31,28 @@ def _hat(u):
 
 @nb.njit(cache=True, nogil=True, fastmath=True)
 def simulate(steps, period_steps, feed_step, decay, left, first, last, compliance, state, start, angle_step, lag, share,
-             delay, extra, entry, leave, cutting, edge, memory, damping, dt, displacement, force, torque, chip_max):
+             delay, extra, entry, leave, cutting, edge, memory, linear, damping, dt, fed, displacement, force, torque,
+             chip_max):
     """March `steps` steps; displacement, force (steps + 1, 2), torque and chip_max (steps + 1,) are filled.
+
+    decay (n, modes), first, last (n, modes, 2), compliance (n, 2, 2), damping, dt (n,): of each of the n steps after which
+    the speed repeats; n is 1 at constant speed. fed: empty at constant speed, otherwise the feed in m at every step, the
+    first of them as many steps before the start as there are more than `steps` + 1. linear: edges outside the material
+    stay in contact.
 
     lag, share (elements,): angle behind tooth 0 and axial length of each edge element; delay, extra (elements, memory):
     steps back to the i-th earlier passage and the static chip it leaves beside feed (run-out), m; feed_step is the
     feed in m per step. cutting, edge = (t, n, a); damping = process damping per metre over cutting speed.
     """
-    modes, elements = decay.size, lag.size
+    kinds, modes, elements = decay.shape[0], decay.shape[1], lag.size
+    before = fed.size - steps - 1
     dre, dim = decay.real.copy(), decay.imag.copy()
     zre, zim = state.real.copy(), state.imag.copy()
     lxr, lxi, lyr, lyi = left[0].real.copy(), left[0].imag.copy(), left[1].real.copy(), left[1].imag.copy()
-    axr, axi, ayr, ayi = first[:, 0].real.copy(), first[:, 0].imag.copy(), first[:, 1].real.copy(), first[:, 1].imag.copy()
-    bxr, bxi, byr, byi = last[:, 0].real.copy(), last[:, 0].imag.copy(), last[:, 1].real.copy(), last[:, 1].imag.copy()
+    fxr, fxi = first[:, :, 0].real.copy(), first[:, :, 0].imag.copy()
+    fyr, fyi = first[:, :, 1].real.copy(), first[:, :, 1].imag.copy()
+    gxr, gxi = last[:, :, 0].real.copy(), last[:, :, 0].imag.copy()
+    gyr, gyi = last[:, :, 1].real.copy(), last[:, :, 1].imag.copy()
     contact = np.empty((period_steps, elements))
     for k in range(period_steps):
         for e in range(elements):
@@ -52,9 +61,10 @@ def simulate(steps, period_steps, feed_step, decay, left, first, last, complianc
     fx, fy = force[0, 0], force[0, 1]
     for k in range(1, steps + 1):
         rx, ry = 0.0, 0.0
+        kind = (k - 1) % kinds
         for m in range(modes):
-            re = dre[m] * zre[m] - dim[m] * zim[m] + axr[m] * fx + ayr[m] * fy
-            im = dre[m] * zim[m] + dim[m] * zre[m] + axi[m] * fx + ayi[m] * fy
+            re = dre[kind, m] * zre[m] - dim[kind, m] * zim[m] + fxr[kind, m] * fx + fyr[kind, m] * fy
+            im = dre[kind, m] * zim[m] + dim[kind, m] * zre[m] + fxi[kind, m] * fx + fyi[kind, m] * fy
             zre[m], zim[m] = re, im
             rx += lxr[m] * re - lxi[m] * im
             ry += lyr[m] * re - lyi[m] * im
@@ -84,25 +94,29 @@ def simulate(steps, period_steps, feed_step, decay, left, first, last, complianc
                         if part > 0.0:
                             was += part * (s * (displacement[low + 1, 0] - displacement[low, 0])
                                            + c * (displacement[low + 1, 1] - displacement[low, 1]))
-                    h = min(h, feed_step * back * s + extra[e, i] + here - was)
-                if h <= 0.0:
+                    advance = feed_step * back
+                    if before > 0:
+                        from_start = low + before
+                        advance = fed[k + before] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
+                    h = min(h, advance * s + extra[e, i] + here - was)
+                if h <= 0.0 and not linear:
                     continue
                 ft = cutting[0] * h + edge[0]
                 fn = cutting[1] * h + edge[1]
-                if damping > 0.0:
-                    rate = (here - s * displacement[k - 1, 0] - c * displacement[k - 1, 1]) / dt
-                    fn += damping * rate
+                if damping[kind] > 0.0:
+                    rate = (here - s * displacement[k - 1, 0] - c * displacement[k - 1, 1]) / dt[kind]
+                    fn += damping[kind] * rate
                 a = share[e] * g
                 nx -= a * (ft * c + fn * s)
                 ny -= a * (-ft * s + fn * c)
                 nm += a * ft
                 thick = max(thick, h)
             fx, fy, moment = nx, ny, nm
-            px = rx + compliance[0, 0] * fx + compliance[0, 1] * fy
-            py = ry + compliance[1, 0] * fx + compliance[1, 1] * fy
+            px = rx + compliance[kind, 0, 0] * fx + compliance[kind, 0, 1] * fy
+            py = ry + compliance[kind, 1, 0] * fx + compliance[kind, 1, 1] * fy
         for m in range(modes):
-            zre[m] += bxr[m] * fx + byr[m] * fy
-            zim[m] += bxi[m] * fx + byi[m] * fy
+            zre[m] += gxr[kind, m] * fx + gyr[kind, m] * fy
+            zim[m] += gxi[kind, m] * fx + gyi[kind, m] * fy
         displacement[k, 0], displacement[k, 1] = px, py
         force[k, 0], force[k, 1] = fx, fy
         torque[k], chip_max[k] = moment, thick
