@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
+from toolpoint.modal_identification.clusters import widening
 from toolpoint.modal_identification.completion import search
 from toolpoint.modal_identification.identification import Model
 from toolpoint.modal_identification.outside import economical, pole_covariance
@@ -41,6 +42,7 @@ class Estimate:
     fit: Fit
     excess: float
     spread: float = 1.0
+    wider: FloatArray | None = None
 
 
 def starting_weight(frf: Frf) -> FloatArray:
@@ -69,8 +71,10 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
     fit = evaluated(data, fit.poles, fit.participation, final)
     spread = shared(residual(data, fit))
-    data, fit = economical(data, fit, spread)
-    return Estimate(data, fit, excess, spread)
+    data, fit, information = economical(data, fit, spread)
+    # Noise that is smooth along the lines shows in both; whichever shows it more counts.
+    wider = np.maximum(spread, widening(fit, frf.outputs))
+    return Estimate(data, replace(fit, information=information), excess, spread, wider)
 
 
 def _sifted(data: Data, fit: Fit) -> Fit:
@@ -247,13 +251,14 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
     outputs = fit.shape.shape[0]
     diagonal = np.diagonal(fit.shape_covariance, axis1=1, axis2=2).reshape(outputs, -1, 2).sum(axis=-1)[:, rank]
     lower, upper = _residual_terms(data, fit)
+    wider = np.ones(rank.size) if estimate.wider is None else estimate.wider
     return Modes(
         np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), np.stack([part[0] for part in parts], axis=1),
         data.frf.outputs, "modal A" if is_scaled else "unscaled",
         participation=np.stack([part[1] for part in parts], axis=1), input_dofs=data.frf.inputs,
         lower_residual=lower, upper_residual=upper,
-        covariance=estimate.spread * covariance(data, fit)[rank] if with_covariance else None,
-        shape_variance=estimate.spread * diagonal * gain**2 if with_covariance else None, notes=data.frf.notes)
+        covariance=(wider[:, None, None] * covariance(data, fit))[rank] if with_covariance else None,
+        shape_variance=wider[rank] * diagonal * gain**2 if with_covariance else None, notes=data.frf.notes)
 
 
 def covariance(data: Data, fit: Fit) -> FloatArray:

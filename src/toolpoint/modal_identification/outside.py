@@ -41,24 +41,25 @@ class _Shared:
     patterns: FloatArray
 
 
-def economical(data: Data, fit: Fit, spread: float) -> tuple[Data, Fit]:
-    """Return data and fit with as few terms outside the band as the responses show; unchanged where none can go.
+def economical(data: Data, fit: Fit, spread: float) -> tuple[Data, Fit, FloatArray]:
+    """Return data, fit and information with as few terms outside the band as the responses show; unchanged where none can go.
 
-    `spread`: as many neighbouring lines share their noise (1: none).
+    The information is that of the poles, less than the fit's where modes look like the part outside. `spread`: as many
+    neighbouring lines share their noise (1: none).
     """
     terms, responses = data.outside.shape[1], fit.weight.size
     if responses < RESPONSES_PER_TERM * terms:
-        return data, fit
+        return data, fit, fit.information
     shared = _shared(data, fit)
     edge = MARGIN * np.sqrt(spread) * (np.sqrt(responses) + np.sqrt(terms))
     fewest = max(int((shared.sizes > edge).sum()), 1)
     for kept in range(fewest, min(fewest + MOST_TRIALS, terms // 2)):
         smaller = _reduced(data, fit, shared, kept)
         trial = refined(smaller, fit.poles * data.scale, fit.participation, fit.weight, TOLERANCE)
-        trial = replace(trial, information=_blended(trial, fit, shared.patterns[:kept]))
-        if _agree(fit, trial, spread):
-            return smaller, trial
-    return data, fit
+        information = _blended(trial, fit, shared.patterns[:kept])
+        if _agree(fit, replace(trial, information=information), spread):
+            return smaller, trial, information
+    return data, fit, fit.information
 
 
 def _shared(data: Data, fit: Fit) -> _Shared:
@@ -97,8 +98,8 @@ def _agree(full: Fit, trial: Fit, spread: float) -> bool:
     moved = np.stack([(trial.poles - full.poles).real, (trial.poles - full.poles).imag], axis=-1)
     # A gain of next to nothing has a covariance of rounding errors: two per cent of the whole bound it from below.
     size, vectors = np.linalg.eigh(wide - narrow + 0.02 * wide)
-    least = 0.02 * np.linalg.eigvalsh(wide)[:, :1]
-    turned = (np.swapaxes(vectors, -1, -2) @ moved[..., None])[..., 0]
+    least = 0.02 * np.linalg.eigvalsh(wide).min(axis=1, keepdims=True)
+    turned = np.einsum("rij,ri->rj", vectors, moved)
     statistic = (turned**2 / np.maximum(size, least)).sum(axis=1)
     return bool(statistic.max() < chi2.isf(LEVEL / full.poles.size, 2))
 
@@ -108,7 +109,7 @@ def pole_covariance(fit: Fit) -> FloatArray:
     free = free_parameters(fit)
     matrix = fit.information[np.ix_(free, free)]
     diagonal = informative(matrix)
-    inverse = np.zeros(fit.information.shape)
+    inverse: FloatArray = np.zeros(fit.information.shape)
     inverse[np.ix_(free, free)] = np.linalg.pinv(matrix / diagonal[:, None] / diagonal, rcond=1e-12, hermitian=True) / (
         diagonal[:, None] * diagonal)
     each = fit.information.shape[0] // fit.poles.size

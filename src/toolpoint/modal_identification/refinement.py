@@ -80,7 +80,8 @@ class Fit:
     `weight` (n_outputs, n_inputs) is sqrt(2) over the standard deviation of the noise, `squares` the sum of squared
     residuals of each response, `information` the Gauss-Newton matrix of (Re s, Im s, Re l_i, Im l_i ..) of each mode,
     `gradient` minus the slope of the cost, `shape_covariance` (n_outputs, 2 n_modes, 2 n_modes) that of the real and
-    imaginary parts of the shapes at fixed poles.
+    imaginary parts of the shapes at fixed poles, `scores` (n_outputs, n_modes, 2) the part of each output in the gradient
+    by Re s and Im s.
     """
 
     poles: ComplexArray
@@ -91,6 +92,7 @@ class Fit:
     information: FloatArray
     gradient: FloatArray
     shape_covariance: FloatArray
+    scores: FloatArray
 
     @property
     def cost(self) -> float:
@@ -126,9 +128,10 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weig
     left = moments - residues @ gram[:2 * m]
     explained = (residues * (moments + left)[:, :, :2 * m]).sum(axis=-1).T
     parts = _Parts(gram, turned, left, _tangents(residues, shape), square, inverse)
-    information, gradient = _gauss_newton(parts)
+    information, slopes = _gauss_newton(parts)
+    scores = slopes.reshape(outputs, m, -1)[:, :, :2]
     return Fit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
-               np.maximum(data.power - explained, 0.0), information, gradient, inverse)
+               np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
 def _turned(turn: FloatArray, matrix: FloatArray) -> FloatArray:
@@ -177,13 +180,14 @@ class _Parts:
 
 
 def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
+    """Return the Gauss-Newton matrix and the part of each output in the gradient, (n_outputs, unknowns)."""
     inputs, outputs, m = parts.tangents.shape[:3]
     each = 2 + 2 * inputs
     # Columns that belong to each (mode, tangent, component): slopes for the pole, pole functions for the participation.
     slope = 2 * m + np.arange(2 * m).reshape(m, 1, 2)
     columns = np.concatenate([np.repeat(slope, 2, 1), np.repeat(slope - 2 * m, 2, 1)], axis=1)
     pairs = parts.gram[columns.reshape(-1)[:, None], columns.reshape(-1)]
-    information, gradient = np.zeros((m * each, m * each)), np.zeros(m * each)
+    information, gradient = np.zeros((m * each, m * each)), np.zeros((outputs, m * each))
     cross = np.zeros((outputs, m, each, 2 * m))
     for i in range(inputs):
         kinds = np.array([0, 1, 2 + 2 * i, 3 + 2 * i])
@@ -191,7 +195,7 @@ def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
         weighted = parts.tangents[i] * parts.square[:, i, None, None, None]
         products = weighted.reshape(outputs, -1).T @ parts.tangents[i].reshape(outputs, -1)
         information[np.ix_(at, at)] += (pairs * products).reshape(4 * m, 2, 4 * m, 2).sum(axis=(1, 3))
-        gradient[at] += (weighted * parts.left[i][:, columns]).sum(axis=(0, -1)).reshape(-1)
+        gradient[:, at] += (weighted * parts.left[i][:, columns]).sum(axis=-1).reshape(outputs, -1)
         for first in (0, 2):  # slope functions, then pole functions
             rows = parts.turned[i][:, columns[:, first]].transpose(1, 2, 0)  # (mode, component, 2 n_modes)
             cross[:, :, kinds[first:first + 2]] += weighted[:, :, first:first + 2] @ rows
