@@ -1,6 +1,7 @@
 """Stability charts: the default engine against a naive NumPy semi-discretization in the same run.
 
-Cases: 200 x 100 chart of the 2-DOF benchmark (a/D 0.05), 20 cross-coupled modes, many poses, a probability chart.
+Cases: 200 x 100 chart of the 2-DOF benchmark (a/D 0.05), 20 cross-coupled modes, many poses, a probability chart; 18 modes
+from 1000 to 24 000 rev/min; tools without a single delay (milliseconds a speed beside the multiplier of collocation there).
 Accuracy stands beside time: wrong pixels against a run of the engine with tolerance 1e-11 outside the stated error.
 """
 
@@ -16,10 +17,12 @@ from scipy.linalg import expm
 
 from toolpoint import Modes
 from toolpoint.cutting import (
+    Collocation,
     CuttingCoefficients,
     Engagement,
     FloquetDeterminant,
     MillingProblem,
+    PanelArnoldi,
     StabilityChart,
     Tool,
     ZeroOrder,
@@ -79,6 +82,47 @@ def naive(problem: MillingProblem, speeds: np.ndarray, depths: np.ndarray, inter
     return out
 
 
+def general_tools() -> dict[str, MillingProblem]:
+    """Half immersion with four flexible directions (two modes each in x and y) and tools that have no single delay."""
+    modes = Modes([456.8, 1448.9, 516.5, 1408.4], [0.1117, 0.01704, 0.02458, 0.03136], 2 * np.pi * np.array(
+        [[456.8 / 7.933e6**0.5, 1448.9 / 1.469e7**0.5, 0, 0], [0, 0, 516.5 / 9.375e6**0.5, 1408.4 / 1.241e7**0.5]]),
+        ("tool:+x", "tool:+y"))
+    cut = MillingProblem(Tool(0.0254, 4), Engagement.down(0.5), CuttingCoefficients(1319.4e6, 788.8e6), modes)
+    pitch = np.radians([80, 100, 75, 105])
+    return {"unequal pitch": cut.changed(tool=Tool(0.0254, 4, pitch=pitch)),
+            "helix 30 deg": cut.changed(tool=Tool(0.0254, 4, helix=np.radians(30))),
+            "helix 30/35 deg": cut.changed(tool=Tool(0.0254, 4, helix=np.radians([30, 35, 30, 35]))),
+            "process damping": cut.changed(process_damping=2e4),
+            "ball": cut.changed(tool=Tool(0.0254, 4, corner_radius=0.0127))}
+
+
+def general_rows(rows: dict[str, object]) -> None:
+    """Milliseconds a speed over 20 speeds, and how far the multiplier of collocation is from 1 on one boundary."""
+    for name, problem in general_tools().items():
+        speeds = np.linspace(4000, 16000, 20)
+        chart, seconds = timed(lambda p=problem, s=speeds: stability.chart(p, s), 2)  # type: ignore[misc]
+        rows[f"{name}, ms a speed"] = 1e3 * seconds / speeds.size
+        i = int(np.argmin(chart.limit))
+        general = Collocation(nodes=8, slices=8)
+        rows[f"{name}, | |mu| of collocation - 1 |"] = abs(abs(general.multipliers(problem, speeds[i], chart.limit[i])[0]) - 1)
+
+
+def low_speed_rows(rows: dict[str, object]) -> None:
+    """18 modes from 1000 to 24 000 rev/min, 100 speeds, the default; PanelArnoldi alone beside it, pixels that differ."""
+    big, _ = many_modes(np.random.default_rng(7), n=18)
+    modes = big.dynamics.selected(range(18))  # type: ignore[union-attr]
+    low = Modes(np.asarray(modes.frequency) / 2, modes.damping_ratio, np.asarray(modes.shape) / 2, modes.dofs)
+    speeds = np.linspace(1000, 24000, 100)
+    for name, cut in (("a/D 0.05", Engagement.down(0.05)), ("a/D 0.5", Engagement.down(0.5)), ("slot", Engagement.slot())):
+        problem = big.changed(dynamics=low, engagement=cut)
+        chart, seconds = timed(lambda p=problem: stability.chart(p, speeds), 2)  # type: ignore[misc]
+        rows[f"18 modes to 1500 Hz, 1000..24000 rev/min, 100 speeds, {name}, s "] = seconds
+        panel, seconds = timed(lambda p=problem: stability.chart(p, speeds, PanelArnoldi()), 1)  # type: ignore[misc]
+        depths = np.linspace(1e-4, 0.01, 100)
+        wrong = (chart.stable(depths) != panel.stable(depths)) & ~chart.uncertain(depths) & ~panel.uncertain(depths)
+        rows[f"   {name}: PanelArnoldi alone, s; pixels that differ: {int(wrong.sum())}"] = seconds
+
+
 def timed(work: Callable[[], StabilityChart], repeat: int = 3) -> tuple[StabilityChart, float]:
     """Result and best time of some runs, the first (which may compile) left out."""
     work()
@@ -129,6 +173,8 @@ def main() -> None:
     parameters = [*modal_parameters(problem), *coefficient_parameters()]
     probability(problem, parameters, speeds, depths, np.random.default_rng(0), options.samples)
     rows[f"probability chart, {options.samples} samples, s"] = time.perf_counter() - start
+    general_rows(rows)
+    low_speed_rows(rows)
     if options.json:
         print(json.dumps(rows))
         return

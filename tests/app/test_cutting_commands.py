@@ -56,7 +56,39 @@ def test_lobes_and_cut_of_a_machine_at_a_pose(tmp_path, capsys):
     assert "Spectrum" in (tmp_path / "index.html").read_text()
 
 
+TRIED = ["--speeds", "8000:20000:25", "--immersion", "0.05", "--direction", "down"]
+
+
+def test_probability_and_advice_of_uncertain_cuts(folder, tmp_path, capsys):
+    modes = ["--modes", str(folder / "modes.h5")]
+    found = run(capsys, "lobes", *modes, *CUT, *TRIED, "--probability", "40", "--uncertainty", "1,-,5,10",
+                "--tried", "16000:0.5:stable", "--tried", "13000:2:chatter", "-o", str(tmp_path))
+    advice = {row[0]: (float(row[1]), float(row[2])) for row in found["advice"]}
+    chart, certain = advice["best cut of the chart"], advice["best cut with 95 % certainty"]
+    at = found["speed_rpm"].index(min(found["speed_rpm"], key=lambda n: abs(n - chart[0])))
+    assert chart[1] <= 1e3 * found["stable_intervals_m"][at][0][1] * 0.9 * 1.01
+    assert certain[0] * certain[1] <= 1.05 * chart[0] * chart[1] / 0.9
+    page = (tmp_path / "index.html").read_text()
+    assert "Probability of stability" in page and "What to measure better" in page
+    assert "damping ratios: 10 % (assumed)" in page
+    # 13000 rev/min lies in the widest lobe, where the two-mode cut is stable beyond 2 mm whatever the sample.
+    assert "13000 rev/min and 2 mm contradicts the model" in page and "16000 rev/min and 0.5 mm contradicts" not in page
+
+
+def test_speeds_from_a_chatter_frequency_alone(capsys):
+    """60 f / (N k): 850 Hz, three teeth."""
+    found = run(capsys, "speeds", "--chatter", "850", "--teeth", "3", "--highest", "24000", "--lowest", "5000")
+    assert [one["speed_rpm"] for one in found] == pytest.approx([17000, 8500, 17000 / 3])
+
+
 @pytest.mark.parametrize(("arguments", "words"), [
+    (["lobes", MACHINE, "--tried", "12000:1:stable"], "--probability"),
+    (["lobes", MACHINE, "--probability", "9", "--tried", "12000:1"], "SPEED:DEPTH:OUTCOME"),
+    (["lobes", MACHINE, "--probability", "9", "--uncertainty", "1,2"], "four numbers"),
+    (["lobes", MACHINE, "--probability", "9", "--uncertainty", "1,2,-3,4"], "none below zero"),
+    (["lobes", MACHINE, "--speeds", "900:1500:3", "--probability", "2", "--tried", "9000:1:stable"], "within the chart"),
+    (["speeds", "--chatter", "50", "--teeth", "4", "--highest", "300", "--lowest", "260"], "no lobe"),
+    (["speeds", "--chatter", "0", "--teeth", "4", "--highest", "300"], "above zero"),
     (["lobes"], "none given"), (["lobes", MACHINE, "--immersion", "1.4"], "at most 1"),
     (["lobes", MACHINE, "--teeth", "0"], "teeth"), (["lobes", MACHINE, "--kt", "-5"], "kt"),
     (["lobes", MACHINE, "--speeds", "0:100:3"], "above zero"), (["lobes", MACHINE, "--method", "sdm"], "must be one of"),

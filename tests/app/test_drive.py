@@ -84,3 +84,39 @@ def test_servo_on_the_structure_of_a_machine(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["drive", str(SERVO), "--circle", "50,4000", "--machine", str(folder / "three_axis_vertical_drives.yaml")])
     assert "no axis of the drive file is a ball screw" in capsys.readouterr().err
+
+
+def test_map_over_the_workspace(tmp_path, capsys):
+    folder = SERVO.parent
+    arguments = ["drive", str(folder / "three_axis_vertical_servo_on_structure.yaml"), "--map", "X=-0.3:0.3:3", "--map",
+                 "Y=-0.2:0.2:2", "-o", str(tmp_path / "page")]
+    machine = ["--machine", str(folder / "three_axis_vertical_drives.yaml")]
+    main([*arguments, *machine, "--circle", "20,3000", "--json"])
+    found = json.loads(capsys.readouterr().out)
+    assert len(found["poses"]) == 6 and found["poses"][1] == {"X": -0.3, "Y": 0.2} and all(found["stable"])
+    margins = [row[0] for row in found["velocity_phase_margin_deg"]]
+    assert len({round(m, 6) for m in margins}) > 3
+    assert all(1e-6 < value < 5e-4 for value in found["circular_deviation_m"])
+    page = (tmp_path / "page/index.html").read_text()
+    for words in ("Phase margin of the velocity loop", "Bandwidth of the position", "Circular deviation at the tool point"):
+        assert words in page
+    main([*arguments[:4], *machine, "-o", str(tmp_path / "line")])
+    assert "Page written" in capsys.readouterr().out
+    for wrong, words in ((["--map", "X=0:1"], "AXIS=FIRST:LAST:NUMBER"), (["--map", "X=0.1:0.1:1"], "two positions or more")):
+        with pytest.raises(SystemExit):
+            main([*arguments[:2], *wrong, *machine])
+        assert words in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main(arguments)
+    assert "--machine" in capsys.readouterr().err
+
+
+def test_unit_and_schema_from_the_command_line(tmp_path, capsys):
+    main(["drive", str(SERVO), "--fmu", str(tmp_path / "servo.fmu"), "--fmu-sources"])
+    assert "Unit written" in capsys.readouterr().out
+    assert (tmp_path / "servo.fmu").stat().st_size > 1000
+    main(["drive", "--schema"])
+    assert json.loads(capsys.readouterr().out)["title"] == "toolpoint drive file"
+    with pytest.raises(SystemExit):
+        main(["drive"])
+    assert "DRIVES" in capsys.readouterr().err

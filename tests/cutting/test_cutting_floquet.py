@@ -139,7 +139,7 @@ def test_count_equals_the_multipliers_of_collocation(seed: int) -> None:
     problem = random_problem(rng, modes=int(rng.integers(1, 4)))
     speed = rng.uniform(4000, 15000)
     depths = np.linspace(0.001, 0.006, 3)
-    chart = stability.chart(problem, [speed], depth_max=0.006)
+    chart = stability.chart(problem, [speed], FloquetDeterminant(), depth_max=0.006)
     for w, counted in zip(depths, chart.unstable_count(depths)[0]):
         mu = np.abs(Collocation().multipliers(problem, speed, float(w)))
         if np.abs(mu - 1).min() > 1e-4 and chart.status == "complete":
@@ -177,10 +177,12 @@ def test_speed_dependent_response() -> None:
 
 def test_unresolved_depths_are_taken_as_unstable_and_too_low_speeds_refused() -> None:
     """Depths beyond double precision are never called stable; a speed that needs a huge matrix is refused."""
-    deep = stability.chart(benchmark(Engagement.slot(), 2), [3000.0], depth_max=0.05)
+    default = stability.chart(benchmark(Engagement.slot(), 2), [3000.0], depth_max=0.05)
+    assert default.limit[0] < 0.001 and not default.stable([0.05])[0, 0]
+    deep = stability.chart(benchmark(Engagement.slot(), 2), [3000.0], FloquetDeterminant(), depth_max=0.05)
     assert deep.limit[0] < 0.001 and not deep.stable([0.05])[0, 0]
     with pytest.raises(ToolpointError, match="leave out the modes"):
-        stability.chart(benchmark(Engagement.slot(), 2), [100.0])
+        stability.chart(benchmark(Engagement.slot(), 2), [100.0], FloquetDeterminant())
 
 
 def test_what_it_cannot_do_is_refused() -> None:

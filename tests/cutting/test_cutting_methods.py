@@ -19,6 +19,7 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
+from toolpoint.cutting.coefficients import chip_direction, force_direction
 from toolpoint.cutting.floquet import Frozen
 from toolpoint.vibration import frequency_response
 
@@ -57,6 +58,30 @@ def test_multi_frequency_closes_in_on_the_converged_value() -> None:
     assert error[1] < 1e-3 and error[1] < 0.3 * error[0]
 
 
+def test_multi_frequency_finds_islands_and_its_points_are_eigenvalues() -> None:
+    """The re-stable interval with enough harmonics; each point is a real eigenvalue of the Hill matrix built here again."""
+    problem = benchmark(Engagement.down(0.5))
+    bands = 1e3 * stability.chart(problem, [17500.0], MultiFrequency(30)).intervals(0)
+    assert bands == pytest.approx(np.array([[0, 1.088426], [2.026046, 2.152617]]), rel=2e-3)
+    problem = altintas()
+    chart = stability.chart(problem, [9500.0], MultiFrequency(2), depth_max=0.002)
+    plane, period = problem.plane, float(problem.tooth_period(9500.0))
+    top = int(np.ceil(plane.span[1] * period)) + 2
+    x, weight = np.polynomial.legendre.leggauss(200)
+    phi = problem.engagement.entry + (1 + x) * problem.engagement.arc / 2
+    weight = weight * problem.engagement.arc / 2 / np.pi
+    matrix = force_direction(problem.coefficients, phi)[:, :, None] * chip_direction(phi)[:, None, :]
+    w, theta = chart.limit[0], chart.theta[chart.limit_points()[0]]
+    q = np.arange(-top, top + 1)
+    shift = q[:, None] - q[None, :]
+    wave = np.exp(-2j * shift[..., None] * (phi - problem.engagement.entry)) * weight
+    f = (theta / (2 * np.pi) + q) / period
+    g = np.where((f < 0)[:, None, None], plane.response(np.abs(f)).conj(), plane.response(np.abs(f)))
+    hill = np.einsum("pqn,nab,qbc->paqc", wave, matrix, g).reshape(2 * q.size, 2 * q.size)
+    values = np.linalg.eigvals(-(1 - np.exp(-1j * theta)) * hill)
+    assert np.abs(values - 1 / w).min() < 1e-8 / w
+
+
 def test_collocation_finds_the_boundary() -> None:
     """The general method's chart agrees with the converged depth and type."""
     chart = stability.chart(altintas(), [9500.0], Collocation(levels=6), depth_max=0.0015)
@@ -87,10 +112,12 @@ def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() ->
 
 
 def test_helical_boundary_is_one_of_the_general_method() -> None:
-    """The default engine's limit of a helical tool has a multiplier on the unit circle by sliced collocation."""
+    """Both engines' limit of a helical tool has a multiplier on the unit circle by sliced collocation."""
     problem = benchmark(Engagement.down(0.3), 2, tool=Tool(0.01, 3, helix=np.radians(35)))
-    chart = stability.chart(problem, [15000.0], depth_max=0.001)
+    chart = stability.chart(problem, [15000.0], FloquetDeterminant(), depth_max=0.001)
     assert chart.method == "FloquetDeterminant" and np.isfinite(chart.limit[0])
+    default = stability.chart(problem, [15000.0], depth_max=0.001)
+    assert default.method == "PanelArnoldi" and default.limit == pytest.approx(chart.limit, rel=1e-7)
     mu = np.abs(Collocation(nodes=6, slices=6).multipliers(problem, 15000.0, chart.limit[0]))
     assert mu[0] == pytest.approx(1, abs=1e-5)
     straight = stability.chart(problem.changed(tool=Tool(0.01, 3)), [15000.0], depth_max=0.001).limit[0]

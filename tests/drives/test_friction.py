@@ -92,7 +92,7 @@ def test_maxwell_slip_follows_masing():
     for sign in (1.0, -1.0):
         for n in range(300):
             new = state.copy()
-            force, _ = maxwell_force(row, state, step, sign * v, new)
+            force, _ = maxwell_force(row[None], 0, state, step, sign * v, new)
             state, x = new, x + step * 0.5 * (state[16] + sign * v)
             expected = virgin(x) if sign > 0 else virgin(top) - 2 * virgin((top - x) / 2)
             # The step in which the velocity turns has no mean velocity; a slipping block then reaches its limit at once.

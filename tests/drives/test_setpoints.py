@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
 from toolpoint.drives import Command, JerkLimits, Quintic, check_limits, planned, seven_phase, smoothed, straight_move
-from toolpoint.drives.path import ARC, Path, blended, polyline
+from toolpoint.drives.clothoid import Blend, half_lengths
+from toolpoint.drives.path import ARC, CLOTHOID, Path, blended, polyline, softened
 
 LIMITS = JerkLimits(0.5, 4.0, 80.0)
 
@@ -117,6 +118,67 @@ def test_smoothing_bounds_the_jerk_of_arcs():
     np.testing.assert_allclose(np.gradient(command.position, 1e-3, axis=0)[5:-5], command.velocity[5:-5], atol=2e-3)
 
 
+@settings(max_examples=60, deadline=None)
+@given(st.floats(1e-3, 3.0), st.floats(1e-6, 1e-3), st.integers(0, 10_000))
+def test_clothoid_blend_in_any_plane(turn, tolerance, seed):
+    """Ends on the lines, tangents and curvature continuous, unit speed, the middle at the tolerance from the corner."""
+    rotation = np.linalg.qr(np.random.default_rng(seed).standard_normal((3, 3))).Q
+    one, t = np.array([turn]), np.array([turn])
+    half, trim = half_lengths(t, tolerance, np.array([10.0]))
+    before, after = rotation[:, 0], np.cos(turn) * rotation[:, 0] + np.sin(turn) * rotation[:, 1]
+    n = 4001
+    spread = lambda v: np.tile(v, (n, 1))
+    blend = Blend(spread(-trim * before), spread(trim * after), np.zeros((n, 3)), np.full(n, turn))
+    u = np.linspace(0, 1, n)
+    p, tangent, curvature = blend.points(u), blend.tangents(u), blend.curvatures(u)
+    length = 2 * blend.half_length[0]
+    assert length == pytest.approx(2 * half[0], rel=1e-9)
+    np.testing.assert_allclose(p[[0, -1]], [-trim * before, trim * after], atol=1e-9 * trim[0])
+    np.testing.assert_allclose(tangent[[0, -1]], [before, after], atol=1e-9)
+    step = length / (n - 1)
+    np.testing.assert_allclose((p[2:] - p[:-2]) / (2 * step), tangent[1:-1], atol=2e-5 * (1 + one[0]))
+    np.testing.assert_allclose((tangent[2:] - tangent[:-2]) / (2 * step), curvature[1:-1], atol=2e-3 * turn / half[0])
+    np.testing.assert_allclose(np.linalg.norm(curvature, axis=1), turn / half[0] * (1 - np.abs(2 * u - 1)), atol=1e-9 / half[0])
+    assert np.linalg.norm(p[n // 2]) == pytest.approx(tolerance, rel=1e-6)
+    assert np.linalg.norm(p, axis=1).min() == pytest.approx(tolerance, rel=1e-6)
+
+
+@pytest.mark.parametrize("axes", [2, 3])
+def test_clothoid_corners_keep_the_jerk_of_every_axis(axes):
+    """The independent checker sees speed, acceleration and jerk kept without smoothing; arcs of the same tolerance break it."""
+    rng = np.random.default_rng(8)
+    direction = np.cumsum(rng.uniform(-0.25, 0.25, (80, axes)), axis=0) + np.eye(axes)[0]
+    points = np.cumsum(0.02 * direction / np.linalg.norm(direction, axis=1, keepdims=True), axis=0)
+    path = polyline(points, 0.2)
+    plan = planned(path, LIMITS, corner_tolerance=5e-5, straight=1e-7, corner="clothoid")
+    command = plan.command(5e-4, axes)
+    report = check_limits(command, LIMITS)
+    assert report.kept, report
+    assert report.share[:, 2].max() > 0.9
+    assert plan.duration < 0.9 * planned(path, LIMITS).duration
+    arcs = planned(path, LIMITS, corner_tolerance=5e-5, straight=1e-7).command(5e-4, axes)
+    if axes == 2:
+        assert check_limits(arcs, LIMITS).share[:, 2].max() > 5.0
+    soft = softened(path, 5e-5)
+    assert (soft.kind == CLOTHOID).sum() == (path.turns() > 1e-4).sum()
+    assert (plan.path.kind == CLOTHOID).sum() > 60
+    for corner in np.pad(points, ((0, 0), (0, 3 - axes)))[1:-1]:
+        gap = np.linalg.norm(np.pad(command.position, ((0, 0), (0, 3 - axes))) - corner, axis=1).min()
+        assert gap < 5e-5 + 0.2 * 5e-4
+    np.testing.assert_allclose(np.gradient(command.position, 5e-4, axis=0)[5:-5], command.velocity[5:-5], atol=1e-4)
+    np.testing.assert_allclose(np.gradient(command.velocity, 5e-4, axis=0)[5:-5], command.acceleration[5:-5], atol=0.05)
+
+
+def test_sharp_corners_stop_where_creeping_takes_longer():
+    """A random zigzag: never slower than stopping at every corner."""
+    rng = np.random.default_rng(8)
+    path = polyline(np.cumsum(rng.uniform(-0.02, 0.02, (80, 2)), axis=0), 0.2)
+    for tolerance in (5e-6, 5e-5, 5e-4):
+        plan = planned(path, LIMITS, corner_tolerance=tolerance, straight=1e-7, corner="clothoid")
+        assert plan.duration < planned(path, LIMITS).duration
+        assert check_limits(plan.command(5e-4, 2), LIMITS).kept
+
+
 def test_path_lengths_and_points():
     helix = Path([1], [[0.01, 0, 0]], [[0.01, 0, 0.005]], [[0, 0, 0]], [4 * np.pi], [[0, 1]], [0.1], [False])
     assert helix.lengths[0] == pytest.approx(np.hypot(0.01 * 4 * np.pi, 0.005))
@@ -131,5 +193,7 @@ def test_bad_set_points():
     with pytest.raises(ToolpointError, match="gap"):
         Path([0, 0], [[0, 0, 0], [1, 0, 0]], [[0.5, 0, 0], [2, 0, 0]], np.zeros((2, 3)), [0, 0], [[0, 1]] * 2, [1, 1],
              [False] * 2)
+    with pytest.raises(ToolpointError, match="arc"):
+        planned(polyline(np.array([[0, 0], [1, 0.0]]), 0.1), LIMITS, corner="spline")
     with pytest.raises(ToolpointError, match="feed"):
         planned(polyline(np.array([[0, 0], [1, 0.0]]), 0.0), LIMITS)

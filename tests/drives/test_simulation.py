@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from drives import reference_step
 from drives import servo_cases as cases
-from toolpoint import ToolpointError
 from toolpoint.drives import (
     Axis,
     Contact,
     Controller,
     Coupling,
-    CurrentLoop,
     Encoders,
-    Inverter,
     PositionLoop,
     Screw,
     Servo,
@@ -26,18 +25,16 @@ from toolpoint.drives import (
     four_dof_axis,
     linear_motor_axis,
     loops,
-    measured_loop,
     plant,
     rack_axis,
     rigid_axis,
     simulate,
-    simulate_many,
     two_mass_axis,
 )
 from toolpoint.drives.command import circle, constant_velocity, rest, step
 from toolpoint.drives.free_motion import free_motion
 from toolpoint.drives.kernel import run
-from toolpoint.drives.simulate import _prepare
+from toolpoint.drives.simulate import prepared
 
 
 @pytest.fixture(scope="module")
@@ -83,13 +80,14 @@ def test_kernel_equals_its_plain_twin():
     s = p.scalars @ x
     dz = s[:2] - 0.0
     u = np.zeros(4)
-    arguments = list(_prepare(servo, rest(2, 1e-3, 0.01), 1, 1, None, None, x, None, None).arguments)
-    arguments[0] = 1
-    at_x, control = -6, arguments[14]
+    ready = prepared(servo, rest(2, 1e-3, 0.01), start=x)
+    arguments = list(ready.arguments)
+    arguments[1] = 1
+    control = arguments[16]
     assert run(*arguments) == 0
     u[0::2], u[1::2] = control[:, 40], control[:, 41]
-    twin, _, _ = reference_step.advanced(p, laws, x, z, dz, u, arguments[1])
-    np.testing.assert_allclose(arguments[at_x], twin, rtol=1e-9, atol=1e-13)
+    twin, _, _ = reference_step.advanced(p, laws, x, z, dz, u, arguments[2])
+    np.testing.assert_allclose(ready.result(0).state, twin, rtol=1e-9, atol=1e-13)
 
 
 def test_linear_servo_equals_the_loops_built_independently():
@@ -105,8 +103,6 @@ def test_linear_servo_equals_the_loops_built_independently():
 
 def test_filters_delays_and_differences_equal_the_loops():
     """The same with two filters, delays in both inner loops, velocity from encoder differences, motor feedback."""
-    from dataclasses import replace
-
     from toolpoint.drives import low_pass, notch
 
     base = cases.controller(feedback="motor", velocity=1.0)
@@ -124,8 +120,6 @@ def test_filters_delays_and_differences_equal_the_loops():
 
 def test_feed_forward_reduces_errors():
     """Velocity feed-forward takes the following error, inertia its acceleration part, friction the quadrant peak."""
-    from dataclasses import replace
-
     law = cases.lugre(300.0)
     peaks = []
     for level in (0.0, 300.0 * cases.RATIO):
@@ -164,10 +158,12 @@ def test_hundreds_of_structural_states():
 
 
 def test_benchmark_circle():
-    """Reference: 8.046 um at the scale, 9.776 um at the tool point, 0.065 um at the scale without dry friction.
+    """Reference: 8.046 um at the scale, 9.776 um at the tool point; without dry friction 0.065 and 1.441 um; all in 1 %.
 
-    Friction level, mass ratio and the frame's mobility are not in the reference; they were chosen to give these three.
-    The fourth, the tool point without dry friction, then is 1.98 um against 1.441 um: the frames' cross compliance differs.
+    Open in the reference and chosen: friction level, mass ratio, the frame's mobility, and how far the tool moves with each
+    mode. The first three fix both values at the scale. At the tool, without dry friction the frame answers the table's
+    inertia alone, almost statically; with it the reversals also ring its low modes: two numbers for the tool's amplitude
+    and phase along the modes. One amplitude and phase for both axes (1.4, 0.5 rad) gave 9.776 but 1.98 in place of 1.441 um.
     """
     command = cases.benchmark_command(2.0)
     deviation = []
@@ -175,9 +171,7 @@ def test_benchmark_circle():
         result = simulate(cases.benchmark_servo(law), command)
         last = result.time > 1.0
         deviation += [1e6 * circular_test(result.output(name)[last], 0.01).deviation for name in ("scale", "tool")]
-    np.testing.assert_allclose(deviation[:2], [8.046, 9.776], rtol=0.01)
-    assert deviation[2] == pytest.approx(0.065, rel=0.05)
-    assert deviation[3] == pytest.approx(1.441, rel=0.5)
+    np.testing.assert_allclose(deviation, [8.046, 9.776, 0.065, 1.441], rtol=0.01)
 
 
 def test_radius_loss_and_following_error():
@@ -297,118 +291,3 @@ def test_rack_and_four_dof_chain():
     assert len(chain.free) == 4
     assert chain.motor_inertia == pytest.approx(0.012 + 400 * 1.5915e-3**2, rel=1e-9)
     assert chain.natural_frequencies[0] == pytest.approx(0.0, abs=1e-2)
-
-
-def p2_servo(inverter=None, law=None):
-    """A single axis with all three loops; the parameters are chosen, the thesis' are not at hand."""
-    axis = Axis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, motor_damping=0.01,
-                                                guide_friction=law))
-    c = Controller(PositionLoop(50.0, 1e-3), VelocityLoop(1.5, 0.02, 250e-6), cases.RATIO,
-                   CurrentLoop.tuned(cases.MOTOR, 500.0), inverter=inverter or Inverter(320.0))
-    return Servo(plant([axis]), (c,))
-
-
-@pytest.mark.parametrize(("level", "amplitude", "top"), [("current", 0.5, 700.0), ("velocity", 0.3, 150.0)])
-def test_prbs_bode_equals_the_transfer_function(level, amplitude, top):
-    """P2: within 0.5 dB and 3 deg of the linear transfer function."""
-    servo = p2_servo()
-    found = measured_loop(servo, level, amplitude, order=11, settle=3).between(5.0, top)
-    linear = getattr(loops(servo), level)
-    for measured, expected in ((found.closed, linear.closed_response(found.frequency)),
-                               (found.open, linear.open_response(found.frequency))):
-        ratio = measured / expected
-        assert np.abs(20 * np.log10(np.abs(ratio))).max() < 0.5
-        assert np.abs(np.degrees(np.angle(ratio))).max() < 3.0
-    assert found.coherence.min() > 0.99
-
-
-@pytest.mark.parametrize("share", [0.03, 0.10])
-def test_current_step(share):
-    """P2: steps of 3 and 10 % of the limit settle on the set point, and equal the linear response."""
-    from toolpoint.drives.simulate import Excitation
-
-    servo = p2_servo()
-    height = share * 60.0
-    result = simulate(servo, rest(1, 1e-3, 0.02), excitation=Excitation("current", np.full((160, 1), height)))
-    level, x, expected = loops(servo).current.closed, None, []
-    x = np.zeros(level.size)
-    for k in range(20):
-        expected.append(level.c[0] @ x)
-        x = level.a @ x + level.b[:, 0] * (height + result.signal("current_set", "x")[k])
-    np.testing.assert_allclose(result.output("i_q", "x")[:20], expected, rtol=0.02, atol=0.02 * height)
-
-
-@pytest.mark.parametrize("feed", [200.0, 500.0])
-def test_velocity_step(feed):
-    """P2: the axis reaches 200 and 500 mm/min, with friction."""
-    servo = p2_servo(law=cases.lugre(150.0))
-    result = simulate(servo, constant_velocity(feed / 60e3, 1e-3, 0.8))
-    assert result.output("speed", "x")[-400:].mean() * cases.RATIO == pytest.approx(feed / 60e3, rel=1e-3)
-
-
-def test_position_step():
-    """P2: 0.5 mm, no overshoot at these gains."""
-    result = simulate(p2_servo(), step(0.5e-3, 1e-3, 0.5))
-    scale = result.output("scale", "x")
-    assert scale[-1] == pytest.approx(0.5e-3, rel=1e-3)
-    assert scale.max() < 0.52e-3
-
-
-def test_switched_inverter_converges_to_the_averaged_one():
-    command = constant_velocity(0.05, 1e-3, 0.05)
-    averaged = simulate(p2_servo(), command, substeps=32, every=32)
-    differences = []
-    for carrier in (1, 2, 4):
-        switched = simulate(p2_servo(Inverter(320.0, "six-pulse", carrier)), command, substeps=32, every=1, check=False)
-        now = switched.output("i_q", "x")[:-1].reshape(-1, 32)
-        smooth = simulate(p2_servo(), command, substeps=32, every=1).output("i_q", "x")[:-1].reshape(-1, 32)
-        differences.append(np.sqrt(((now - smooth) ** 2).mean()))
-    assert differences[1] < 0.7 * differences[0]
-    assert differences[2] < 0.7 * differences[1]
-    end = abs(switched.output("scale", "x")[-1] - averaged.output("scale", "x")[-1])
-    assert end < 2e-6
-
-
-def test_saturation_keeps_limits_and_recovers():
-    servo = p2_servo()
-    result = simulate(servo, step(0.05, 1e-3, 1.5))
-    assert np.abs(result.signal("current_set", "x")).max() <= 60.0 + 1e-12
-    assert np.hypot(result.signal("u_d", "x"), result.signal("u_q", "x")).max() <= 320.0 + 1e-9
-    assert result.output("scale", "x")[-1] == pytest.approx(0.05, rel=1e-3)
-
-
-def test_encoder_resolution_bounds_the_error():
-    axis = Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3, 0.05))
-    c = Controller(PositionLoop(50.0, 1e-3), VelocityLoop(1.0, 0.02, 2.5e-4), 1e-3, encoders=Encoders(motor=2e-3))
-    result = simulate(Servo(plant([axis]), (c,)), step(1e-4, 1e-3, 1.0))
-    assert abs(result.output("scale", "x")[-1] - 1e-4) <= 2e-3 * 1e-3
-
-
-def test_batch_equals_single_runs():
-    command = cases.benchmark_command(0.05)
-    servos = [cases.benchmark_servo(cases.lugre(level)) for level in (100.0, 300.0)]
-    both = simulate_many([(s, command) for s in servos], threads=2)
-    for servo, result in zip(servos, both, strict=True):
-        np.testing.assert_array_equal(result.outputs, simulate(servo, command).outputs)
-
-
-def test_bad_servos():
-    good = p2_servo()
-    with pytest.raises(ToolpointError, match=r"velocity loop: unstable.*gain margin"):
-        simulate(Servo(good.plant, (good.controllers[0].with_gains(velocity=80.0),)), rest(1, 1e-3, 0.01))
-    with pytest.raises(ToolpointError, match=r"position loop: unstable.*gain margin -\d"):
-        simulate(Servo(good.plant, (good.controllers[0].with_gains(position=3000.0),)), rest(1, 1e-3, 0.01))
-    c = Controller(PositionLoop(50.0, 1.1e-3), VelocityLoop(1.0, 0.02, 250e-6), 1e-3)
-    rigid = plant([Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))])
-    with pytest.raises(ToolpointError, match="whole multiple"):
-        Servo(rigid, (c,))
-    with pytest.raises(ToolpointError, match=r"must be one of x\.base"):
-        plant([Axis("x", TorqueMotor(), linear_motor_axis(10.0))], cases.frame())
-    with pytest.raises(ToolpointError, match="lead: missing"):
-        Controller(PositionLoop(50.0), VelocityLoop(1.0), None)
-    with pytest.raises(ToolpointError, match="inertia"):
-        rigid_axis(0.0, 1e-3)
-    with pytest.raises(ToolpointError, match="lead"):
-        Screw(0.04, 0.0, 1.0)
-    with pytest.raises(ToolpointError, match="resampled"):
-        simulate(good, rest(1, 5e-4, 0.01))

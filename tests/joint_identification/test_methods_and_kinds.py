@@ -227,3 +227,42 @@ def test_stiffness_off_the_frame_is_marked():
     with pytest.warns(UserWarning, match="doubtful"):
         joint = identify_joints(modes, at, parts, ("ground", "body"), masses=masses).joint("body")
     assert any("principal directions" in doubt for doubt in joint.doubts)
+
+
+def test_a_rotation_alone_is_a_hinge_and_with_a_translation_along_its_axis_cylindrical():
+    """The rule of names: by the freedoms that the modes show. A slide too small to be seen leaves a hinge."""
+    turn, slide = turns(POINT, X), slides(X)
+    for share, kind in ((0.0, "hinge"), (1e-5, "hinge"), (0.3, "cylindrical")):
+        modes, points, parts = made(np.hstack([turn, share * slide]), 0.005, np.random.default_rng(3))
+        joint = identify_joints(modes, points, parts, ("base", "part")).joint("part")
+        assert joint.kind == kind and joint.freedoms == FREE[kind]
+
+
+def test_beside_a_general_joint_the_others_get_their_stiffness():
+    """Each line of K q = w^2 M q holds for itself: a hinge on a body that a general joint carries has its own stiffness."""
+    rng = np.random.default_rng(12)
+    first = np.hstack([turns(np.array([0.0, 0, 0]), X, Y, Z), slides(X)])
+    second = turns(np.array([0.1, 0.2, 1.0]), Y)
+    masses = {"first": MassProperties(80.0, [0.1, 0.0, 0.5], np.diag([9.0, 8.0, 6.0])),
+              "second": MassProperties(30.0, [0.0, 0.4, 1.3], np.diag([2.0, 3.0, 2.5]))}
+    jacobian = {"first": np.hstack([first, np.zeros((6, 1))]), "second": np.hstack([first, second])}
+    mass = sum(j.T @ masses[name].matrix @ j for name, j in jacobian.items())
+    root = rng.normal(size=(4, 4))
+    stiff = np.zeros((5, 5))
+    stiff[:4, :4], stiff[4, 4] = 1e6 * (root @ root.T + 4 * np.eye(4)), 4e5
+    lower = np.linalg.cholesky(mass)
+    squares, vectors = np.linalg.eigh(np.linalg.solve(lower, np.linalg.solve(lower, stiff).T))
+    q = np.linalg.solve(lower.T, vectors)
+    at = {i: rng.uniform(-1, 1, 3) + np.array([0, 0, 0.5 if i < 20 else 1.5]) for i in range(40)}
+    shape = np.concatenate([tf.point_velocity(at[i]) @ jacobian["first" if i < 20 else "second"] @ q for i in at])
+    spread = 0.002 * np.sqrt((shape**2).mean(axis=0)) * np.ones_like(shape)
+    modes = Modes(np.sqrt(squares) / (2 * np.pi), 0.01, shape + spread * rng.normal(size=shape.shape),
+                  [Dof(i, way) for i in at for way in WAYS], shape_variance=spread**2)
+    parts = {"first": list(range(20)), "second": list(range(20, 40))}
+    with pytest.warns(UserWarning, match="doubtful"):
+        result = identify_joints(modes, at, parts, ("ground", "first", "second"), masses=masses)
+    assert result.joint("first").kind == "general" and result.joint("first").stiffness is None
+    assert any("stiffness not determined" in doubt for doubt in result.joint("first").doubts)
+    hinge = result.joint("second")
+    assert hinge.kind == "hinge"
+    assert abs(hinge.stiffness[0] - 4e5) < 4 * hinge.stiffness_deviation[0] < 4e4

@@ -3,8 +3,10 @@
 import numpy as np
 
 from toolpoint.app.cutting import _lobes_page
+from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.time_domain import simulate
+from toolpoint.plot import Report
 from toolpoint.vibration import Modes
 
 
@@ -14,7 +16,7 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), 0.0006)
     cuts = [(10000.0, 0.00005), (15000.0, 0.00008), (19000.0, 0.00025)]
     runs = [simulate(problem, speed, depth, 40) for speed, depth in cuts]
-    seen = opened(_lobes_page(problem, None, chart, [], runs).html(), reduced_motion="reduce")
+    seen = opened(_lobes_page(problem, None, chart, runs).html(), reduced_motion="reduce")
     seen.wait("'stability' in window.toolpointCharts && 'simulated' in window.toolpointCharts")
     seen.wait("window.toolpointCharts.simulated.dataset.shown === '0'")
     source = seen.page.locator(".tp-chart[data-name=stability]")
@@ -36,3 +38,18 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     np.testing.assert_allclose(drawn[:5], 1e6 * tail[::max(1, len(tail) // 400)][:5], rtol=1e-4)
     assert seen.errors == []
     assert len(seen.requests) == 1
+
+
+def test_the_probability_chart_and_the_cuts_made_are_drawn(opened):
+    modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
+    problem = MillingProblem(Tool(0.012, 2), Engagement.down(0.05), CuttingCoefficients(6e8, 2e8), modes)
+    chart = stability.chart(problem, np.linspace(8000, 20000, 9), depth_max=3e-3)
+    known = Uncertainty(12, cuts=((9500.0, 0.4e-3, True), (16000.0, 2.5e-3, False)))
+    found, _ = sampled(problem, chart, known, FloquetDeterminant(), True)
+    report = with_advice(with_probability(Report("Uncertain cut"), found, known), advice_rows(chart, found, known))
+    seen = opened(report.html(), reduced_motion="reduce")
+    seen.wait("'probability' in window.toolpointCharts && 'importance' in window.toolpointCharts")
+    drawn = seen.page.evaluate("Array.from(window.toolpointCharts.probability.data, trace => trace.name || trace.type)")
+    assert drawn[0] == "heatmap" and "95 % stable" in drawn and drawn[-2:] == ["stable cut", "cut with chatter"]
+    assert "best cut with 95 % certainty" in seen.page.content()
+    assert seen.errors == []

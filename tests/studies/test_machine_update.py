@@ -132,3 +132,29 @@ def test_bad_input_is_refused():
         machine_update.update(mill, [wrong], modes)
     with pytest.raises(ToolpointError, match="beside"):
         machine_update.update(mill, ["joints.floor_base.stiffness.x"], modes, targets=Targets(modes))
+
+
+def test_two_poses_are_fitted_at_once(vertical_drives):
+    """The same stiffnesses at two poses of the axes: each pose alone and both together find them, both together better."""
+    machine = vertical_drives
+    paths = ["joints.foundation.stiffness.rx", "joints.foundation.stiffness.ry", "joints.column_foot.stiffness.rx"]
+    axes = [axis.name for axis in machine.chain.axes]
+    poses = [{}, {axes[0]: 0.15, axes[-1]: -0.2}]
+    rng, targets = np.random.default_rng(2), []
+    for pose in poses:
+        true = eigen.undamped(assemble(machine, pose), 6)
+        targets.append(Targets(Modes(
+            true.frequency * (1 + 1e-3 * rng.normal(size=6)), 0.01, true.shape, true.dofs,
+            covariance=np.array([np.diag([(1e-3 * f)**2, 1e-6]) for f in true.frequency]))))
+    start = machine.with_values({p: 1.2 * machine.value(p) for p in paths})
+    both = machine_update.update(start, paths, targets=targets, pose=poses)
+    single = [machine_update.update(start, paths, targets=t, pose=p) for t, p in zip(targets, poses, strict=True)]
+    assert len(both.all_after) == 2 and "set 2" in both.table()
+    # Information adds up (to the change of the Jacobian between the optima).
+    order = [[f.fit.free.index(p) for p in paths] for f in (both, *single)]
+    information = [np.linalg.inv(f.fit.covariance[np.ix_(at, at)]) for f, at in zip((both, *single), order, strict=True)]
+    assert information[0] == pytest.approx(information[1] + information[2], rel=0.05, abs=0.05 * information[0].max())
+    for p in paths:
+        assert both.machine.value(p) == pytest.approx(machine.value(p), rel=0.05)
+    with pytest.raises(ToolpointError, match="one for each"):
+        machine_update.update(start, paths, targets=targets, pose=[{}])

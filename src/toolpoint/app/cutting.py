@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, one_of
 from toolpoint.app import console, measured_page
+from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import (
     Collocation,
     FloquetDeterminant,
@@ -37,6 +38,7 @@ from toolpoint.plot.lobes import stability_chart
 from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
 from toolpoint.vibration import Modes
 
+DEEPER = 4
 METHODS: dict[str, Method] = {
     "floquet": FloquetDeterminant(), "zero-order": ZeroOrder(), "multi-frequency": MultiFrequency(),
     "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
@@ -85,30 +87,54 @@ def _example(notes: list[str]) -> CuttingDescription:
 def lobes(
     source: Source, cut: Mapping[str, float | str | None], method: str = "floquet", speeds: FloatArray | None = None,
     output: str | Path = "toolpoint-report", quiet: bool = False, simulations: bool = False,
-) -> StabilityChart:
+    uncertainty: Uncertainty | None = None,
+) -> tuple[StabilityChart, list[list[str]]]:
     """Compute the stability chart of a cut, print its lowest and best points, and write the page.
 
-    With `simulations` cuts on a grid of speeds and depths are simulated in time; a click on one shows its vibration.
+    With `simulations` cuts on a grid of speeds and depths are simulated in time; a click on one shows its vibration. With
+    samples in `uncertainty` the page shows P(stable). Returns the chart and rows of advice (what, rev/min, mm, why).
     """
     one_of("--method", method, METHODS)
+    uncertainty = uncertainty or Uncertainty()
     with console.collected_warnings() as warnings:
         problem, used, notes = problem_of(source, cut)
         n = np.linspace(*used.speeds, 200) if speeds is None else speeds
         chart = _charted(problem, n, METHODS[method], quiet)
         runs = _simulated(problem, chart, quiet) if simulations else []
-        path = _lobes_page(problem, used, chart, [*notes, *warnings], runs).save(output)
+        found = None
+        if uncertainty.samples:
+            found, more = sampled(problem, chart, uncertainty, METHODS[method], quiet)
+            notes += more
+        advice = advice_rows(chart, found, uncertainty)
+        report = with_advice(_lobes_page(problem, used, chart, runs), advice)
+        report = report if found is None else with_probability(report, found, uncertainty)
+        path = _remarked(report, [*notes, *chart.notes, *warnings]).save(output)
     if not quiet:
         _print_chart(chart)
+        console.table("Cuts to make", ["", "rev/min", "depth mm", "why"], advice)
         for text in dict.fromkeys([*notes, *chart.notes, *warnings]):
             console.OUT.print("note: " + text, markup=False)
         console.OUT.print(f"Page written: {path}", markup=False)
-    return chart
+    return chart, advice
+
+
+def _remarked(report: Report, remarks: Sequence[str]) -> Report:
+    lines = list(dict.fromkeys(remarks))
+    return report.with_section("Remarks", Notes(lines, "assumed")) if lines else report
 
 
 def _charted(problem: MillingProblem, speeds: FloatArray, method: Method, quiet: bool) -> StabilityChart:
+    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
+    depth = depth_limit(problem)
     with console.steps(1, quiet) as step:
         step(f"stability at {len(speeds)} speeds")
-        return stability.chart(problem, speeds, method, depth_limit(problem))
+        chart = stability.chart(problem, speeds, method, depth)
+        for _ in range(DEEPER):
+            if np.isfinite(chart.limit).mean() >= 0.5:
+                break
+            depth *= 2
+            chart = stability.chart(problem, speeds, method, depth)
+        return chart
 
 
 def _print_chart(chart: StabilityChart) -> None:
@@ -140,7 +166,7 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, quiet: bool) -> l
     return runs
 
 
-def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: StabilityChart, notes: Sequence[str],
+def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: StabilityChart,
                 runs: Sequence[Simulation] = ()) -> Report:
     report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
@@ -156,8 +182,7 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
             error = location_error(problem, chart.speeds, depth)
             report = report.with_section("Surface location error", f"At a depth of {1e3 * depth:.4g} mm.",
                                          Chart(surface_location(chart.speeds, error)))
-    remarks = list(dict.fromkeys([*notes, *chart.notes]))
-    return report.with_section("Remarks", Notes(remarks, "assumed")) if remarks else report
+    return report
 
 
 def mill(
@@ -197,5 +222,4 @@ def _mill_page(run: Simulation, notes: Sequence[str]) -> Report:
     report = report.with_section("Result", Table(["quantity", "value"], _mill_rows(run)))
     for name, made in simulation_charts(run).items():
         report = report.with_section(name, Chart(made))
-    remarks = list(dict.fromkeys([*notes, *run.notes]))
-    return report.with_section("Remarks", Notes(remarks, "assumed")) if remarks else report
+    return _remarked(report, [*notes, *run.notes])

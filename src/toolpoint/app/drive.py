@@ -5,51 +5,27 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
-from typing import Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
-from toolpoint.drives import (
-    Axis,
-    Controller,
-    Coulomb,
-    JerkLimits,
-    LuGre,
-    Path,
-    PositionLoop,
-    Servo,
-    Stribeck,
-    Structure,
-    TorqueMotor,
-    VelocityLoop,
-    circular_test,
-    contour_error,
-    four_dof_axis,
-    loops,
-    planned,
-    plant,
-    plausibility,
-    rigid_axis,
-    simulate,
-    two_mass_axis,
-)
+from toolpoint.app.drive_servo import servo_of, servo_on
+from toolpoint.drives import JerkLimits, Path, Servo, circular_test, contour_error, loops, planned, simulate
 from toolpoint.drives.command import Command
 from toolpoint.drives.contour import ContourError
 from toolpoint.drives.loops import ServoLoops
 from toolpoint.drives.metrology import CircularTest
+from toolpoint.drives.moving_nut import simulate_moving_nut
 from toolpoint.drives.planner import smoothed
 from toolpoint.drives.simulate import ServoResult
-from toolpoint.io import drive_yaml, gcode, machine_yaml
-from toolpoint.machine import Machine, assemble
+from toolpoint.io import drive_yaml, fmu, gcode, machine_yaml
+from toolpoint.io.drive_schema import Drives
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
 from toolpoint.plot.drives import enlarged_path, histories, loop_bode
-from toolpoint.vibration import eigen
 
 _PLACES = ("scale", "table", "tool")
 _WINDOW = 3e-3
-_FREED = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,65 +37,6 @@ class DriveRun:
     errors: dict[str, ContourError]
     loops: ServoLoops
     circle: CircularTest | None
-
-
-def servo_of(drives: drive_yaml.Drives, machine: Machine | None = None, pose: Mapping[str, float] | None = None) -> Servo:
-    """Return the servo that a drive file describes, on a machine's structure where its axes are ball screws.
-
-    Doubtful friction warns with its critical feed.
-    """
-    axes, controllers = [], []
-    for name, axis in drives.axes.items():
-        ratio = axis.mechanics.lead / (2 * np.pi)
-        law = _friction(axis.friction)
-        if isinstance(law, (Stribeck, LuGre)):
-            plausibility(law, axis.velocity.gain, ratio)
-        axes.append(Axis(name, TorqueMotor(), _mechanics(axis.mechanics, ratio, law)))
-        velocity = VelocityLoop(axis.velocity.gain, axis.velocity.integral_time or np.inf, axis.velocity.sample_time,
-                                limit=axis.velocity.limit or np.inf)
-        position = PositionLoop(axis.position.gain, axis.position.sample_time, axis.position.velocity_feedforward,
-                                feedback=axis.position.feedback)
-        controllers.append(Controller(position, velocity, ratio))
-    return Servo(plant(axes, _structure(drives, machine, pose)), tuple(controllers))
-
-
-def _structure(drives: drive_yaml.Drives, machine: Machine | None, pose: Mapping[str, float] | None) -> Structure | None:
-    ends = {name: axis.ends for name, axis in drives.axes.items() if axis.ends is not None}
-    if not ends:
-        if machine is not None:
-            raise ToolpointError("--machine: no axis of the drive file is a ball screw with 'ends' on a machine; leave it out, "
-                                 "or describe where the drives hold on")
-        return None
-    if machine is None:
-        raise ToolpointError(f"--machine: missing; axis {next(iter(ends))} of the drive file ends at points of a machine")
-    # The drives carry these directions now; a stiffness of zero would make them free and change the joint's kind.
-    free = machine.with_values({end.replaces: _FREED * machine.value(end.replaces) for end in ends.values()})
-    labels = list(dict.fromkeys(label for end in ends.values() for label in (end.base, end.table, end.tool)))
-    modes = eigen.undamped(assemble(free, pose, labels, modal_damping=False))
-    if machine.description.damping_ratio is not None:
-        modes = modes.with_damping(machine.description.damping_ratio)
-    boundaries = {f"{name}.{side}": getattr(end, side) for name, end in ends.items() for side in ("base", "table")}
-    return Structure.from_modes(modes, boundaries, {name: end.tool for name, end in ends.items()})
-
-
-def _mechanics(part: Any, ratio: float, law: Any) -> Any:
-    if part.kind == "rigid":
-        return rigid_axis(part.inertia, ratio, 0.0, law)
-    if part.kind == "ball-screw":
-        return four_dof_axis(part.inertia, part.screw_inertia, part.screw_mass, None, ratio,
-                             (part.coupling_stiffness, part.coupling_damping), (part.bearing_stiffness, part.bearing_damping),
-                             (part.nut_stiffness, part.nut_damping), guide_damping=part.guide_damping, shaft_friction=law)
-    return two_mass_axis(part.inertia, part.table_mass, ratio, part.stiffness, part.damping, shaft_friction=law)
-
-
-def _friction(part: Any) -> Any:
-    if part.law == "none":
-        return None
-    if part.law == "coulomb":
-        return Coulomb(part.coulomb, part.viscous)
-    if part.law == "stribeck":
-        return Stribeck(part.coulomb, part.static, part.stribeck_velocity, part.viscous)
-    return LuGre(part.bristle_stiffness, part.bristle_damping, part.coulomb, part.static, part.stribeck_velocity, part.viscous)
 
 
 def circle_path(radius: float, feed: float) -> Path:
@@ -148,7 +65,7 @@ def drive(
         step("set points")
         command = _command(path, described, servo)
         step("simulation")
-        run = _run(servo, path, command, circle)
+        run = _run(described, servo, path, command, circle)
         step("page")
         text = FilePath(drives).read_text(encoding="utf-8-sig")
         saved = _page(described, run, text, warnings).save(output)
@@ -162,17 +79,38 @@ def drive(
     return run
 
 
-def _command(path: Path, described: drive_yaml.Drives, servo: Servo) -> Command:
+def _command(path: Path, described: Drives, servo: Servo) -> Command:
     limits = JerkLimits(described.limits.speed, described.limits.acceleration, described.limits.jerk)
-    plan = planned(path, limits, corner_tolerance=described.corner_tolerance)
+    plan = planned(path, limits, corner_tolerance=described.corner_tolerance, corner=described.corner)
     sample = servo.controllers[0].position.sample_time
     made = plan.command(sample, len(servo.controllers))
     return smoothed(made, 0.01).extended(0.3)
 
 
-def _run(servo: Servo, path: Path, command: Command, circle: tuple[float, float] | None) -> DriveRun:
+def export(drives: str | FilePath, unit: str | FilePath, machine: str | FilePath | None = None,
+           pose: Mapping[str, float] | None = None, sources_only: bool = False) -> None:
+    """Write the servo of a drive file as a functional mock-up unit (FMI 2.0, co-simulation)."""
+    described = drive_yaml.read(drives)
+    with console.collected_warnings() as warnings:
+        servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
+    if any(axis.mechanics.nut_moves for axis in described.axes.values()):
+        warnings.append("nut_moves: the unit keeps every nut at its nut_position")
+    fmu.write(servo, unit, described.name, substeps=described.substeps, binary=not sources_only)
+    for words in dict.fromkeys(warnings):
+        console.ERR.print("warning: " + words, markup=False, style="yellow")
+    console.OUT.print(f"Unit written: {unit}", markup=False)
+
+
+def _run(described: Drives, servo: Servo, path: Path, command: Command, circle: tuple[float, float] | None) -> DriveRun:
     shifted = Command(command.position - command.position[0], command.sample_time, command.velocity, command.acceleration)
-    result = simulate(servo, shifted, every=4)
+    substeps, every = described.substeps, 4 * described.substeps
+    if any(axis.mechanics.nut_moves for axis in described.axes.values()):
+        start = [axis.mechanics.nut_position or 0.0 for axis in described.axes.values()]
+        moving = [axis.mechanics.nut_moves for axis in described.axes.values()]
+        at = lambda nuts: servo_on(described, None, False, nuts)
+        result = simulate_moving_nut(at, start, shifted, moving=moving, substeps=substeps, every=every)
+    else:
+        result = simulate(servo, shifted, substeps=substeps, every=every)
     moved = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(command.position, axis=0), axis=1))])
     progress = np.minimum(np.interp(result.time, command.time, moved), path.lengths.sum())
     origin = command.position[0]
@@ -207,7 +145,7 @@ def _rows(run: DriveRun) -> list[tuple[str, str]]:
     return rows
 
 
-def _page(described: drive_yaml.Drives, run: DriveRun, text: str, warnings: list[str]) -> Report:
+def _page(described: Drives, run: DriveRun, text: str, warnings: list[str]) -> Report:
     report = Report(described.name, "Feed drives and servo along a programmed path.", subtitle=described.source)
     report = report.with_section("Result", Table(["quantity", "value"], _rows(run)))
     report = report.with_section("Path with enlarged error", Chart(enlarged_path(run.errors)))
@@ -215,7 +153,10 @@ def _page(described: drive_yaml.Drives, run: DriveRun, text: str, warnings: list
         report = report.with_section(words, Chart(made))
     bodes = [Chart(loop_bode(level, k, axis)) for k, axis in enumerate(run.result.axes)
              for level in (run.loops.velocity, run.loops.position)]
-    report = report.with_section("Loops", Listing("Margins and bandwidth", run.loops.table), *bodes)
+    margins = [[loop, axis, *(f"{value:.1f}" if np.isfinite(value) else "none" for value in row)]
+               for loop, axis, *row in run.loops.figures]
+    report = report.with_section("Loops", Table(["loop", "axis", "gain margin dB", "phase margin °", "bandwidth Hz"], margins),
+                                 *bodes)
     notes = list(dict.fromkeys([*warnings, *run.result.notes]))
     return report.with_section("Inputs and assumptions", *([Notes(notes, "warning")] if notes else []),
                                Notes(described.assumptions, "assumed"), Listing("Drive file", text))

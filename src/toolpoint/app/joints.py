@@ -14,7 +14,8 @@ from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import MachineDescription, build
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.modal_identification import identify, real_modes
-from toolpoint.plot import AnimatedShapes, Notes, Report, Scene, ShapeView, Table
+from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
+from toolpoint.plot.joint_views import joint_views
 from toolpoint.plot.machine_scene import machine_shapes
 from toolpoint.studies.joint_machine import component_masses, machine_of
 from toolpoint.vibration import Modes
@@ -34,8 +35,12 @@ class JointRun:
 def joints(
     files: Sequence[str | Path], geometry: str | Path, components: str | Path, machine_file: str | Path | None = None,
     band: tuple[float, float] | None = None, output: str | Path = "toolpoint-report", quiet: bool = False,
+    coordinate_deviation: float = 0.0,
 ) -> JointRun:
-    """Identify the joints of a machine from measured FRFs (or saved modes), write a machine file that runs, and a page."""
+    """Identify the joints of a machine from measured FRFs (or saved modes), write a machine file that runs, and a page.
+
+    `coordinate_deviation` is the standard deviation of the points' coordinates, m.
+    """
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
         shape = read_geometry(geometry)
@@ -44,7 +49,7 @@ def joints(
         modes = _modes(files, band)
         step("joints")
         found = identify_joints(real_modes(modes), shape.points, described.points(), described.chain,
-                                masses=component_masses(bodies) if bodies else None)
+                                masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
         machine = machine_of(described.name, found, bodies, modes) if bodies else None
         if machine_file is not None:
             if machine is None:
@@ -85,12 +90,13 @@ def _page(described: components_yaml.Components, shape: Geometry, found: JointId
     report = Report(f"Joints of {described.name}", found.status, subtitle=" - ".join(described.chain))
     rows = []
     for one in found.joints:
-        at = ", ".join(f"{1e3 * p:.1f} ± {1e3 * h:.1f}" for p, h in zip(one.position, one.position_interval, strict=True))
         stiff = "" if one.stiffness is None or one.stiffness_interval is None else ", ".join(
             f"{way} {k:.4g} ± {h:.2g}" for way, k, h in zip(one.freedoms, one.stiffness, one.stiffness_interval, strict=True))
-        rows.append([f"{one.parent} - {one.child}", one.kind, ", ".join(one.freedoms), at, stiff, one.status])
+        rows.append([f"{one.parent} - {one.child}", one.kind, ", ".join(one.freedoms), one.position_text, stiff, one.status])
     header = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "status"]
-    report = report.with_section("Joints", Table(header, rows))
+    views = Chart(joint_views(shape.points, described.points(), found.joints),
+                  "Crosses: joints; lines: their free directions; dots: measured points by component.")
+    report = report.with_section("Joints", Table(header, rows), views)
     scene = Scene.of_points(shape.points, shape.lines, components=described.points())
     shapes = AnimatedShapes.from_modes(modes, shape.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))

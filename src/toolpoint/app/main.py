@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,11 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.app import console
+from toolpoint.app import console, model_commands
+from toolpoint.app.options import JSON as _JSON
+from toolpoint.app.options import OUTPUT as _OUTPUT
+from toolpoint.app.options import POSE as _POSE
+from toolpoint.app.options import band as _band
 
 
 class _Commands(click.Group):
@@ -30,38 +35,8 @@ def cli() -> None:
     """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""
 
 
-def _pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, float] | None:
-    if not value:
-        return None
-    result: dict[str, float] = {}
-    for part in value.split(","):
-        name, equals, number = part.partition("=")
-        try:
-            if not equals or not name.strip():
-                raise ValueError
-            result[name.strip()] = float(number)
-        except ValueError:
-            raise click.BadParameter(f"{part!r}: write AXIS=VALUE with a decimal point, m or rad, for example X=0.1,Y=0.2"
-                                     ) from None
-    return result
-
-
-def _band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
-    if not value:
-        return None
-    try:
-        low, high = (float(part) for part in value.split(":"))
-    except ValueError:
-        raise click.BadParameter(f"{value!r}: write LOW:HIGH in Hz, for example 200:5000") from None
-    if not 0 <= low < high:
-        raise click.BadParameter(f"{value!r}: the lower end must be below the upper")
-    return low, high
-
-
-_OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=click.Path(path_type=Path),
-                       help="Folder (or .html file) of the page.")
-_POSE = click.option("--pose", callback=_pose, metavar="X=0.1,Y=0.2", help="Axis positions, m or rad.")
-_JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+for _command in (model_commands.joints, model_commands.update, model_commands.correlate, model_commands.sensitivity):
+    cli.add_command(_command)
 
 
 @cli.command()
@@ -167,45 +142,6 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
                                "damping_ratio": found.modes.damping_ratio.tolist(), "status": found.status}))
 
 
-@cli.command()
-@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", required=True, type=click.Path(path_type=Path), help="Universal file, or CSV: point,x,y,z in m.")
-@click.option("--components", required=True, type=click.Path(path_type=Path),
-              help="YAML: which points belong to which component, the chain, masses where known.")
-@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the identified machine here.")
-@click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
-@_OUTPUT
-@_JSON
-def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file: Path | None,
-           band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
-    """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
-    from toolpoint.app import joints as work
-
-    run = work.joints(files, geometry, components, machine_file, band, output, as_json)
-    if as_json:
-        click.echo(json.dumps({"joints": [one.as_dict() for one in run.joints.joints], "status": run.joints.status}))
-
-
-@cli.command()
-@click.argument("machine", type=click.Path(path_type=Path))
-@click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Measured modes, saved by identify (HDF5).")
-@click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured FRFs (universal, HDF5, MATLAB, text).")
-@click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
-              help="Parameter to update; all joint stiffnesses where none is named.")
-@_POSE
-@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the updated machine here.")
-@_OUTPUT
-@_JSON
-def update(machine: Path, modes_file: Path | None, frf: tuple[Path, ...], paths: tuple[str, ...],
-           pose: dict[str, float] | None, machine_file: Path | None, output: Path, as_json: bool) -> None:
-    """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named."""
-    from toolpoint.app import update as work
-
-    found = work.update_machine(machine, modes_file, frf, paths, pose, machine_file, output, as_json)
-    if as_json:
-        click.echo(json.dumps({"values": found.fit.values, "status": found.fit.status}))
-
-
 def _cut_options(command: Any) -> Any:
     """Add the options that say what is cut and where its dynamics come from."""
     for option in reversed((
@@ -241,26 +177,83 @@ def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -
         raise click.BadParameter(f"{value!r}: write FIRST:LAST:NUMBER in rev/min, for example 3000:20000:200") from None
 
 
+def _percentages(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Any]:
+    names = ("frequency", "damping", "stiffness", "coefficients")
+    parts = (value or "").split(",")
+    try:
+        if value and len(parts) != len(names):
+            raise ValueError
+        found = {name: float(part) / 100 for name, part in zip(names, parts, strict=False) if part.strip() not in ("", "-")}
+        if min(found.values(), default=0.0) < 0:
+            raise ValueError
+        return found
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write four numbers in percent, none below zero, for example 1,10,5,10; "
+                                 "- keeps one") from None
+
+
+def _tried(ctx: click.Context, parameter: click.Parameter, value: tuple[str, ...]) -> tuple[tuple[float, float, bool], ...]:
+    cuts = []
+    for text in value:
+        try:
+            speed, depth, outcome = text.split(":")
+            cuts.append((float(speed), 1e-3 * float(depth), {"stable": True, "chatter": False}[outcome]))
+        except (ValueError, KeyError):
+            raise click.BadParameter(f"{text!r}: write SPEED:DEPTH:OUTCOME, rev/min, mm and stable or chatter, for example "
+                                     "12000:1.5:chatter") from None
+    return tuple(cuts)
+
+
 @cli.command()
 @_cut_options
 @click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
 @click.option("--method", default="floquet", show_default=True,
               help="floquet, zero-order, multi-frequency, semi-discretization or collocation.")
 @click.option("--simulate", is_flag=True, help="Also simulate cuts on a grid; a click on one shows its vibration.")
+@click.option("--probability", "samples", type=click.IntRange(2), metavar="SAMPLES",
+              help="Also P(stable) from that many charts with uncertain parameters.")
+@click.option("--uncertainty", callback=_percentages, metavar="F,Z,K,C", help="Standard deviations of frequencies, damping "
+              "ratios, stiffnesses and cutting coefficients, percent; - for measured, or 1, 10, 5, 10.")
+@click.option("--tried", multiple=True, callback=_tried, metavar="SPEED:DEPTH:OUTCOME",
+              help="A cut already made: rev/min, mm, stable or chatter; sharpens P(stable).")
 @_OUTPUT
 @_JSON
 def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-          band: tuple[float, float] | None, speeds: Any, method: str, simulate: bool, output: Path, as_json: bool,
+          band: tuple[float, float] | None, speeds: Any, method: str, simulate: bool, samples: int | None,
+          uncertainty: dict[str, Any], tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool,
           **cut: Any) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     from toolpoint.app import cutting
+    from toolpoint.app.uncertain_cut import Uncertainty
 
+    if (tried or uncertainty) and samples is None:
+        raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
+    known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
     source = cutting.Source(machine, pose, frf, modes_file, band)
-    chart = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json, simulate)
+    chart, advice = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json, simulate, known)
     if as_json:
         intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
         click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": intervals, "method": chart.method,
-                               "notes": list(chart.notes)}))
+                               "advice": advice, "notes": list(chart.notes)}))
+
+
+@cli.command()
+@click.option("--chatter", type=float, required=True, help="Chatter frequency, Hz, from a microphone or a spectrum.")
+@click.option("--teeth", type=int, required=True)
+@click.option("--highest", type=float, required=True, help="Highest spindle speed, rev/min.")
+@click.option("--lowest", type=float, default=0.0, help="Lowest spindle speed, rev/min.")
+@_JSON
+def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: bool) -> None:
+    """Spindle speeds to try against chatter of a known frequency, with nothing else known."""
+    from toolpoint.app import console
+    from toolpoint.cutting.best_speed import from_chatter_frequency
+
+    advice = from_chatter_frequency(chatter, teeth, highest, lowest)
+    if as_json:
+        click.echo(json.dumps([{"speed_rpm": one.speed, "reason": one.reason} for one in advice]))
+        return
+    console.table(f"Speeds to try against chatter at {chatter:g} Hz", ["rev/min", "why"],
+                  [[f"{one.speed:.0f}", one.reason] for one in advice])
 
 
 @cli.command()
@@ -297,18 +290,44 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 
 
 @cli.command()
-@click.argument("drives", type=click.Path(path_type=Path))
+@click.argument("drives", required=False, type=click.Path(path_type=Path))
 @click.option("--program", type=click.Path(path_type=Path), help="G-code (ISO and the common Siemens words), mm.")
 @click.option("--circle", callback=_circle, metavar="RADIUS,FEED", help="A circular test instead, mm and mm/min.")
 @click.option("--machine", type=click.Path(path_type=Path), help="Machine file whose structure the drives push against.")
 @_POSE
+@click.option("--map", "grid", multiple=True, metavar="X=-0.3:0.3:7",
+              help="Margins and bandwidth over positions of the machine, with --circle its deviation too; one or two axes.")
+@click.option("--fmu", type=click.Path(path_type=Path), help="Write the servo as a co-simulation unit (FMI 2.0) here.")
+@click.option("--fmu-sources", is_flag=True, help="The unit with its C sources only: no compiler needed here.")
+@click.option("--schema", is_flag=True, help="Print the JSON schema of drive files, for editors.")
 @_OUTPUT
 @_JSON
-def drive(drives: Path, program: Path | None, circle: tuple[float, float] | None, machine: Path | None,
-          pose: dict[str, float] | None, output: Path, as_json: bool) -> None:
+def drive(drives: Path | None, program: Path | None, circle: tuple[float, float] | None, machine: Path | None,
+          pose: dict[str, float] | None, grid: tuple[str, ...], fmu: Path | None, fmu_sources: bool, schema: bool,
+          output: Path, as_json: bool) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
     from toolpoint.app import drive as work
+    from toolpoint.app import drive_map
 
+    if schema:
+        from toolpoint.io.drive_schema import json_schema
+
+        click.echo(json.dumps(json_schema(), indent=2))
+        return
+    if drives is None:
+        raise click.UsageError("Missing argument 'DRIVES': a YAML file of axes and control.")
+    if grid:
+        found = drive_map.drive_map(drives, machine, grid, circle, output, as_json)
+        if as_json:
+            click.echo(json.dumps({"poses": [dict(pose) for pose in found.poses], "axes": found.axes,
+                                   "velocity_phase_margin_deg": found.velocity_phase_margin.tolist(),
+                                   "bandwidth_hz": found.bandwidth.tolist(), "stable": found.stable.tolist(),
+                                   "circular_deviation_m": [None if v != v else v for v in found.circular_deviation.tolist()]}))
+        return
+    if fmu is not None:
+        work.export(drives, fmu, machine, pose, fmu_sources)
+        if program is None and circle is None:
+            return
     run = work.drive(drives, program, circle, output, as_json, machine, pose)
     if as_json:
         click.echo(json.dumps({"contour_error_m": {k: float(e.length.max()) for k, e in run.errors.items()},

@@ -27,7 +27,7 @@ class ArcNodes:
         Gauss weights, rad.
     partial : (q, q) floats
         Weights of the integral from the pitch's start to node i, rad.
-    chip, force : (q, 2) floats
+    chip, force : (q, 2) floats, with the axial direction (q, 3)
         Row n and column k: force density k (n^T r) per metre of depth, Pa.
     """
 
@@ -69,8 +69,9 @@ def breaks(engagement: Engagement, teeth: int) -> FloatArray:
 
 
 def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, teeth: int, density: float,
-                   least: int, second_direction: bool) -> ArcNodes:
-    """Nodes for straight teeth of equal pitch: `density` nodes per rad and at least `least` on each part of the pitch."""
+                   least: int, second_direction: bool, size: int = 2) -> ArcNodes:
+    """Nodes for straight teeth of equal pitch: `density` nodes per rad and at least `least` on each part of the pitch; `size`
+    directions of force (3: with the axial one, along which a cylinder has no chip)."""
     pitch = 2 * np.pi / teeth
     ends = breaks(engagement, teeth)
     parts = []
@@ -81,6 +82,9 @@ def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, te
         number = int(np.floor((engagement.arc - (a + b) / 2) / pitch)) + 1
         phi = engagement.entry + angle[:, None] + pitch * np.arange(number)
         k, chip = force_direction(coefficients, phi), chip_direction(phi)
+        if size == 3:
+            k = np.concatenate([k, np.full((*phi.shape, 1), -coefficients.ka)], axis=-1)
+            chip = np.concatenate([chip, np.zeros((*phi.shape, 1))], axis=-1)
         parts.append((angle, w * (b - a) / 2, rising * (b - a) / 2, k, chip))
     return _joined(parts, second_direction)
 
@@ -93,7 +97,7 @@ def _joined(parts: Sequence[tuple[FloatArray, ...]], second_direction: bool) -> 
             continue
         matrix = np.einsum("qti,qtj->qij", k, chip)
         for way in range(2 if second_direction else 1):
-            unit = np.broadcast_to(np.eye(2)[way], (angle.size, 2))
+            unit = np.broadcast_to(np.eye(k.shape[-1])[way], (angle.size, k.shape[-1]))
             rows.append((np.full(angle.size, at), np.arange(angle.size), angle, weight, unit, matrix[:, :, way]))
     place, number, angle, weight = (np.concatenate([row[i] for row in rows]) for i in range(4))
     chip, force = (np.ascontiguousarray(np.concatenate([row[i] for row in rows])) for i in (4, 5))

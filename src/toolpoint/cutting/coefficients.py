@@ -76,14 +76,39 @@ def chip_direction(angle: FloatArray) -> FloatArray:
     return np.stack([np.sin(angle), np.cos(angle)], axis=-1)
 
 
-def mean_matrix(coefficients: CuttingCoefficients, entry: float, exit: float, teeth: int) -> FloatArray:
-    r"""Return the mean directional matrix :math:`N/2\pi \int k n^T d\phi`, Pa, shape (2, 2), in closed form.
+def edge_matrix(coefficients: CuttingCoefficients, angle: FloatArray, kappa: FloatArray | float = np.pi / 2) -> FloatArray:
+    r"""Return :math:`k n^T` of an edge element, Pa, shape (..., 3, 3): the force on the tool is -du k n^T times the vibration.
+
+    :math:`n = [\sin\phi \sin\kappa, \cos\phi \sin\kappa, -\cos\kappa]` is the outward normal of the tool's envelope at the
+    axial immersion angle kappa (90 degrees on a cylinder, 0 at a ball's tip), :math:`t = [\cos\phi, -\sin\phi, 0]`,
+    :math:`m = [\sin\phi \cos\kappa, \cos\phi \cos\kappa, \sin\kappa]` its meridian; k = K_t t + K_n n - K_a m, du the length of
+    edge along the meridian (dz/sin kappa).
+
+    Source: Engin, Altintas, Int. J. Machine Tools Manufacture 41 (2001) 2195, in the convention of this package.
+    """
+    phi, kap = np.broadcast_arrays(np.asarray(angle, float), np.asarray(kappa, float))
+    s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kap), np.cos(kap)
+    n = np.stack([s * sk, c * sk, -ck], axis=-1)
+    t = np.stack([c, -s, np.zeros_like(s)], axis=-1)
+    m = np.stack([s * ck, c * ck, sk], axis=-1)
+    k = coefficients.kt * t + coefficients.kn * n - coefficients.ka * m
+    return k[..., :, None] * n[..., None, :]
+
+
+def mean_matrix(coefficients: CuttingCoefficients, entry: float, exit: float, teeth: int, size: int = 2) -> FloatArray:
+    r"""Return the mean directional matrix :math:`N/2\pi \int k n^T d\phi`, Pa, in closed form, shape (2, 2).
+
+    With `size` 3 a row for the axial force (K_a) and a column of zeros for the axial vibration are added (a cylinder).
 
     Source: Altintas, Budak, CIRP Annals 44 (1995) 357, in the convention of this package.
     """
     def rising(p: float) -> FloatArray:
         ss, cc, sc = p / 2 - np.sin(2 * p) / 4, p / 2 + np.sin(2 * p) / 4, np.sin(p) ** 2 / 2
         kt, kn = coefficients.kt, coefficients.kn
-        return np.array([[kt * sc + kn * ss, kt * cc + kn * sc], [-kt * ss + kn * sc, -kt * sc + kn * cc]])
+        plane = [[kt * sc + kn * ss, kt * cc + kn * sc], [-kt * ss + kn * sc, -kt * sc + kn * cc]]
+        if size == 2:
+            return np.array(plane)
+        axial = [coefficients.ka * np.cos(p), -coefficients.ka * np.sin(p), 0.0]
+        return np.array([[*plane[0], 0.0], [*plane[1], 0.0], axial])
 
     return teeth / (2 * np.pi) * (rising(exit) - rising(entry))

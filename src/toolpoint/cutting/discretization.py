@@ -137,7 +137,9 @@ def _plain(problem: MillingProblem | TurningProblem) -> MillingProblem:
         fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
     if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0 or problem.speed_variation:
         fail("problem", "unequal pitch, helix, process damping or speed variation", "must have straight teeth of equal pitch",
-             "use method=Collocation()")
+             "use method=Collocation() or PanelArnoldi()")
+    if problem.plane.size != 2 or problem.tool.corner_radius > 0:
+        fail("problem", "the direction z or a rounded edge", "must be a cylindrical cut in the plane", "use PanelArnoldi()")
     modal(problem.plane)
     return problem
 

@@ -3,12 +3,13 @@ r"""FloquetDeterminant: stability of milling, exact in depth, from Modes of any 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail, positive
-from toolpoint.cutting.arc import ArcNodes, straight_nodes
+from toolpoint.cutting.arc import ArcNodes, breaks, straight_nodes
 from toolpoint.cutting.chart import StabilityChart, assembled
 from toolpoint.cutting.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.plane import PlaneDynamics
@@ -125,7 +126,7 @@ class FloquetDeterminant:
             density, final = 1.2 * tool.teeth * (2 * plane.span[1] * period + 2), True
         sets = []
         for d, m, band in ((density, least, 0.9), (1.15 * density, least + 3, 1.0)):
-            nodes = straight_nodes(problem.coefficients, problem.engagement, tool.teeth, d, m, second)
+            nodes = straight_nodes(problem.coefficients, problem.engagement, tool.teeth, d, m, second, plane.size)
             _affordable(nodes, plane, period, float(speeds[group].min()))
             sets.append(green_set(nodes, plane, band, period, pitch))
         n = speeds[group]
@@ -190,11 +191,20 @@ def _capped(points: FloatArray, found: Array, i: int, top: float) -> None:
 
 def _affordable(nodes: ArcNodes, plane: PlaneDynamics, period: float, speed: float) -> None:
     """Refuse matrices that would take minutes a speed, with the remedy."""
-    size = nodes.angle.size if plane.is_modal else 2 * (2 * int(np.ceil(plane.span[1] * period)) + 1)
+    size = nodes.angle.size if plane.is_modal else plane.size * (2 * int(np.ceil(plane.span[1] * period)) + 1)
     if size > LARGEST:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
              f"must be at most {LARGEST}", "leave out the modes or FRF lines far above the chatter band, raise the "
              "least speed, or use ZeroOrder()")
+
+
+def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int) -> int:
+    """Rows of the first matrix that modes need at this speed."""
+    density = 1.05 * _highest(plane) / (2 * np.pi * speed / 60)
+    ends = breaks(problem.engagement, problem.tool.teeth)
+    count = sum(least + int(np.ceil(density * (b - a))) for a, b in pairwise(ends))
+    several = problem.engagement.arc > 2 * np.pi / problem.tool.teeth
+    return 2 * count if several and _second(plane) else count
 
 
 def _second(plane: PlaneDynamics) -> bool:
@@ -226,7 +236,7 @@ def lines_of(nodes: ArcNodes, plane: PlaneDynamics, band: float, period: float, 
     """
     if plane.is_modal:
         return np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
-    ways = 2 if np.any(plane.values[:, 1]) else 1  # type: ignore[index]
+    ways = plane.size if np.any(plane.values[:, 1:]) else 1  # type: ignore[index]
     f: FloatArray = plane.frequency  # type: ignore[assignment]
     keep = f <= f[0] + band * (f[-1] - f[0])
     top = 2 * int(np.ceil(f[-1] * period)) + 2
@@ -307,10 +317,15 @@ def checked(problem: MillingProblem | TurningProblem) -> None:
         fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
     if not problem.tool.is_regular:
         fail("problem", "unequal pitch or helix", "must have teeth of equal pitch and helix",
-             "use method=Collocation() or leave it out")
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
+    if problem.tool.corner_radius > 0:
+        fail("problem", "a corner radius or ball", "must be a cylindrical cut (the chip normal changes along the edge)",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
     if problem.speed_variation is not None:
-        fail("problem", "spindle-speed variation", "has no single tooth period", "use method=Collocation() or leave it out")
+        fail("problem", "spindle-speed variation", "has no single tooth period",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
     if problem.process_damping > 0:
-        fail("problem", "process damping", "is not linear in the delay factor", "use method=Collocation()")
+        fail("problem", "process damping", "is not linear in the delay factor",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
 
 

@@ -19,23 +19,31 @@ MAX_NODES = 1500
 
 @nb.njit(cache=True, nogil=True, fastmath=False)
 def prepared(period, omega, poles, pairs, weights, partial, angle, static):
-    """Return (wrapped, direct): per-pole matrices times e^{s(T + ti - tj)}, and the causal part of one period."""
+    """Return (wrapped, direct): per-pole matrices times e^{s(T + ti - tj)} as real and imaginary parts (n, 2, q^2), and the
+    causal part of one period."""
     n, q = poles.size, angle.size
-    wrapped = np.empty((n, q, q), np.complex128)
-    direct = np.zeros((q, q), np.complex128)
+    wrapped = np.empty((n, 2, q * q))
+    direct = np.zeros((q, q))
     for i in range(q):
         for j in range(q):
             direct[i, j] = static[i, j]
     for r in range(n):
         s = poles[r]
         whole = np.exp(s * period)
+        rise, fall = np.empty(q, np.complex128), np.empty(q, np.complex128)
+        split = -s.real * period < 300.0  # else the factors of e^{s (ti - tj)} would overflow
+        for i in range(q):
+            if split:
+                rise[i] = np.exp(s * (angle[i] / omega))
+                fall[i] = np.exp(-s * (angle[i] / omega))
         for i in range(q):
             for j in range(q):
-                c = pairs[r, i, j] / omega
-                e = np.exp(s * ((angle[i] - angle[j]) / omega))
-                wrapped[r, i, j] = weights[j] * c * e * whole
+                e = rise[i] * fall[j] if split else np.exp(s * ((angle[i] - angle[j]) / omega))
+                x = pairs[r, i, j] * e / omega
+                y = weights[j] * x * whole
+                wrapped[r, 0, i * q + j], wrapped[r, 1, i * q + j] = y.real, y.imag
                 if partial[i, j] != 0.0:
-                    direct[i, j] += 2.0 * partial[i, j] * (c * e).real
+                    direct[i, j] += 2.0 * partial[i, j] * x.real
     return wrapped, direct
 
 
@@ -43,20 +51,21 @@ def prepared(period, omega, poles, pairs, weights, partial, angle, static):
 def fill(nu, w_max, factors, wrapped, direct, out):
     """Write M(theta) of modes into out; factors are e^{sT} of the poles."""
     q = direct.shape[0]
-    for i in range(q):
-        for j in range(q):
-            out[i, j] = direct[i, j]
+    re, im = direct.copy().reshape(q * q), np.zeros(q * q)
     for r in range(factors.size):
         a = nu / (1.0 - nu * factors[r])
         b = nu / (1.0 - nu * np.conj(factors[r]))
-        for i in range(q):
-            for j in range(q):
-                x = wrapped[r, i, j]
-                out[i, j] += a * x + b * np.conj(x)
+        # a x + b conj(x) in real arithmetic, which vectorises
+        p, m = a + b, a - b
+        pr, pi, mr, mi = p.real, p.imag, m.real, m.imag
+        x, y = wrapped[r, 0], wrapped[r, 1]
+        for k in range(q * q):
+            re[k] += pr * x[k] - mi * y[k]
+            im[k] += pi * x[k] + mr * y[k]
     scale = w_max * (1.0 - nu)
     for i in range(q):
         for j in range(q):
-            out[i, j] *= scale
+            out[i, j] = scale * complex(re[i * q + j], im[i * q + j])
 
 
 @nb.njit(cache=True, nogil=True)
@@ -95,11 +104,43 @@ def fill_lines(nu, theta, w_max, period, f, g, fourier, out):
 
 
 @nb.njit(cache=True, nogil=True)
+def fill_hill(nu, theta, w_max, period, poles, residues, static, fourier, out):
+    """Write the truncated Hill matrix of modes into out (MultiFrequency); poles as real and imaginary parts in turn."""
+    ways = residues.shape[1]
+    top = (out.shape[0] // ways - 1) // 2
+    centre = (fourier.shape[0] - 1) // 2
+    scale = w_max * (1.0 - nu)
+    value = np.zeros((ways, ways), np.complex128)
+    for l in range(-top, top + 1):
+        s = 1j * (theta + 2 * math.pi * l) / period
+        for c in range(ways):
+            for b in range(ways):
+                value[c, b] = static[c, b]
+        for r in range(residues.shape[0]):
+            pole = complex(poles[2 * r], poles[2 * r + 1])
+            x, y = 1.0 / (s - pole), 1.0 / (s - np.conj(pole))
+            for c in range(ways):
+                for b in range(ways):
+                    value[c, b] += residues[r, c, b] * x + np.conj(residues[r, c, b]) * y
+        column = (l + top) * ways
+        for k in range(-top, top + 1):
+            row = (k + top) * ways
+            for i in range(ways):
+                for b in range(ways):
+                    total = 0.0 + 0.0j
+                    for c in range(ways):
+                        total += fourier[centre + k - l, i, c] * value[c, b]
+                    out[row + i, column + b] = scale * total
+
+
+@nb.njit(cache=True, nogil=True)
 def size_of(lines, angle, period):
-    """Size of the matrix: nodes for modes, harmonics times directions for a measured FRF."""
-    f, g, _ = lines
+    """Size of the matrix: nodes for modes, harmonics times directions for a measured FRF or a truncated Hill matrix."""
+    f, g, fourier = lines
     if f.size < 2:
         return angle.size
+    if f.size == 2 * g.shape[0]:
+        return ((fourier.shape[0] - 1) // 2 + 1) * g.shape[1]
     return (2 * math.ceil(f[-1] * period) + 1) * g.shape[1]
 
 
@@ -179,7 +220,9 @@ def node(theta, w_max, period, factors, green, work, minors, coefficient):
     if abs(theta - math.pi) < 1e-14:
         nu = -1.0 + 0.0j
     f, g, fourier = lines
-    if f.size > 1:
+    if f.size > 1 and f.size == 2 * g.shape[0]:
+        fill_hill(nu, theta, w_max, period, f, g, direct, fourier, work)
+    elif f.size > 1:
         fill_lines(nu, theta, w_max, period, f, g, fourier, work)
     else:
         fill(nu, w_max, factors, wrapped, direct, work)

@@ -25,16 +25,16 @@ def plain_step(a, b):
 @nb.njit(cache=True, nogil=True)
 def first_nodes(base, hint_w, hint_s, period):
     """Sorted theta nodes: an even base, and nodes about every pole's own theta."""
-    out = np.empty(base + 1 + 7 * hint_w.size)
+    out = np.empty(base + 1 + 5 * hint_w.size)
     for i in range(base + 1):
         out[i] = math.pi * i / base
     n = base + 1
     for r in range(hint_w.size):
         half = hint_s[r] * period
-        if half > 1.5:
+        if half > 0.3:  # wider than the even base already resolves
             continue
         t = (hint_w[r] * period) % (2 * math.pi)
-        for x in (-4.0, -1.5, -0.5, 0.0, 0.5, 1.5, 4.0):
+        for x in (-3.0, -1.0, 0.0, 1.0, 3.0):
             y = t + x * half
             y = y % (2 * math.pi)
             if y > math.pi:

@@ -208,7 +208,15 @@ class RigidForces:
 
 def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, law: ForceLaw | None = None,
                  slices: int = 40, trochoidal: bool = False) -> RigidForces:
-    """Return forces and torque of the rigid cutter, with helix, run-out and unequal pitch.
+    r"""Return forces and torque of the rigid cutter, with helix, run-out, unequal pitch and rounded edges.
+
+    On a corner radius or ball the slices have their own chip normal: at the axial immersion angle kappa the chip is
+    :math:`h = f_z \sin\phi \sin\kappa` thick and du = dz/sin kappa wide, the normal force points along
+    :math:`-[\sin\phi\sin\kappa, \cos\phi\sin\kappa, -\cos\kappa]` and the axial coefficient acts along the edge's meridian
+    :math:`[\sin\phi\cos\kappa, \cos\phi\cos\kappa, \sin\kappa]`. The arc of cut at a smaller radius is where the edge is
+    between the walls of the work (`Engagement.at_radius`).
+
+    Source: Engin, Altintas, Int. J. Machine Tools Manufacture 41 (2001) 2195, in the convention of this package.
 
     Parameters
     ----------
@@ -225,23 +233,35 @@ def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, law: 
     """
     law = law or LinearEdge(problem.coefficients)
     turn = floats("angle", np.atleast_1d(angle))
-    phi, h, share = chip_field(problem, positive("depth", depth, 1.0), turn, slices, trochoidal)
+    phi, h, kappa, radius, share = edge_field(problem, positive("depth", depth, 1.0), turn, slices, trochoidal)
     per = law.per_length(h) * share
     t, n, a = per[..., 0], per[..., 1], per[..., 2]
     s, c = np.sin(phi), np.cos(phi)
-    force = np.stack([-(t * c + n * s), t * s - n * c, a], axis=-1).sum((1, 2))
-    return RigidForces(turn, force, t.sum((1, 2)) * problem.tool.radius)
+    sk, ck = np.sin(kappa)[:, None], np.cos(kappa)[:, None]
+    x, y = -(t * c + n * s * sk - a * s * ck), t * s - n * c * sk + a * c * ck
+    force = np.stack([x, y, n * ck + a * sk], axis=-1).sum((1, 2))
+    return RigidForces(turn, force, (t * radius[:, None]).sum((1, 2)))
+
+
+def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, slices: int, trochoidal: bool = False
+               ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
+    """Return (phi, chip thickness, kappa, local radius, edge length of a slice); phi and chip have shape (n, slices, teeth),
+    chip 0 out of cut, kappa and radius (slices,). Slices of equal length along the edge's meridian, taken at their middle."""
+    tool = problem.tool
+    number = slices if (tool.has_helix or tool.tilt or tool.corner_radius) else 1
+    share = tool.edge_length(depth) / number
+    height, kappa, radius = tool.along_edge((np.arange(number) + 0.5) * share)
+    phi = (np.asarray(angle)[:, None, None] - tool.angles(height)) % (2 * np.pi)
+    entry, leave = (v[:, None] for v in problem.engagement.at_radius(tool.radius / radius))
+    chip = _chips(problem, height, phi, trochoidal) * np.sin(kappa)[:, None]
+    return phi, np.where((phi > entry) & (phi < leave), chip, 0.0), kappa, radius, share
 
 
 def chip_field(problem: MillingProblem, depth: float, angle: FloatArray, slices: int,
                trochoidal: bool = False) -> tuple[FloatArray, FloatArray, float]:
-    """Return (phi, chip thickness, height of a slice); phi and chip have shape (n, slices, teeth), chip 0 out of cut."""
-    tool = problem.tool
-    number = slices if (tool.has_helix or tool.tilt or tool.corner_radius) else 1
-    height = (np.arange(number) + 0.5) * depth / number
-    phi = (np.asarray(angle)[:, None, None] - tool.angles(height)) % (2 * np.pi)
-    live = (phi > problem.engagement.entry) & (phi < problem.engagement.exit)
-    return phi, np.where(live, _chips(problem, height, phi, trochoidal), 0.0), depth / number
+    """Return (phi, chip thickness, edge length of a slice) of `edge_field`."""
+    phi, chip, _, _, share = edge_field(problem, depth, angle, slices, trochoidal)
+    return phi, chip, share
 
 
 def _chips(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoidal: bool) -> FloatArray:

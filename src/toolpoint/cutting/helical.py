@@ -33,19 +33,19 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, least: 
             continue
         x, w, rising = gauss(least + int(np.ceil(density * (b - a))))
         angle, half = a + (b - a) * (1 + x) / 2, (b - a) / 2
-        matrix = _mean(problem.coefficients, arc.entry, arc.arc, lag, angle[:, None] + pitch * teeth)
+        matrix = _mean(problem.coefficients, arc.entry, arc.arc, lag, angle[:, None] + pitch * teeth, problem.plane.size)
         rows.append((place, angle, half * w, half * rising, matrix))
     return _assembled(rows, 2 if second_direction else 1)
 
 
-def _mean(material: CuttingCoefficients, entry: float, arc: float, lag: float, u: FloatArray) -> FloatArray:
-    """Mean of k n^T over the height summed over teeth whose tips are u past entry, shape (n, 2, 2)."""
+def _mean(material: CuttingCoefficients, entry: float, arc: float, lag: float, u: FloatArray, size: int) -> FloatArray:
+    """Mean of k n^T over the height summed over teeth whose tips are u past entry, shape (n, size, size)."""
     low, high = np.maximum(u - lag, 0.0), np.minimum(u, arc)
-    total = np.zeros((u.shape[0], 2, 2))
+    total = np.zeros((u.shape[0], size, size))
     for i, j in np.ndindex(u.shape):
         if high[i, j] > low[i, j]:
             a, b = entry + float(low[i, j]), entry + float(high[i, j])
-            total[i] += mean_matrix(material, a, b, 1) * (2 * np.pi / lag)
+            total[i] += mean_matrix(material, a, b, 1, size) * (2 * np.pi / lag)
     return total
 
 
@@ -53,7 +53,7 @@ def _assembled(rows: list[tuple[int, FloatArray, FloatArray, FloatArray, FloatAr
     angle = np.concatenate([np.tile(r[1], ways) for r in rows])
     weight = np.concatenate([np.tile(r[2], ways) for r in rows])
     force = np.concatenate([np.concatenate([r[4][:, :, way] for way in range(ways)]) for r in rows])
-    chip = np.concatenate([np.repeat(np.eye(2)[:ways], r[1].size, axis=0) for r in rows])
+    chip = np.concatenate([np.repeat(np.eye(r[4].shape[1])[:ways], r[1].size, axis=0) for r in rows])
     size = [ways * r[1].size for r in rows]
     at = np.concatenate([[0], np.cumsum(size)])
     partial = np.zeros((at[-1], at[-1]))

@@ -1,4 +1,4 @@
-"""PlaneDynamics: the 2x2 response between tool and work in the cutting plane, from Modes or from a measured Frf."""
+"""PlaneDynamics: the response between tool and work in the cutting plane (or space), from Modes or from a measured Frf."""
 
 from __future__ import annotations
 
@@ -16,7 +16,9 @@ Label = Dof | str | int | None
 
 @dataclass(frozen=True, eq=False)
 class PlaneDynamics:
-    r"""Receptance :math:`G(i\omega)` (2, 2) of the tool against the work in the feed frame (x feed, y normal to it).
+    r"""Receptance :math:`G(i\omega)` of the tool against the work in the feed frame (x feed, y normal to it, z the axis).
+
+    Shape (2, 2), or (3, 3) where the response along z is known; d stands for 2 or 3.
 
     Either modal, :math:`G = \sum_r R_r/(i\omega - s_r) + R_r^*/(i\omega - s_r^*) + G_u`, or lines of a measured FRF.
 
@@ -24,11 +26,11 @@ class PlaneDynamics:
     ----------
     poles : (n,) complex
         Upper poles, rad/s; empty for a measured FRF.
-    residues : (n, 2, 2) complex
+    residues : (n, d, d) complex
         m rad/(N s).
-    static : (2, 2) floats
+    static : (d, d) floats
         Receptance of the modes above the band (upper residual), m/N.
-    frequency, values : (n_f,) floats and (n_f, 2, 2) complex, optional
+    frequency, values : (n_f,) floats and (n_f, d, d) complex, optional
         Hz and m/N of a measured FRF.
     notes : sequence of str
     """
@@ -45,8 +47,13 @@ class PlaneDynamics:
         """Whether poles and residues are known."""
         return self.frequency is None
 
+    @property
+    def size(self) -> int:
+        """Number of directions: 2, or 3 with the response along the tool's axis z."""
+        return int(self.static.shape[0])
+
     def response(self, frequency: FloatArray) -> ComplexArray:
-        """Return G at these frequencies (Hz), shape (..., 2, 2); outside a measured band it is zero."""
+        """Return G at these frequencies (Hz), shape (..., d, d); outside a measured band it is zero."""
         f = np.asarray(frequency, float)
         if self.frequency is None:
             s = 2j * np.pi * f[..., None]
@@ -63,9 +70,16 @@ class PlaneDynamics:
         if angle == 0:
             return self
         c, s = np.cos(angle), np.sin(angle)
-        turn = np.array([[c, s], [-s, c]])
+        turn = np.eye(self.size)
+        turn[:2, :2] = [[c, s], [-s, c]]
         values = None if self.values is None else turn @ self.values @ turn.T
         return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values)
+
+    @property
+    def in_plane(self) -> PlaneDynamics:
+        """The response without the direction z."""
+        values = None if self.values is None else self.values[:, :2, :2]
+        return replace(self, residues=self.residues[:, :2, :2], static=self.static[:2, :2], values=values)
 
     @property
     def span(self) -> tuple[float, float]:
@@ -81,8 +95,9 @@ class PlaneDynamics:
         return f"PlaneDynamics({kind}, {low:.4g}..{high:.4g} Hz)"
 
 
-def from_modes(modes: Modes, x: Label, y: Label) -> PlaneDynamics:
-    """Return the plane dynamics of modes (one pose); `y` may be ``"same"`` or None where only x is known."""
+def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
+    """Return the plane dynamics of modes (one pose); `y` may be ``"same"`` or None where only x is known; with `z` the
+    response has three directions."""
     if modes.frequency.ndim > 1:
         fail("dynamics", f"{modes.frequency.shape[0]} poses", "must be one pose",
              "use stability.chart_poses or at_pose(i)")
@@ -97,8 +112,9 @@ def from_modes(modes: Modes, x: Label, y: Label) -> PlaneDynamics:
         fail("dynamics", f"damping ratio {modes.damping_ratio.min():g}", "must be above zero in every mode",
              "without damping every depth is unstable at some speed")
     x, y, notes = _chosen(modes.dofs, x, y)
-    left = _rows(modes.shape, modes.dofs, x, y)
-    right = left if modes.participation is None else _rows(modes.participation, modes.input_dofs, x, y)
+    wanted = (x, y) if z is None else (x, y, z)
+    left = _signed(modes.shape, modes.dofs, wanted, 0)
+    right = left if modes.participation is None else _signed(modes.participation, modes.input_dofs, wanted, 0)
     poles = modes.poles
     if modes.scaling == "unit modal mass":
         poles, factor, more = _real_poles(modes)
@@ -107,7 +123,7 @@ def from_modes(modes: Modes, x: Label, y: Label) -> PlaneDynamics:
     residues = np.einsum("im,jm->mij", left, right).astype(complex)
     single = (np.abs(poles.imag) <= 1e-9 * np.abs(poles)) & (modes.scaling != "unit modal mass")
     residues[single] /= 2  # the conjugate term doubles a real pole
-    static = np.zeros((2, 2)) if modes.upper_residual is None else _static(modes, x, y)
+    static = np.zeros((len(wanted), len(wanted))) if modes.upper_residual is None else _static(modes, wanted)
     if y == "same":
         residues, static = _same(residues), _same(static)
     return PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes))
@@ -133,20 +149,16 @@ def _same(matrix: Array) -> Array:
     return out
 
 
-def _static(modes: Modes, x: Label, y: Label) -> Array:
+def _static(modes: Modes, directions: tuple[Label, ...]) -> Array:
     inputs = modes.input_dofs or modes.dofs
-    rows = _signed(modes.upper_residual, modes.dofs, x, y, 0)  # type: ignore[arg-type]
-    return _signed(rows, inputs, x, y, 1)
+    rows = _signed(modes.upper_residual, modes.dofs, directions, 0)  # type: ignore[arg-type]
+    return _signed(rows, inputs, directions, 1)
 
 
-def _rows(shape: Array, labels: Sequence[Dof], x: Label, y: Label) -> Array:
-    return _signed(shape, labels, x, y, 0)
-
-
-def _signed(array: Array, labels: Sequence[Dof], x: Label, y: Label, axis: int) -> Array:
-    """Rows (or columns) of x and y; a label found only with the opposite sign is turned; a missing y is zero."""
+def _signed(array: Array, labels: Sequence[Dof], directions: tuple[Label, ...], axis: int) -> Array:
+    """Rows (or columns) of x, y (and z); a label found only with the opposite sign is turned; a missing y is zero."""
     parts = []
-    for wanted in (x, y):
+    for wanted in directions:
         if wanted is None or wanted == "same":
             parts.append(np.zeros_like(np.take(array, 0, axis)))
             continue
@@ -192,7 +204,7 @@ def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tu
     return x, y, ()
 
 
-def from_frf(frf: Frf, x: Label, y: Label) -> PlaneDynamics:
+def from_frf(frf: Frf, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
     """Return the plane dynamics of a measured FRF (one pose), as receptance; `y` as in `from_modes`."""
     if frf.values.ndim > 3:
         fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use stability.chart_poses or at_pose(i)")
@@ -204,15 +216,17 @@ def from_frf(frf: Frf, x: Label, y: Label) -> PlaneDynamics:
         notes = ("line at 0 Hz left out (integrated to receptance)",)
     frf = frf.converted_to("receptance")
     x, y, more = _chosen(frf.outputs, x, y)
-    if len(frf.outputs) == 1 == len(frf.inputs):  # one measurement between two points is taken as it is labelled
+    wanted = (x, y) if z is None else (x, y, z)
+    d = len(wanted)
+    if len(frf.outputs) == 1 == len(frf.inputs) and d == 2:  # one measurement between two points is taken as it is labelled
         values = np.zeros((frf.frequency.size, 2, 2), complex)
         values[:, 0, 0] = frf.values[:, 0, 0]
     else:
-        values = _signed(_signed(frf.values, frf.outputs, x, y, 1), frf.inputs, x, y, 2)
+        values = _signed(_signed(frf.values, frf.outputs, wanted, 1), frf.inputs, wanted, 2)
     if y == "same":
         values = _same(values)
-    empty = np.zeros((0, 2, 2), complex)
-    return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((2, 2)), floats("frequency", frf.frequency), values,
+    empty = np.zeros((0, d, d), complex)
+    return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((d, d)), floats("frequency", frf.frequency), values,
                          (*frf.notes, *notes, *more))
 
 

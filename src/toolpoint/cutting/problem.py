@@ -74,6 +74,9 @@ class MillingProblem:
         Labels of the two directions in the cutting plane, e.g. ``"tool:+x"`` or ``"tool-table:+x"``. Found by
         themselves where only one point has both. ``y="same"`` takes the response along x for y as well; with y
         missing the tool is rigid along y. Either is written in the notes.
+    z : Dof, text or index, optional
+        Label of the direction along the tool's axis, away from the work. With it the response is 3x3: the axial force
+        (K_a) and the cross response with z enter, and the axial vibration where the edge is rounded.
     feed_angle : float
         rad from x towards y: the direction of feed in the plane of the labels.
     feed_per_tooth : float
@@ -103,6 +106,7 @@ class MillingProblem:
     process_damping: float = 0.0
     damping_friction: float = 0.3
     speed_variation: SpeedVariation | None = None
+    z: Label = None
     plane: PlaneDynamics = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
@@ -117,7 +121,7 @@ class MillingProblem:
                 fail(f"MillingProblem.{name}", f"{getattr(self, name):g}", "must not be negative")
         speed_dependent = callable(self.dynamics) and not isinstance(self.dynamics, PlaneDynamics)
         start = self.dynamics(1000.0) if speed_dependent else self.dynamics  # type: ignore[operator]
-        put(self, "plane", plane_dynamics(start, self.x, self.y).rotated(self.feed_angle))
+        put(self, "plane", plane_dynamics(start, self.x, self.y, self.z).rotated(self.feed_angle))
 
     @property
     def depends_on_speed(self) -> bool:
@@ -128,7 +132,7 @@ class MillingProblem:
         """Return the response at this spindle speed (rev/min) in the feed frame."""
         if not self.depends_on_speed:
             return self.plane
-        return plane_dynamics(self.dynamics(float(speed)), self.x, self.y).rotated(self.feed_angle)  # type: ignore
+        return plane_dynamics(self.dynamics(float(speed)), self.x, self.y, self.z).rotated(self.feed_angle)  # type: ignore
 
     def tooth_period(self, speed: FloatArray | float) -> FloatArray:
         """Return 60/(N speed), s, for speeds in rev/min."""
@@ -136,8 +140,8 @@ class MillingProblem:
 
     @property
     def mean_matrix(self) -> FloatArray:
-        """Mean directional matrix of the cut, Pa, shape (2, 2)."""
-        return mean_matrix(self.coefficients, self.engagement.entry, self.engagement.exit, self.tool.teeth)
+        """Mean directional matrix of a cylindrical cut, Pa, shape (2, 2), with z (3, 3)."""
+        return mean_matrix(self.coefficients, self.engagement.entry, self.engagement.exit, self.tool.teeth, self.plane.size)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -157,18 +161,20 @@ class MillingProblem:
         return f"MillingProblem({self.tool!r}, {self.engagement!r}, {self.coefficients!r}, {self.plane!r}{turn})"
 
 
-def plane_dynamics(dynamics: object, x: Label = None, y: Label = None) -> PlaneDynamics:
+def plane_dynamics(dynamics: object, x: Label = None, y: Label = None, z: Label = None) -> PlaneDynamics:
     """Return Modes, an Frf or a pair of them for x and y as PlaneDynamics."""
     if isinstance(dynamics, PlaneDynamics):
         return dynamics
     if isinstance(dynamics, tuple):
+        if z is not None:
+            fail("dynamics", "two parts with z", "must be one Modes or Frf with x, y and z", "leave z out")
         if len(dynamics) != 2:
             fail("dynamics", f"{len(dynamics)} parts", "must be two, for x and y")
         return from_pair(plane_dynamics(dynamics[0], x), plane_dynamics(dynamics[1], y))
     if isinstance(dynamics, Modes):
-        return from_modes(dynamics, x, y)
+        return from_modes(dynamics, x, y, z)
     if isinstance(dynamics, Frf):
-        return from_frf(dynamics, x, y)
+        return from_frf(dynamics, x, y, z)
     fail("dynamics", type(dynamics).__name__, "must be Modes, an Frf or a pair of them")
 
 

@@ -33,7 +33,7 @@ def chart(
     speeds : (n,) floats
         Spindle speeds, rev/min, above zero.
     method : method object, optional
-        `ZeroOrder` and others; chosen to suit the problem where left out.
+        `ZeroOrder` and others; chosen to suit the problem where left out (`default_method`).
     depth_max : float
         Largest depth of cut looked at, m.
 
@@ -62,12 +62,16 @@ def chart(
 
 
 def default_method(problem: Problem) -> Method:
-    """Return the method that suits a problem: the exact one where it applies, collocation for everything else."""
-    from toolpoint.cutting.collocation import Collocation
+    """Return the method that suits a problem: FloquetDeterminant where it applies (at low speeds PanelArnoldi where that is
+    much faster, see `Automatic`), PanelArnoldi for everything else."""
+    from toolpoint.cutting.automatic import Automatic
     from toolpoint.cutting.floquet import FloquetDeterminant
+    from toolpoint.cutting.panel_arnoldi import PanelArnoldi
 
     if isinstance(problem, TurningProblem):
         return ZeroOrder()
-    if problem.tool.is_regular and problem.process_damping == 0 and problem.speed_variation is None:
-        return FloquetDeterminant()
-    return Collocation()
+    if not problem.plane.is_modal or np.abs(problem.plane.static).max() > 0:
+        return FloquetDeterminant()  # the only one for a measured FRF or a residual; it says what it cannot do
+    if problem.tool.is_cylinder and problem.process_damping == 0 and problem.speed_variation is None:
+        return Automatic()
+    return PanelArnoldi()

@@ -22,9 +22,9 @@ class Simulation:
     problem, speed, depth : MillingProblem, float (rev/min), float (m)
     time : (n,) floats
         s.
-    displacement : (n, 2) floats
-        Tool against work in the feed frame, m.
-    force : (n, 2) floats
+    displacement : (n, 2 or 3) floats
+        Tool against work in the feed frame, m; three directions where the problem's dynamics have z.
+    force : (n, 3) floats
         Force on the tool, N.
     torque : (n,) floats
         Spindle torque, N m.
@@ -77,7 +77,7 @@ class Simulation:
         return self.displacement[::self.steps_per_period]
 
     def peak_to_peak(self, last_revolutions: int = 10) -> FloatArray:
-        """Peak-to-peak displacement in x and y over the last revolutions, m."""
+        """Peak-to-peak displacement in every direction over the last revolutions, m."""
         return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
 
     def is_chattering(self, tolerance: float = 1e-3, last_revolutions: int = 10) -> bool:
@@ -110,9 +110,14 @@ class Simulation:
         return Spectrum(frequency, amplitude, self.speed / 60, self.problem.tool.teeth)
 
     def record(self) -> Record:
-        """Return displacement and force as a Record (channels tool x, y twice)."""
-        labels = (Dof("tool", "x"), Dof("tool", "y"))
-        return Record(self.displacement, 1 / float(self.time[1] - self.time[0]), labels, ("displacement",) * 2)
+        """Return the displacement as a Record (tool x, y and, where it is known, z); under speed variation by interpolation."""
+        ways = self.displacement.shape[1]
+        labels, rate = tuple(Dof("tool", way) for way in "xyz"[:ways]), (self.time.size - 1) / float(self.time[-1])
+        samples = self.displacement
+        if self.problem.speed_variation is not None:
+            even = np.linspace(0.0, self.time[-1], self.time.size)
+            samples = np.stack([np.interp(even, self.time, column) for column in samples.T], axis=1)
+        return Record(samples, rate, labels, ("displacement",) * ways)
 
     def __repr__(self) -> str:
         return (f"Simulation({self.speed:g} rev/min, {1e3 * self.depth:g} mm, {self.time.size} samples, "
@@ -204,7 +209,7 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth
     clock = Clock.of(problem, speed, m)
-    arrays = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.zeros(n + 1), np.zeros(n + 1)
+    arrays = np.zeros((n + 1, system.left.shape[0])), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros(n + 1)
     done = _march(problem, system, clock, depth, m, n, method, start, arrays)
     displacement, force, torque, chip = (a[:done + 1] for a in arrays)
     time = clock.at(np.arange(done + 1))
@@ -254,25 +259,26 @@ def _march(problem: MillingProblem, system: _Modal, clock: Clock, depth: float, 
 
     dt, weights = clock.steps, [step_weights(system, step) for step in clock.steps]
     first, last, compliance = (np.stack([one[i] for one in weights]) for i in range(3))
-    lag, share, delay, extra = elements(problem, depth, m, method)
+    edges = elements(problem, depth, m, method)
     state = np.zeros(system.poles.size, complex)
     if start is not None:
         state[:] = start
-    material, arc = problem.coefficients, problem.engagement
+    material = problem.coefficients
     angle_step = 2 * np.pi / (m * problem.tool.teeth)
     drag = problem.process_damping * dt / (angle_step * problem.tool.radius)
-    before = int(np.ceil(delay.max())) + 1
+    before = int(np.ceil(edges.delay.max())) + 1
     # The table moves at constant speed: with a varied spindle the feed of a tooth varies with it.
     rate = problem.feed_per_tooth * dt.size / m / clock.within[-1]
     fed = rate * clock.at(np.arange(-before, n + 1)) if clock.varies else np.empty(0)
     return int(kernel(
         n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt[:, None]), system.left, first, last,
-        compliance, state, arc.entry, angle_step, lag, share, delay, extra, arc.entry, arc.exit, material.cutting,
-        material.edge, delay.shape[1], method.keeps_contact, drag, dt, fed, *arrays))
+        compliance, state, problem.engagement.entry, angle_step, edges.lag, edges.share, edges.meridian, edges.arc, edges.delay,
+        edges.extra, material.cutting, material.edge, edges.delay.shape[1], method.keeps_contact, drag,
+        problem.damping_friction, dt, fed, *arrays))
 
 
 def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
-    """Weights of the force at a step's start and end on the modal states, and the end's own compliance (2, 2)."""
+    """Weights of the force at a step's start and end on the modal states, and the end's own compliance (d, d)."""
     x = system.poles * dt
     phi1 = np.expm1(x) / x
     small = np.abs(x) < 1e-2
@@ -281,12 +287,27 @@ def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
     return first, last, 2 * np.real(system.left @ last)
 
 
-def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> tuple[FloatArray, ...]:
-    """Edge elements: lag (rad), length (m), steps back to and run-out chip of every remembered passage."""
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Edge elements, n of all teeth and slices: angle behind tooth 0 (rad), length along the edge's meridian (m),
+    `meridian` (n, 3) sine and cosine of the axial immersion angle and radius over the cutter's, `arc` (n, 2) entry and exit
+    (rad), `delay` and `extra` (n, memory) steps back to and run-out chip (m) of every remembered passage."""
+
+    lag: FloatArray
+    share: FloatArray
+    meridian: FloatArray
+    arc: FloatArray
+    delay: FloatArray
+    extra: FloatArray
+
+
+def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> Elements:
+    """Return the edge elements of a cut at `m` steps in a tooth period."""
     tool = problem.tool
     slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
-    height = (np.arange(slices) + 0.5) * depth / slices
-    lag, radius = tool.angles(height), tool.edge_radius(height)
+    share = tool.edge_length(depth) / slices
+    height, kappa, radius = tool.along_edge((np.arange(slices) + 0.5) * share)
+    lag, distance = tool.angles(height), tool.edge_radius(height)
     memory = 1 if method.keeps_contact else method.memory or tool.teeth
     delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
     per_turn = m * tool.teeth
@@ -296,17 +317,19 @@ def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) 
         angle = (lag[:, back] - lag) % (2 * np.pi)
         angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * turns
         delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * per_turn, 9)
-        extra[:, :, i - 1] = radius - radius[:, back]
+        extra[:, :, i - 1] = distance - distance[:, back]
     every = slices * tool.teeth
-    share = np.full(every, depth / slices)
-    return (lag.ravel() % (2 * np.pi), share, delay.reshape(every, memory), extra.reshape(every, memory))
+    meridian = np.stack([np.sin(kappa), np.where(kappa == np.pi / 2, 0.0, np.cos(kappa)), radius / tool.radius], axis=-1)
+    arc = np.stack(problem.engagement.at_radius(tool.radius / radius), axis=-1)
+    return Elements((lag.ravel() % (2 * np.pi)), np.full(every, share), np.repeat(meridian, tool.teeth, axis=0),
+                    np.repeat(arc, tool.teeth, axis=0), delay.reshape(every, memory), extra.reshape(every, memory))
 
 
 def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
                      method: ExactSteps | None = None) -> FloatArray:
-    """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2)."""
+    """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2 or 3)."""
     n, w = checked_speeds(speeds), floats("depths", np.atleast_1d(depths))
-    out = np.empty((n.size, w.size, 2))
+    out = np.empty((n.size, w.size, problem.plane.size))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToolpointWarning)
         for i, speed in enumerate(n):

@@ -80,6 +80,11 @@ class Tool:
         return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)  # type: ignore[arg-type]
 
     @property
+    def is_cylinder(self) -> bool:
+        """Whether the tool is a regular, straight-edged cylinder: one delay, one chip normal, a cut linear in depth."""
+        return self.is_regular and not self.has_helix and self.corner_radius == 0
+
+    @property
     def has_helix(self) -> bool:
         """Whether any tooth has a helix."""
         return bool(np.any(np.abs(self.helix) > 1e-12))
@@ -100,6 +105,22 @@ class Tool:
         z, c = np.asarray(height, float), self.corner_radius
         inside = np.clip(c - z, 0.0, c)
         return self.radius - c + np.sqrt(np.maximum(c**2 - inside**2, 0.0))
+
+    def edge_length(self, depth: float) -> float:
+        """Return the length of edge along the meridian from the tip to this height, m: longer than it at a rounded corner."""
+        c = self.corner_radius
+        if c == 0:
+            return depth
+        return float(c * np.arccos(max(0.0, 1 - min(depth, c) / c)) + max(depth - c, 0.0))
+
+    def along_edge(self, length: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return height (m), axial immersion angle kappa (rad) and local radius (m) at lengths along the meridian."""
+        u, c = np.asarray(length, float), self.corner_radius
+        if c == 0:
+            return u, np.full(u.shape, np.pi / 2), np.full(u.shape, self.radius)
+        kappa = np.minimum(u / c, np.pi / 2)
+        height = c * (1 - np.cos(kappa)) + np.maximum(u - c * np.pi / 2, 0.0)
+        return height, kappa, self.radius - c + c * np.sin(kappa)
 
     def edge_radius(self, height: FloatArray | float = 0.0) -> FloatArray:
         r"""Return the distance of every edge from the spindle's axis, m, shape (..., teeth).
@@ -167,6 +188,14 @@ class Engagement:
         """A cut of width a/D in the middle of the cutter (face milling)."""
         half = float(np.arcsin(_immersion(immersion)))
         return cls(np.pi / 2 - half, np.pi / 2 + half)
+
+    def at_radius(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        r"""Return entry and exit where the tool's local radius is its largest over `ratio`: the walls of the work are planes.
+
+        :math:`\cos\phi_{loc} = (R/r) \cos\phi` for both, so a slot stays a slot and a ball's tip cuts only within its reach.
+        """
+        a, b = (np.arccos(np.clip(np.cos(phi) * ratio, -1.0, 1.0)) for phi in (self.entry, self.exit))
+        return np.where(ratio == 1, self.entry, a), np.where(ratio == 1, self.exit, b)
 
     @property
     def arc(self) -> float:

@@ -1,4 +1,4 @@
-r"""ZeroOrder: the single-frequency stability solution with the full 2x2 cross response, from Modes or an Frf."""
+r"""ZeroOrder: the single-frequency stability solution with the full cross response (2x2, 3x3), from Modes or an Frf."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class ZeroOrder:
     def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Return the chart; see `stability.chart`."""
         if isinstance(problem, MillingProblem) and problem.process_damping > 0:
-            fail("problem", "process damping in milling", "has no zero-order solution here", "use method=Collocation()")
+            fail("problem", "process damping in milling", "has no zero-order solution here", "use method=PanelArnoldi()")
         parts = []
         for group in _groups(problem, speeds):
             parts.append(_solved(problem, speeds, group, depth_max, self.lines))
@@ -57,6 +57,8 @@ class ZeroOrder:
         helix = "" if not problem.tool.has_helix else "; helix does not change the mean matrix"
         uneven = "unequal pitch or helix taken as equal by the zero-order solution"
         pitch: tuple[str, ...] = () if problem.tool.is_regular else (uneven,)
+        if problem.tool.corner_radius > 0:
+            pitch = (*pitch, "corner radius left out by the zero-order solution: a sharp corner is taken")
         if problem.speed_variation is not None:
             pitch = (*pitch, "spindle-speed variation left out by the zero-order solution")
         return (*problem.notes, KNOWN_ERROR + helix, *pitch)
@@ -73,7 +75,7 @@ def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group:
             lines: int) -> tuple[Array, ...]:
     speed = float(speeds[group[0]])
     if isinstance(problem, TurningProblem):
-        plane, teeth, matrix = problem.plane, 1, np.array([[problem.stiffness, 0.0], [0.0, 0.0]])
+        plane, teeth, matrix = problem.plane, 1, np.diag([problem.stiffness, *np.zeros(problem.plane.size - 1)])
         lag = problem.process_damping / (problem.stiffness * float(problem.surface_speed(speed))) \
             if problem.process_damping else 0.0
     else:
@@ -114,8 +116,15 @@ class Curves:
     single: bool
 
     def eigenvalues(self, f: FloatArray) -> ComplexArray:
-        """Both eigenvalues at each frequency in Hz, shape (n, 2); of a one-direction cut its only one, twice."""
-        m = -self.matrix @ self.plane.response(f)
+        """Both eigenvalues at each frequency in Hz, shape (n, 2); of a one-direction cut its only one, twice.
+
+        With z: on a cylinder vibration along z makes no chip, so the eigenvalues that are not zero are those of the part of
+        -G A in the plane; K_a enters through the cross response with z.
+        """
+        if self.plane.size == 3 and not self.single:
+            m = -(self.plane.response(f) @ self.matrix)[..., :2, :2]
+        else:
+            m = -self.matrix @ self.plane.response(f)
         if self.single:
             return np.stack([m[..., 0, 0], m[..., 0, 0]], axis=-1)
         half = (m[..., 0, 0] + m[..., 1, 1]) / 2

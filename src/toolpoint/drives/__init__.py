@@ -15,6 +15,7 @@ from toolpoint.drives.loops import loops
 from toolpoint.drives.mechanics import Mechanics
 from toolpoint.drives.metrology import circular_test, positioning, quadrant_peaks
 from toolpoint.drives.motor import Inverter, SynchronousMotor, TorqueMotor
+from toolpoint.drives.moving_nut import simulate_moving_nut
 from toolpoint.drives.path import Path
 from toolpoint.drives.planner import planned, smoothed, straight_move
 from toolpoint.drives.plant import Axis, Structure, plant
@@ -30,7 +31,6 @@ __all__ = [
     "SynchronousMotor", "TorqueMotor", "TwoExponential", "VelocityLoop", "Viscous", "ball_screw_axis", "check_limits",
     "circular_test", "contour_error", "four_dof_axis", "identified_friction", "linear_motor_axis", "loops", "low_pass",
     "low_pass_1", "measured_loop", "notch", "planned", "plant", "plausibility", "positioning", "quadrant_peaks", "rack_axis",
-    "rigid_axis", "seven_phase", "simulate", "simulate_many", "smoothed", "step_figures",
-    "straight_move", "tuned", "two_mass_axis",
-    "variants",
+    "rigid_axis", "seven_phase", "simulate", "simulate_many", "simulate_moving_nut", "smoothed",
+    "step_figures", "straight_move", "tuned", "two_mass_axis", "variants",
 ]

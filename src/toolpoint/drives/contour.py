@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
-from toolpoint.drives.path import ARC, Path
+from toolpoint.drives.path import ARC, CLOTHOID, Path
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,6 +50,8 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, window: 
         m; the foot lies within it of the commanded arc length (a little more than the following error), so that a path
         that crosses itself or turns back is not mistaken.
     """
+    if (path.kind == CLOTHOID).any():
+        fail("path", "clothoid blends", "must be lines and arcs", "measure against the programmed path, not the rounded one")
     p = floats("points", points)
     p = np.hstack([p, np.zeros((len(p), 3 - p.shape[1]))])
     s = floats("progress", progress, (len(p),))

@@ -6,8 +6,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats, frozen, positive
 from toolpoint.drives.control import PARAMETERS
+from toolpoint.drives.exact_step import step_matrices
 from toolpoint.drives.plant import OUTPUTS, Plant
-from toolpoint.drives.simulate import SIGNALS, ServoResult, step_matrices
+from toolpoint.drives.simulate import SIGNALS, ServoResult
 
 
 def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None, every: int = 1,
@@ -34,19 +35,20 @@ def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArra
     m = step_matrices(plant, positive("step", step))
     steps, laws = forces.shape[0], plant.b_scalar.shape[1]
     lines = (steps + count("every", every) - 1) // every
-    x = np.zeros(plant.a.shape[0]) if start is None else np.array(floats("start", start, (plant.a.shape[0],)))
+    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
+    z = m.inward(x)
     states = np.zeros((max(plant.rows.shape[0], 1), SLOTS))
     if bristles is not None:
         states[:plant.rows.shape[0], 0] = floats("bristles", bristles, (plant.rows.shape[0],))
     outputs = np.zeros((lines, len(OUTPUTS) * axes))
     signals, values = np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws))
     nothing = np.zeros((1, axes, 3))
-    failed = run(steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, np.zeros((0, PARAMETERS)), np.zeros((0, STATE)),
+    failed = run(0, steps, step, m.core, m.pairs, m.inputs, m.shift, m.jump, m.scalars, m.gain, np.array(plant.rows),
+                 np.array(plant.viscous), plant.products, m.reading, m.direct, np.zeros((0, PARAMETERS)), np.zeros((0, STATE)),
                  np.ones(3, np.int64), nothing,
-                 np.zeros((1, axes)), 0, np.array(forces), x, states, every, outputs, signals, values)
+                 np.zeros((1, axes)), 0, np.array(forces), z, states, np.zeros((2, laws)), every, outputs, signals, values)
     if failed < 0:
         fail("free_motion", f"motion not finite after {-failed} steps", "the step is too long", "take a shorter step")
     return ServoResult(frozen(np.arange(lines) * step * every), tuple(a.name for a in plant.axes),
                        frozen(outputs.reshape(lines, axes, -1)), signals, frozen(values),
-                       np.zeros((lines, axes)), x, failed)
+                       np.zeros((lines, axes)), frozen(m.outward(z)), failed)

@@ -18,13 +18,13 @@ SLIP, VELOCITY, SCRATCH, SLOTS = 8, 16, 17, 18
 
 
 @njit(cache=True, nogil=True)
-def dry(row, speed):
+def dry(rows, k, speed):
     """Return the dry level g(|v|) and dg/d|v|."""
-    level, slope = row[1], 0.0
+    level, slope = rows[k, 1], 0.0
     for at in (2, 5):
-        a = row[at]
+        a = rows[k, at]
         if a != 0.0:
-            ratio, d = speed / row[at + 1], row[at + 2]
+            ratio, d = speed / rows[k, at + 1], rows[k, at + 2]
             power = ratio * ratio if d == 2.0 else (ratio if d == 1.0 else ratio**d)
             if power > 60.0:
                 continue
@@ -36,50 +36,74 @@ def dry(row, speed):
 
 
 @njit(cache=True, nogil=True)
-def bristle_rate(row, z, v):
+def bristle_rate(rows, k, z, v):
     """Return dz/dt of the LuGre bristle."""
-    return v - row[9] * abs(v) * z / dry(row, abs(v))[0]
+    return v - rows[k, 9] * abs(v) * z / dry(rows, k, abs(v))[0]
 
 
 @njit(cache=True, nogil=True)
-def bristle_force(row, state, step, v):
-    """Return (F, dF/dv, z) at the end of an implicit trapezoidal step of the bristle; state = (z, dz/dt) at its start."""
-    speed = abs(v)
-    sign = 1.0 if v >= 0.0 else -1.0
-    g, slope = dry(row, speed)
-    s0 = row[9]
-    a = 0.5 * step * s0 * speed / g
-    top = state[0] + 0.5 * step * (state[1] + v)
-    z = top / (1.0 + a)
-    da = 0.5 * step * s0 * (sign / g - v * slope / (g * g))
-    dz = (0.5 * step - z * da) / (1.0 + a)
-    rate = v - s0 * speed * z / g
-    drate = 1.0 - s0 * (sign * z / g + speed * dz / g - z * v * slope / (g * g))
-    return s0 * z + row[10] * rate + row[8] * v, s0 * dz + row[10] * drate + row[8], z
+def bristle_solved(rows, k, z0, rate0, step, free, gain, guess):
+    """Return (v, F, z, dz/dt, converged) with v = free + gain F(v): one implicit trapezoidal step of the LuGre bristle.
+
+    Safeguarded Newton steps from `guess`. The last step, small against the Stribeck velocity too, enters by the slopes.
+    """
+    s0, s1, s2, half = rows[k, 9], rows[k, 10], rows[k, 8], 0.5 * step
+    v, low, high = guess, -np.inf, np.inf
+    force, z, rate = 0.0, z0, rate0
+    for _ in range(60):
+        speed, sign = abs(v), 1.0 if v >= 0.0 else -1.0
+        g, slope = dry(rows, k, speed)
+        over = 1.0 / g
+        share = s0 * speed * over
+        bottom = 1.0 / (1.0 + half * share)
+        z = (z0 + half * (rate0 + v)) * bottom
+        dshare = s0 * over * (sign - v * slope * over)
+        dz = half * (1.0 - z * dshare) * bottom
+        rate = v - share * z
+        drate = 1.0 - dshare * z - share * dz
+        force, dforce = s0 * z + s1 * rate + s2 * v, s0 * dz + s1 * drate + s2
+        residual = v - free - gain * force
+        if residual > 0.0:
+            high = min(high, v)
+        else:
+            low = max(low, v)
+        base = 1.0 - gain * dforce
+        change = -residual / base if base > 1e-6 else free + gain * force - v
+        if not low < v + change < high:
+            if np.isfinite(low) and np.isfinite(high):
+                change = 0.5 * (low + high) - v
+            elif change == 0.0:
+                return v, force, z, rate, True
+            else:
+                change = free + gain * force - v
+        if abs(change) <= max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24, 3e-5 * min(speed, rows[k, 3], rows[k, 6])):
+            return v + change, force + dforce * change, z + dz * change, rate + drate * change, True
+        v += change
+    return v, force, z, rate, False
 
 
 @njit(cache=True, nogil=True)
-def maxwell_force(row, state, step, v, new):
+def maxwell_force(rows, k, state, step, v, new):
     """Return (F, dF/dv) of the Maxwell-slip blocks at the end of a step; writes forces, slip signs and velocity.
 
     A block sticks with the mean velocity of the step until its limit; then it slips, and follows the Stribeck curve by
     an implicit step of its rate, until the velocity changes sign.
     """
-    level = dry(row, abs(v))[0]
-    total, slope = row[8] * v, row[8]
+    level = dry(rows, k, abs(v))[0]
+    total, slope = rows[k, 8] * v, rows[k, 8]
     moved = 0.5 * step * (state[VELOCITY] + v)
-    for i in range(int(row[ELEMENTS])):
-        k, limit, slip = row[STIFFNESS + i], row[SHARE + i] * level, state[SLIP + i]
+    for i in range(int(rows[k, ELEMENTS])):
+        stiff, limit, slip = rows[k, STIFFNESS + i], rows[k, SHARE + i] * level, state[SLIP + i]
         if slip != 0.0 and v * slip > 0.0:
-            rise = step * row[11]
-            force = slip * (abs(state[i]) + rise * row[SHARE + i]) / (1.0 + rise / level)
+            rise = step * rows[k, 11]
+            force = slip * (abs(state[i]) + rise * rows[k, SHARE + i]) / (1.0 + rise / level)
         else:
-            slip, force = 0.0, state[i] + k * moved
+            slip, force = 0.0, state[i] + stiff * moved
             if abs(force) >= limit:
                 slip = 1.0 if force > 0.0 else -1.0
                 force = slip * limit
             else:
-                slope += 0.5 * k * step
+                slope += 0.5 * stiff * step
         new[i], new[SLIP + i] = force, slip
         total += force
     new[VELOCITY] = v
@@ -87,69 +111,65 @@ def maxwell_force(row, state, step, v, new):
 
 
 @njit(cache=True, nogil=True)
-def contact_correction(row, s):
+def contact_correction(rows, k, s):
     """Return (w, dw/ds): reference stiffness times s less the force of two one-sided springs."""
-    k, reference, preload = row[1], row[2], row[3]
+    stiff, reference, preload = rows[k, 1], rows[k, 2], rows[k, 3]
     left, right = s + preload, preload - s
     force, slope = 0.0, 0.0
     if left > 0.0:
-        force, slope = force + k * left, slope + k
+        force, slope = force + stiff * left, slope + stiff
     if right > 0.0:
-        force, slope = force - k * right, slope + k
+        force, slope = force - stiff * right, slope + stiff
     return reference * s - force, reference - slope
 
 
 @njit(cache=True, nogil=True)
-def evaluate(row, state, step, v, new):
-    """Return (w, dw/ds) of a law that is a function of its scalar (all but static friction)."""
-    if row[0] == 1.0:
-        force, slope, z = bristle_force(row, state, step, v)
-        new[0] = z
-        return force, slope
-    if row[0] == 2.0:
-        return maxwell_force(row, state, step, v, new)
-    return contact_correction(row, v)
+def evaluate(rows, k, state, step, v, new):
+    """Return (w, dw/ds) of a law that is a function of its scalar (Maxwell slip, contact)."""
+    if rows[k, 0] == 2.0:
+        return maxwell_force(rows, k, state, step, v, new)
+    return contact_correction(rows, k, v)
 
 
 @njit(cache=True, nogil=True)
-def static_force(row, free, gain):
+def static_force(rows, k, free, gain):
     """Return (v, F) with v = free + gain F, F in the set-valued static law, gain < 0: rest first, else slip."""
     if gain >= 0.0:
         return free, 0.0
     hold = -free / gain
-    if abs(hold) <= dry(row, 0.0)[0]:
+    if abs(hold) <= dry(rows, k, 0.0)[0]:
         return 0.0, hold
     sign = 1.0 if free > 0.0 else -1.0
     low, high, speed = 0.0, abs(free), abs(free)
     for _ in range(60):
-        g, slope = dry(row, speed)
-        residual = speed - abs(free) - gain * (g + row[8] * speed)
+        g, slope = dry(rows, k, speed)
+        residual = speed - abs(free) - gain * (g + rows[k, 8] * speed)
         if residual > 0.0:
             high = speed
         else:
             low = speed
-        change = residual / (1.0 - gain * (slope + row[8]))
+        change = residual / (1.0 - gain * (slope + rows[k, 8]))
         trial = speed - change
         if not low <= trial <= high:
             trial = 0.5 * (low + high)
         if abs(trial - speed) <= 1e-13 * (speed + 1e-12):
             break
         speed = trial
-    g = dry(row, speed)[0]
-    return sign * speed, sign * (g + row[8] * speed)
+    g = dry(rows, k, speed)[0]
+    return sign * speed, sign * (g + rows[k, 8] * speed)
 
 
 @njit(cache=True, nogil=True)
-def solved(row, state, step, free, gain, guess, new):
+def solved(rows, k, state, step, free, gain, guess, new):
     """Return (s, w, converged) with s = free + gain w(s), by safeguarded Newton steps from `guess`."""
-    if row[0] == 0.0:
-        s, w = static_force(row, free, gain)
+    if rows[k, 0] == 0.0:
+        s, w = static_force(rows, k, free, gain)
         return s, w, True
     s = guess
     low, high = -np.inf, np.inf
     w = 0.0
     for _ in range(60):
-        w, slope = evaluate(row, state, step, s, new)
+        w, slope = evaluate(rows, k, state, step, s, new)
         residual = s - free - gain * w
         if residual > 0.0:
             high = min(high, s)

@@ -16,12 +16,22 @@ from toolpoint.drives.control_kernel import (
     switched_voltage,
     velocity_sample,
 )
-from toolpoint.drives.friction_kernel import SCRATCH, SLIP, SLOTS, VELOCITY, bristle_rate, solved
+from toolpoint.drives.friction_kernel import (
+    SCRATCH,
+    SLIP,
+    SLOTS,
+    VELOCITY,
+    bristle_rate,
+    bristle_solved,
+    solved,
+)
 
 PASSES = 60
+# Products may be fused with sums (one rounding in place of two): the same bits on every run of one machine.
+FUSED = {"contract"}
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, fastmath=FUSED)
 def add_columns(columns, x, out):
     """Add columns^T x to out; row j of `columns` is the column that x[j] multiplies, so the inner loop is contiguous.
 
@@ -40,12 +50,33 @@ def add_columns(columns, x, out):
 
 
 @njit(cache=True, nogil=True)
+def add_rounded(columns, x, out):
+    """Add columns^T x to out with every product rounded: a force that holds a body still cancels its load exactly."""
+    for j in range(x.size):
+        for i in range(out.size):
+            out[i] += columns[j, i] * x[j]
+
+
+@njit(cache=True, nogil=True, fastmath=FUSED)
+def advance(core, pairs, x, new):
+    """Write phi x to new: a dense core (by columns), then two by two blocks over the halves of the rest."""
+    n, half = core.shape[0], pairs.shape[1]
+    for i in range(half):
+        a, b = x[n + i], x[n + half + i]
+        new[n + i] = pairs[0, i] * a + pairs[1, i] * b
+        new[n + half + i] = pairs[2, i] * a + pairs[3, i] * b
+    if n > 0:
+        new[:n] = 0.0
+        add_columns(core, x[:n], new[:n])
+
+
+@njit(cache=True, nogil=True)
 def start_scalars(rows, products, s, states, w):
     """Write the laws' values and rates at the start, from the scalars and the stored states."""
     for k in range(rows.shape[0]):
         kind = rows[k, 0]
         if kind == 1.0:
-            rate = bristle_rate(rows[k], states[k, 0], s[k])
+            rate = bristle_rate(rows, k, states[k, 0], s[k])
             states[k, 1] = rate
             w[k] = rows[k, 9] * states[k, 0] + rows[k, 10] * rate + rows[k, 8] * s[k]
         elif kind == 2.0:
@@ -59,49 +90,60 @@ def start_scalars(rows, products, s, states, w):
 
 
 @njit(cache=True, nogil=True)
+def law_end(rows, k, states, step, other, gain, guess, trial):
+    """Solve one law with its surroundings `other`; its states at the end of the step go to trial."""
+    if rows[k, 0] == 1.0:
+        s, value, z, rate, good = bristle_solved(rows, k, states[k, 0], states[k, 1], step, other, gain, guess)
+        trial[k, 0], trial[k, 1] = z, rate
+        return s, value, good
+    return solved(rows, k, states[k], step, other, gain, guess, trial[k])
+
+
+@njit(cache=True, nogil=True)
 def implicit(rows, products, gain, free, states, step, s, w, trial):
     """Solve s = free + gain w(s) by passes over the laws (each solved alone exactly) and the products; return success."""
-    laws, n = rows.shape[0], s.size
-    fine = True
+    laws, m = rows.shape[0], w.size
+    fine, before = True, 1e-300
     for turn in range(PASSES):
         change, size = 0.0, 0.0
         for k in range(laws):
-            other = free[k]
-            for j in range(w.size):
-                if j != k:
-                    other += gain[k, j] * w[j]
+            other = free[k] - gain[k, k] * w[k]
+            for j in range(m):
+                other += gain[k, j] * w[j]
             # The laws hardly feel each other within a step: one whose surroundings stand still is not solved again.
             if turn and abs(other - trial[k, SCRATCH]) <= 1e-10 * (abs(other) + abs(gain[k, k] * w[k])):
                 continue
             trial[k, SCRATCH] = other
             guess = s[k] if turn else other + gain[k, k] * w[k]
-            s[k], value, good = solved(rows[k], states[k], step, other, gain[k, k], guess, trial[k])
+            s[k], value, good = law_end(rows, k, states, step, other, gain[k, k], guess, trial)
             fine = good if turn == 0 and k == 0 else fine and good
             change, size = max(change, abs(value - w[k])), max(size, abs(value))
             w[k] = value
-        for k in range(laws, n):
-            s[k] = free[k]
-            for j in range(w.size):
-                s[k] += gain[k, j] * w[j]
+        # One product after the other, each with the newest of the others: the error falls with the square of the coupling.
         for k in range(products.shape[0]):
+            for side in range(2):
+                i = products[k, side]
+                total = free[i]
+                for j in range(m):
+                    total += gain[i, j] * w[j]
+                s[i] = total
             value = s[products[k, 0]] * s[products[k, 1]]
             change, size = max(change, abs(value - w[laws + k])), max(size, abs(value))
             w[laws + k] = value
-        if change <= 1e-7 * size + 1e-15:
+        # What is left after a pass falls again as the change did.
+        if change * min(1.0, change / before) <= 1e-7 * size + 1e-15:
             return fine
+        before = change
     return False
 
 
 @njit(cache=True, nogil=True)
-def accept(rows, s, states, step, trial):
+def accept(rows, states, trial):
     """Store the laws' states after a step."""
     for k in range(rows.shape[0]):
         kind = rows[k, 0]
         if kind == 1.0:
-            z = trial[k, 0]
-            states[k, 1] = 2.0 * (z - states[k, 0]) / step - states[k, 1]
-            states[k, 0] = z
-            states[k, 1] = bristle_rate(rows[k], z, s[k])
+            states[k, 0], states[k, 1] = trial[k, 0], trial[k, 1]
         elif kind == 2.0:
             states[k, :SCRATCH] = trial[k, :SCRATCH]
 
@@ -109,8 +151,6 @@ def accept(rows, s, states, step, trial):
 @njit(cache=True, nogil=True)
 def sample_controllers(step, counts, parameters, control, y, command, inject, where):
     """Run every loop whose sample falls on this step; counts are steps per current, velocity and position sample."""
-    if step % counts[0] != 0:
-        return
     for i in range(parameters.shape[0]):
         p, s, b = parameters[i], control[i], 7 * i
         if step % counts[2] == 0:
@@ -149,44 +189,70 @@ def record(at, y, u, control, s, w, viscous, outputs, signals, forces):
 
 
 @njit(cache=True, nogil=True)
-def run(steps, step, phi, held, force, first, last, scalars, gain, rows, viscous, products, reading, parameters, control,
-        counts, command, inject, where, load, x, states, every, outputs, signals, forces):
-    """Advance the servo by `steps`; returns the number of steps whose implicit equations did not converge.
-
-    All matrices are stored by columns (transposed); phi, held, force, first and last carry the rows of the scalars and
-    the outputs below those of the states, so that one pass gives all. x, states and control change in place.
-    """
-    n, m, laws = x.size, 16 * ((x.size + scalars.shape[1] + 15) // 16), rows.shape[0]
-    switched = np.any(parameters[:, 29] != 0.0)
-    whole, u = np.zeros(phi.shape[1]), np.zeros(held.shape[0])
-    s, w, y = np.zeros(scalars.shape[1]), np.zeros(first.shape[0]), np.zeros(reading.shape[1])
-    trial, voltage = np.zeros((max(laws, 1), SLOTS)), np.zeros(2)
-    add_columns(scalars, x, s)
+def read(reading, direct, x, w, y):
+    """Write the outputs of shifted coordinates x: y = reading x + direct w."""
+    y[:] = 0.0
     add_columns(reading, x, y)
-    start_scalars(rows, products, s, states, w)
-    failed, before = 0, w.copy()
-    for step_index in range(steps):
-        sample_controllers(step_index, counts, parameters, control, y, command, inject, where)
-        held_inputs(step_index, counts, parameters, control, y, u, voltage)
-        if step_index % every == 0:
-            record(step_index // every, y, u, control, s, w, viscous, outputs, signals, forces)
-        following = step_index + 1
-        seen = switched or following % counts[0] == 0 or following % every == 0
-        new = whole if seen else whole[:m]
-        new[:] = 0.0
-        add_columns(phi, x, new)
-        add_columns(held, u, new)
-        add_columns(force, load[min(step_index, load.shape[0] - 1)], new)
-        add_columns(first, w, new)
+    add_columns(direct, w, y)
+
+
+@njit(cache=True, nogil=True)
+def run(start, steps, step, core, pairs, inputs, shift, jump, scalars, gain, rows, viscous, products, reading, direct,
+        parameters, control, counts, command, inject, where, load, x, states, values, every, outputs,
+        signals, forces):
+    """Advance the servo from step `start` by `steps`; returns the number whose implicit equations did not converge.
+
+    The matrices are those of `exact_step.StepMatrices`, x its coordinates. Inside, x is less shift w, so that one
+    product with w carries both ends of the step: x1 - shift w1 = phi (x0 - shift w0) + (first + phi shift) w0 + held u.
+    x, states, control and values (w now and a step before; read where start is not 0) change in place, so that a run can be
+    taken up again. A motion that is not finite returns minus the step.
+    """
+    laws, axes = rows.shape[0], load.shape[1]
+    new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(inputs.shape[0])
+    s, w, y = np.zeros(scalars.shape[1]), np.zeros(shift.shape[0]), np.zeros(reading.shape[1])
+    free, trial, voltage = np.zeros(scalars.shape[1]), np.zeros((max(laws, 1), SLOTS)), np.zeros(2)
+    switched, held_laws = np.any(parameters[:, 29] != 0.0), np.any(jump != 0.0)
+    add_columns(scalars, x, s)
+    if start == 0:
+        start_scalars(rows, products, s, states, w)
+        values[0], values[1] = w, w
+    w[:] = values[0]
+    add_columns(shift, -w, x)
+    read(reading, direct, x, w, y)
+    failed, before = 0, values[1].copy()
+    for at in range(start, start + steps):
+        if at % counts[0] == 0:
+            sample_controllers(at, counts, parameters, control, y, command, inject, where)
+        if switched or at % counts[0] == 0 or at == start:
+            held_inputs(at, counts, parameters, control, y, u, voltage)
+            drive[:2 * axes] = u
+        if at % every == 0:
+            record(at // every, y[:outputs.shape[1]], u, control, s, w, viscous, outputs, signals, forces)
+        drive[2 * axes:3 * axes] = load[min(at, load.shape[0] - 1)]
+        drive[3 * axes:3 * axes + w.size] = w
+        advance(core, pairs, x, new)
+        add_columns(inputs, drive, new)
+        x, new = new, x
+        free[:] = 0.0
+        add_columns(scalars, x, free)
         for k in range(w.size):
             w[k], before[k] = 2.0 * w[k] - before[k], w[k]
-        if not implicit(rows, products, gain, new[n:m], states, step, s, w, trial):
+        if not implicit(rows, products, gain, free, states, step, s, w, trial):
             failed += 1
-        accept(rows, s, states, step, trial)
-        add_columns(last, w, new)
-        x[:] = new[:n]
-        if seen:
-            y[:] = new[m:m + y.size]
-        if not np.isfinite(x[0]):
-            return -1 - step_index
+        accept(rows, states, trial)
+        if held_laws:
+            add_rounded(jump, w, x)
+        following = at + 1
+        if switched or following % counts[0] == 0 or following % every == 0:
+            read(reading, direct, x, w, y)
+            total = 0.0
+            for i in range(y.size):
+                total += y[i]
+            if not np.isfinite(total):
+                failed = -following
+                break
+    if steps % 2:
+        new[:], x = x, new
+    add_columns(shift, w, x)
+    values[0], values[1] = w, before
     return failed

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail, floats, one_of, positive
 from toolpoint.drives.command import Command, constant_velocity
-from toolpoint.drives.loops import Margins, bandwidth, margins
+from toolpoint.drives.loops import LEVELS, Margins, bandwidth, margins
 from toolpoint.drives.servo import Servo
 from toolpoint.drives.simulate import Excitation, simulate
 
@@ -81,36 +82,50 @@ def averaged_response(reference: FloatArray, feedback: FloatArray, sample_time: 
 
 def measured_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, order: int = 11, periods: int = 2,
                   settle: int = 2, offset_velocity: float = 0.0, substeps: int = 1) -> LoopResponse:
-    """Return the response of the ``current`` or ``velocity`` loop of one axis to a PRBS added to its set point.
+    """Return the response of the ``current``, ``velocity`` or ``position`` loop of one axis to a PRBS on its set point.
 
     Parameters
     ----------
     amplitude : float
-        A or rad/s.
+        A, rad/s or m.
     order, periods, settle : int
         2^order - 1 samples of the loop in each period; periods averaged, periods left out before.
     offset_velocity : float
         m/s of the axis meanwhile, so that it slides all the time.
 
-    Outer loops stay closed: y/r and y/e of the loop itself do not depend on them.
+    Outer loops stay closed: y/r and y/e of the loop itself do not depend on them. The sequence of the position loop is
+    added to the position alone, so that no feed-forward sees it.
     """
-    one_of("level", level, ("current", "velocity"))
-    number = ("current", "velocity").index(level)
+    one_of("level", level, LEVELS)
+    number = LEVELS.index(level)
     c, axes = servo.controllers[axis], len(servo.plant.axes)
     if level == "current" and c.current is None:
         fail("level", "current", f"axis {servo.plant.axes[axis].name!r} has no current loop", "measure the velocity loop")
-    sample, ratio = c.sample_times[number], servo.counts[number]
     period = prbs(order, amplitude)
     total = count("periods", periods) + count("settle", settle, 0)
     values = np.zeros((total * period.size, axes))
     values[:, axis] = np.tile(period, total)
-    duration = values.shape[0] * sample
     speed = np.zeros(axes)
     speed[axis] = offset_velocity
-    command: Command = constant_velocity(speed, c.position.sample_time, duration)
-    result = simulate(servo, command, substeps=substeps, every=ratio * substeps, duration=duration,
-                      excitation=Excitation("current" if number == 0 else "speed", values))
-    base = result.signal("current_set" if number == 0 else "speed_set", axis)[:values.shape[0]]
-    y = result.output("i_q" if number == 0 else "speed", axis)[:values.shape[0]]
+    reference, feedback = _histories(servo, number, axis, values, speed, substeps)
     shape = (total, period.size)
-    return averaged_response((base + values[:, axis]).reshape(shape)[settle:], y.reshape(shape)[settle:], sample)
+    return averaged_response(reference.reshape(shape)[settle:], feedback.reshape(shape)[settle:], c.sample_times[number])
+
+
+def _histories(servo: Servo, number: int, axis: int, values: FloatArray, speed: FloatArray, substeps: int
+               ) -> tuple[FloatArray, FloatArray]:
+    """Return set point and feedback of one loop at its samples; of the position loop without the common ramp."""
+    c, lines = servo.controllers[axis], values.shape[0]
+    duration = lines * c.sample_times[number]
+    ramp: Command = constant_velocity(speed, c.position.sample_time, duration)
+    options: dict[str, Any] = {"substeps": substeps, "every": servo.counts[number] * substeps, "duration": duration}
+    if number < 2:
+        excitation = Excitation(("current", "speed")[number], values)
+        result = simulate(servo, ramp, excitation=excitation, **options)
+        base = result.signal(("current_set", "speed_set")[number], axis)[:lines]
+        return base + values[:, axis], result.output(("i_q", "speed")[number], axis)[:lines]
+    command = Command(ramp.position[:lines] + values, ramp.sample_time, ramp.velocity[:lines], ramp.acceleration[:lines])
+    result = simulate(servo, command, **options)
+    along = speed[axis] * result.time[:lines]
+    actual = result.output("scale", axis) if c.position.feedback == "scale" else result.output("angle", axis) * (c.lead or 0.0)
+    return values[:, axis], actual[:lines] - along

@@ -90,10 +90,17 @@ def margins(frequency: FloatArray, open_loop: ComplexArray) -> Margins:
 
 
 def bandwidth(frequency: FloatArray, closed_loop: ComplexArray, drop_db: float = 3.0) -> float:
-    """Return the first frequency (Hz) at which |T| falls `drop_db` below its value at the first line; nan for none."""
-    size = np.abs(closed_loop) / abs(closed_loop[0])
-    below = np.flatnonzero(size < 10 ** (-drop_db / 20))
-    return float(frequency[below[0]]) if below.size else float("nan")
+    """Return the first frequency (Hz) at which |T| falls `drop_db` below its value at the first line; nan for none.
+
+    Between two lines the level in dB is linear over log frequency.
+    """
+    level = 20 * np.log10(np.maximum(np.abs(closed_loop) / abs(closed_loop[0]), 1e-300)) + drop_db
+    below = np.flatnonzero(level < 0)
+    if not below.size:
+        return float("nan")
+    k = int(below[0])
+    share = level[k - 1] / (level[k - 1] - level[k])
+    return float(frequency[k - 1] * (frequency[k] / frequency[k - 1]) ** share)
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,16 +117,25 @@ class ServoLoops:
         return self.position.radius < 1.0
 
     @property
+    def figures(self) -> list[tuple[str, str, float, float, float]]:
+        """Loop, axis, gain margin (dB), phase margin (deg) and bandwidth (Hz); no current loop where a motor has none."""
+        rows = []
+        for level in (self.current, self.velocity, self.position):
+            f = np.geomspace(1e-4, 0.999, 2000) * 0.5 / float(level.closed.sample_time or 1)
+            for axis, name in enumerate(level.closed.inputs):
+                closed = level.closed_response(f, axis)
+                if level is self.current and np.array_equal(closed, np.ones_like(closed)):
+                    continue
+                m = level.margins(axis)
+                rows.append((level.name, name, m.gain_db, m.phase, bandwidth(f, closed)))
+        return rows
+
+    @property
     def table(self) -> str:
         """Margins and bandwidth, one line for each level and axis."""
         lines = ["loop      axis  gain margin dB  phase margin deg  bandwidth Hz"]
-        for level in (self.current, self.velocity, self.position):
-            for axis, name in enumerate(level.closed.inputs):
-                m = level.margins(axis)
-                f = np.geomspace(1e-4, 0.999, 2000) * 0.5 / float(level.closed.sample_time or 1)
-                width = bandwidth(f, level.closed_response(f, axis))
-                lines.append(f"{level.name:9s} {name:5s} {m.gain_db:14.2f}  {m.phase:16.1f}  {width:12.2f}")
-        return "\n".join(lines)
+        return "\n".join(lines + [f"{loop:9s} {name:5s} {gain:14.2f}  {phase:16.1f}  {width:12.2f}"
+                                  for loop, name, gain, phase, width in self.figures])
 
 
 def loops(servo: Servo, friction_slope: FloatArray | None = None) -> ServoLoops:

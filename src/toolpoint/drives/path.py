@@ -1,4 +1,4 @@
-"""Path of lines and arcs in space: points and tangents by arc length, junctions, corner blends."""
+"""Path of lines, arcs and clothoid blends in space: points and tangents by arc length, junctions, corner blends."""
 
 from __future__ import annotations
 
@@ -7,8 +7,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative
+from toolpoint.drives.clothoid import Blend, half_lengths
 
-LINE, ARC = 0, 1
+LINE, ARC, CLOTHOID = 0, 1, 2
 PLANES = {"xy": (0, 1), "zx": (2, 0), "yz": (1, 2)}
 
 
@@ -19,11 +20,11 @@ class Path:
     Parameters
     ----------
     kind : (n,) ints
-        0 line, 1 arc.
+        0 line, 1 arc, 2 clothoid blend of a corner.
     start, end, center : (n, 3) floats
-        m; center is ignored for lines.
+        m; center is ignored for lines, and the corner of a clothoid blend.
     sweep : (n,) floats
-        rad, positive from the plane's first to its second axis; zero for lines.
+        rad, positive from the plane's first to its second axis; zero for lines, the turn (positive) of a clothoid blend.
     plane : (n, 2) ints
         Indices of the plane's axes: (0, 1), (2, 0) or (1, 2).
     feed : (n,) floats
@@ -78,7 +79,15 @@ class Path:
         arc = self.kind == ARC
         flat = np.where(arc, np.where(arc, self.radius, 0.0) * self.sweep, 0.0)
         height = np.take_along_axis(chord, (3 - self.plane.sum(axis=1))[:, None], axis=1)[:, 0]
-        return np.where(arc, np.hypot(flat, height), np.linalg.norm(chord, axis=1))
+        out = np.where(arc, np.hypot(flat, height), np.linalg.norm(chord, axis=1))
+        k = np.flatnonzero(self.kind == CLOTHOID)
+        out[k] = 2 * self.blends(k).half_length
+        return out
+
+    def blends(self, segment: np.ndarray) -> Blend:
+        """Return the geometry of clothoid blends, (n,) indices."""
+        k = np.asarray(segment)
+        return Blend(self.start[k], self.end[k], self.center[k], self.sweep[k])
 
     def points(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
         """Return points at a share (0..1) of segments, (n, 3)."""
@@ -93,6 +102,8 @@ class Path:
             c, s = np.cos(u[arc] * self.sweep[i]), np.sin(u[arc] * self.sweep[i])
             turned = np.stack([c * d[:, 0] - s * d[:, 1], s * d[:, 0] + c * d[:, 1]], axis=1)
             p[arc[:, None], at] = self.center[i][rows, at] + turned
+        soft = np.flatnonzero(self.kind[k] == CLOTHOID)
+        p[soft] = self.blends(k[soft]).points(u[soft])
         return p
 
     def tangents(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
@@ -107,6 +118,8 @@ class Path:
             d = (self.start[i] - self.center[i])[rows, at]
             c, s, w = np.cos(u[arc] * self.sweep[i]), np.sin(u[arc] * self.sweep[i]), self.sweep[i]
             t[arc[:, None], at] = w[:, None] * np.stack([-s * d[:, 0] - c * d[:, 1], c * d[:, 0] - s * d[:, 1]], axis=1)
+        soft = np.flatnonzero(self.kind[k] == CLOTHOID)
+        t[soft] = self.blends(k[soft]).tangents(u[soft])
         size = np.linalg.norm(t, axis=1, keepdims=True)
         return t / np.where(size > 0, size, 1.0)
 
@@ -183,3 +196,25 @@ def blended(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
     whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
     place = k + 1
     return Path(**{name: np.insert(whole[name], place, arcs[name], axis=0) for name in _ARRAYS})
+
+
+def softened(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
+    """Return the path with corners between lines replaced by clothoid blends within `tolerance` (m) of the corner.
+
+    The curvature is continuous, so that the acceleration is too. In any plane; a blend takes less than half of each line.
+    Corners with arcs, those marked as stops and full reversals keep their corner.
+    """
+    turn, lengths = path.turns(), path.lengths
+    between = (path.kind[:-1] == LINE) & (path.kind[1:] == LINE) & ~path.stop[:-1]
+    k = np.flatnonzero(between & (turn > smallest_turn) & (turn < np.pi - 0.05))
+    if k.size == 0:
+        return path
+    trim = half_lengths(turn[k], tolerance, 0.49 * np.minimum(lengths[k], lengths[k + 1]))[1]
+    before, after = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
+    start, end, corner = path.start.copy(), path.end.copy(), path.end[k]
+    end[k], start[k + 1] = corner - trim[:, None] * before, corner + trim[:, None] * after
+    blends = {"kind": np.full(k.size, CLOTHOID), "start": end[k], "end": start[k + 1], "center": corner, "sweep": turn[k],
+              "plane": path.plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
+              "line": path.line[k]}
+    whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
+    return Path(**{name: np.insert(whole[name], k + 1, blends[name], axis=0) for name in _ARRAYS})

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, positive
+from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, one_of, positive
+from toolpoint.drives.clothoid import half_lengths, steady_speed
 from toolpoint.drives.command import Command
 from toolpoint.drives.jerk_profile import JerkLimits, seven_phase
-from toolpoint.drives.path import ARC, Path, blended
+from toolpoint.drives.path import ARC, CLOTHOID, Path, blended, softened
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,10 +43,10 @@ class Plan:
         segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
         tangent = self.path.tangents(segment, share)
         position = self.path.points(segment, share)
-        acceleration = tangent * motion[:, 2:] + self._centripetal(segment, position, motion[:, 1])
+        acceleration = tangent * motion[:, 2:] + self._centripetal(segment, share, position, motion[:, 1])
         return Command(position[:, :axes], step, (tangent * motion[:, 1:2])[:, :axes], acceleration[:, :axes])
 
-    def _centripetal(self, segment: np.ndarray, position: FloatArray, speed: FloatArray) -> FloatArray:
+    def _centripetal(self, segment: np.ndarray, share: FloatArray, position: FloatArray, speed: FloatArray) -> FloatArray:
         out = np.zeros_like(position)
         arc = np.flatnonzero(self.path.kind[segment] == ARC)
         k = segment[arc]
@@ -53,6 +54,8 @@ class Plan:
         flat = self.path.radius[k] * np.abs(self.path.sweep[k]) / self.path.lengths[k]
         inward = (self.path.center[k] - position[arc])[rows, at]
         out[arc[:, None], at] = inward * ((speed[arc] * flat / self.path.radius[k]) ** 2)[:, None]
+        soft = np.flatnonzero(self.path.kind[segment] == CLOTHOID)
+        out[soft] = self.path.blends(segment[soft]).curvatures(share[soft]) * speed[soft, None] ** 2
         return out
 
     def __repr__(self) -> str:
@@ -60,7 +63,7 @@ class Plan:
 
 
 def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
-            straight: float = 1e-3) -> Plan:
+            straight: float = 1e-3, corner: str = "arc") -> Plan:
     """Return the timed path.
 
     Parameters
@@ -70,33 +73,79 @@ def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, no
     limits : JerkLimits
         Along the path; on a straight line the acceleration and jerk of every axis stay within them.
     corner_tolerance : float
-        m; corners between lines are rounded by tangent arcs within it. Zero: the path stops at every corner.
+        m; corners between lines are rounded within it. Zero: the path stops at every corner.
     normal_acceleration : float, optional
         Largest v^2/R on arcs, m/s^2; the acceleration limit where left out.
     straight : float
         Angle (rad) below which a junction counts as tangent.
+    corner : str
+        How corners are rounded: ``arc``, or ``clothoid``, passed at a constant speed that keeps acceleration and jerk, so
+        that with `straight` of next to nothing every axis keeps its jerk all along lines and corners; sharp corners where
+        that creeps longer than a stop takes are stops.
 
     The acceleration of an axis steps by v^2/R where a line meets an arc: `smoothed` bounds the jerk there too.
     """
+    one_of("corner", corner, ("arc", "clothoid"))
     if (path.feed <= 0).any():
         k = int(np.argmax(path.feed <= 0))
         fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", "program F before it")
     from toolpoint.drives.planner_kernel import look_ahead, phases
 
     route = path.taken(path.lengths > 0)
-    route = blended(route, corner_tolerance, straight) if corner_tolerance > 0 and route.count > 1 else route
+    if corner_tolerance > 0 and route.count > 1:
+        route = blended(route, corner_tolerance, straight) if corner == "arc" else _softened(route, corner_tolerance, limits,
+                                                                                             straight)
     normal = limits.acceleration if normal_acceleration is None else positive("normal_acceleration", normal_acceleration)
     n, length = route.count, np.array(route.lengths)
     top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
+    steady = route.kind == CLOTHOID
+    half = length[steady] / 2
+    top[steady] = np.minimum(top[steady], steady_speed(route.sweep[steady], half, normal, limits.jerk))
     junction = np.zeros(n + 1)
     if n > 1:
         meets = (route.turns() <= straight) & ~route.stop[:-1]
         junction[1:-1] = np.where(meets, np.minimum(top[:-1], top[1:]), 0.0)
     a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
     times = np.zeros((n, 7))
-    look_ahead(length, top, junction, a, j)
+    look_ahead(length, top, junction, a, j, steady)
+    top[steady] = junction[:-1][steady]
     phases(length, top, junction, a, j, times)
     return Plan(route, frozen(times), frozen(junction), frozen(j))
+
+
+def _softened(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:
+    """Return the path with clothoid corners but where a stop at the corner is the faster way round."""
+    turn, lengths = path.turns(), path.lengths
+    flat = (path.kind[:-1] != ARC) & (path.kind[1:] != ARC) & (turn > straight) & (turn < np.pi - 0.05)
+    k = np.flatnonzero(flat)
+    if k.size == 0:
+        return path
+    line = np.minimum(lengths[k], lengths[k + 1])
+    half, trim = half_lengths(turn[k], tolerance, 0.49 * line)
+    slow = steady_speed(turn[k], half, limits.acceleration, limits.jerk)
+    speed = np.minimum(np.minimum(path.feed[k], path.feed[k + 1]), limits.speed)
+    speed = np.minimum(speed, _reached(line / 2, limits))
+    slow = np.minimum(slow, speed)
+    lost = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
+    stop = path.stop.copy()
+    stop[k[lost > _change_time(speed, limits)]] = True
+    return softened(replace(path, stop=stop), tolerance, straight)
+
+
+def _change_time(step: FloatArray, limits: JerkLimits) -> FloatArray:
+    """Return the time of the fastest change of speed by `step` (m/s)."""
+    a, j = limits.acceleration, limits.jerk
+    return np.where(step >= a * a / j, step / a + a / j, 2 * np.sqrt(step / j))
+
+
+def _reached(distance: FloatArray, limits: JerkLimits) -> FloatArray:
+    """Return the speed reached from rest within a distance (m), m/s: v t(v)/2 = distance, by bisection."""
+    low, high = np.zeros_like(distance), np.full_like(distance, limits.speed)
+    for _ in range(50):
+        middle = (low + high) / 2
+        far = middle / 2 * _change_time(middle, limits) > distance
+        low, high = np.where(far, low, middle), np.where(far, middle, high)
+    return high
 
 
 def smoothed(command: Command, window: float) -> Command:

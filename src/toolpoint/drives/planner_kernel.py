@@ -42,15 +42,18 @@ def reachable(start, length, top, a, j):
 
 
 @njit(cache=True, nogil=True)
-def look_ahead(length, top, junction, a, j):
-    """Lower the junction speeds (n + 1) in place until every segment can change from its first to its last."""
+def look_ahead(length, top, junction, a, j, steady):
+    """Lower the junction speeds (n + 1) in place until every segment can change from its first to its last.
+
+    A steady segment keeps one speed. Lowering an end never spoils what the backward pass allowed before it.
+    """
     n = length.size
     for k in range(n - 1, -1, -1):
         if junction[k] > junction[k + 1]:
-            junction[k] = reachable(junction[k + 1], length[k], junction[k], a[k], j[k])
+            junction[k] = junction[k + 1] if steady[k] else reachable(junction[k + 1], length[k], junction[k], a[k], j[k])
     for k in range(n):
         if junction[k + 1] > junction[k]:
-            junction[k + 1] = reachable(junction[k], length[k], junction[k + 1], a[k], j[k])
+            junction[k + 1] = junction[k] if steady[k] else reachable(junction[k], length[k], junction[k + 1], a[k], j[k])
 
 
 @njit(cache=True, nogil=True)

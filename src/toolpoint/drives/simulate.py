@@ -11,57 +11,14 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
 from toolpoint.drives.command import Command
+from toolpoint.drives.exact_step import StepMatrices, step_matrices
 from toolpoint.drives.loops import checked_stable
-from toolpoint.drives.plant import OUTPUTS, Plant
+from toolpoint.drives.plant import OUTPUTS
 from toolpoint.drives.servo import Servo
 from toolpoint.vibration import Dof, Record
-from toolpoint.vibration.state_space import hold_matrices
 
 PLACES = ("none", "position", "speed", "torque", "current", "voltage")
 SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_error")
-
-
-@dataclass(frozen=True, eq=False)
-class StepMatrices:
-    """Exact step of a plant: x1 = phi x + held u + force d + first w0 + last w1, stored by columns for the kernel.
-
-    The rows of the scalars s and of the outputs y follow those of the states, each filled to a multiple of 16.
-    """
-
-    step: float
-    phi: FloatArray
-    held: FloatArray
-    force: FloatArray
-    first: FloatArray
-    last: FloatArray
-    scalars: FloatArray
-    gain: FloatArray
-    reading: FloatArray
-
-
-def step_matrices(plant: Plant, step: float) -> StepMatrices:
-    """Return the matrices of one step, all from one matrix exponential.
-
-    Friction, contact and bilinear terms are linear over the step (first-order hold); a set-valued static law holds its
-    end value, because a held multiplier is the one that does not chatter.
-    """
-    nu, nf = plant.b_input.shape[1], plant.b_force.shape[1]
-    phi, g1, g2 = hold_matrices(plant.a, np.hstack([plant.b_input, plant.b_force, plant.b_scalar]), step)
-    at = nu + nf
-    first, last = g1[:, at:] - g2[:, at:], g2[:, at:].copy()
-    for k in np.flatnonzero(plant.rows[:, 0] == 0):
-        first[:, k], last[:, k] = 0.0, g1[:, at + k]
-    all_rows = _padded(_padded(np.vstack([np.eye(phi.shape[0]), plant.scalars])), plant.outputs)
-    by_column = lambda m: np.ascontiguousarray(m.T)
-    move, held, force, one, two = (by_column(all_rows @ part) for part in (phi, g1[:, :nu], g1[:, nu:at], first, last))
-    return StepMatrices(step, move, held, force, one, two, by_column(plant.scalars),
-                        np.ascontiguousarray(plant.scalars @ last), by_column(plant.outputs))
-
-
-def _padded(rows: FloatArray, more: FloatArray | None = None) -> FloatArray:
-    """Return the rows, and more below, filled with zero rows to a multiple of 16: the kernel's vector loop has no rest."""
-    rows = rows if more is None else np.vstack([rows, more])
-    return np.vstack([rows, np.zeros((-rows.shape[0] % 16, rows.shape[1]))])
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,11 +118,11 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
     """
     if check:
         checked_stable(servo)
-    prepared = _prepare(servo, command, substeps, every, excitation, load, start, duration, matrices)
+    ready = prepared(servo, command, substeps, every, excitation, load, start, duration, matrices)
     from toolpoint.drives.kernel import run
 
-    failed = run(*prepared.arguments)
-    return prepared.result(failed)
+    failed = run(*ready.arguments)
+    return ready.result(failed)
 
 
 def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, **options: Any) -> list[ServoResult]:
@@ -175,11 +132,24 @@ def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, *
 
 
 @dataclass
-class _Prepared:
+class Prepared:
+    """Arguments of the compiled run; `places` are those of the matrices among them, `state` that of the coordinates."""
+
     servo: Servo
     command: Command
+    matrices: StepMatrices
     arguments: tuple[Any, ...]
     every_step: float
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Place of every matrix that a moving nut changes."""
+        return {"core": 3, "inputs": 5, "shift": 6, "jump": 7, "gain": 9, "direct": 14}
+
+    @property
+    def state(self) -> int:
+        """Place of the coordinates, changed by the run."""
+        return len(self.arguments) - 7
 
     def result(self, failed: int) -> ServoResult:
         outputs, signals, forces = self.arguments[-3:]
@@ -189,12 +159,14 @@ class _Prepared:
         n, axes = outputs.shape[0], self.servo.plant.axes
         time = np.arange(n) * self.every_step
         return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(n, len(axes), -1)),
-                           frozen(signals), frozen(forces), frozen(self.command.held_at(time)), self.arguments[-6], failed)
+                           frozen(signals), frozen(forces), frozen(self.command.held_at(time)),
+                           frozen(self.matrices.outward(self.arguments[self.state])), failed)
 
 
-def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitation: Excitation | None,
-             load: FloatArray | None, start: FloatArray | None, duration: float | None,
-             matrices: StepMatrices | None) -> _Prepared:
+def prepared(servo: Servo, command: Command, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
+             matrices: StepMatrices | None = None) -> Prepared:
+    """Return the arguments of the compiled run; see `simulate`."""
     plant, axes = servo.plant, len(servo.plant.axes)
     count("substeps", substeps)
     count("every", every)
@@ -215,16 +187,17 @@ def _prepare(servo: Servo, command: Command, substeps: int, every: int, excitati
     parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
     inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
     where = 0 if excitation is None else PLACES.index(excitation.place)
-    x = np.zeros(plant.a.shape[0]) if start is None else np.array(floats("start", start, (plant.a.shape[0],)))
+    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
     loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
     lines = (steps + every - 1) // every
     laws = plant.b_scalar.shape[1]
     table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
-    arguments = (steps, step, m.phi, m.held, m.force, m.first, m.last, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, parameters, control, counts, table,
-                 np.array(inject), where, np.array(loads), x, np.zeros((max(plant.rows.shape[0], 1), SLOTS)), every,
+    arguments = (0, steps, step, m.core, m.pairs, m.inputs, m.shift, m.jump, m.scalars, m.gain, np.array(plant.rows),
+                 np.array(plant.viscous), plant.products, m.reading, m.direct, parameters, control, counts, table,
+                 np.array(inject), where, np.array(loads), m.inward(x), np.zeros((max(plant.rows.shape[0], 1), SLOTS)),
+                 np.zeros((2, laws)), every,
                  np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
-    return _Prepared(servo, command, arguments, step * every)
+    return Prepared(servo, command, m, arguments, step * every)
 
 
 def settled(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:

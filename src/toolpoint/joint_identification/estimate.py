@@ -84,6 +84,18 @@ class JointEstimate:
         return Z95 * np.sqrt(np.clip(np.diag(self.position_covariance), 0, None))
 
     @property
+    def position_text(self) -> str:
+        """The position in mm with its 95 % half widths; ``free`` where the kind leaves a coordinate open."""
+        words = []
+        for k, (value, half) in enumerate(zip(1e3 * self.position, 1e3 * self.position_interval, strict=True)):
+            if np.linalg.norm(self.undetermined[:, k]) > 0.9:
+                words.append(f"{value:.0f} (free)")
+            else:
+                decimals = 1 if half <= 0 else int(min(max(1 - np.floor(np.log10(half)), 0), 4))
+                words.append(f"{value:.{decimals}f} ± {half:.{decimals}f}")
+        return ", ".join(words)
+
+    @property
     def axis_deviation(self) -> float:
         """Standard deviation of the axis' direction in its less certain way, rad."""
         return float(np.sqrt(max(np.linalg.eigvalsh(self.axis_covariance)[-1], 0.0)))
@@ -119,7 +131,7 @@ class JointEstimate:
         return result
 
     def __repr__(self) -> str:
-        at = ", ".join(f"{1e3 * v:.1f}+-{1e3 * h:.1f}" for v, h in zip(self.position, self.position_interval, strict=True))
+        at = self.position_text
         free = ", ".join(self.freedoms) or f"{self.screws.shape[1]} screws"
         return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {at} mm, {self.status})"
 

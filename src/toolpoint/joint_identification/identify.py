@@ -4,17 +4,23 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimated
 from toolpoint.joint_identification.joint_fit import Criterion, Fit, candidates, stacked
 from toolpoint.joint_identification.measured import Component, Point, component
+from toolpoint.joint_identification.motion_errors import (
+    column_correlation,
+    coordinate_variance,
+    with_common_noise,
+    with_errors,
+)
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.joint_identification.stiffness import MassProperties, stiffnesses
@@ -63,11 +69,10 @@ class JointIdentification:
         """Return the joints as text, one line each with their doubts below."""
         lines = [f"{'joint':24s}{'kind':12s}{'free':12s}{'x, y, z mm (+- 95 %)':48s}stiffness (+- 95 %)"]
         for one in self.joints:
-            at = ", ".join(f"{1e3 * p:.1f} (+-{1e3 * h:.1f})" for p, h in zip(one.position, one.position_interval, strict=True))
             stiff = "" if one.stiffness is None or one.stiffness_interval is None else ", ".join(
                 f"{k:.5g} (+-{h:.2g})" for k, h in zip(one.stiffness, one.stiffness_interval, strict=True))
             free = " ".join(one.freedoms) or f"{one.screws.shape[1]} screws"
-            lines.append(f"{one.parent + ' - ' + one.child:24s}{one.kind:12s}{free:12s}{at:48s}{stiff}")
+            lines.append(f"{one.parent + ' - ' + one.child:24s}{one.kind:12s}{free:12s}{one.position_text:48s}{stiff}")
             lines += [f"    doubt: {text}" for text in one.doubts]
         return "\n".join([*lines, *(f"doubt: {text}" for text in self.doubts)])
 
@@ -79,7 +84,7 @@ class JointIdentification:
 def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
     chain: Sequence[str] | Mapping[str, str], method: Method | None = None, criterion: Criterion | None = None,
-    masses: Mapping[str, MassProperties] | None = None,
+    masses: Mapping[str, MassProperties] | None = None, coordinate_deviation: float = 0.0,
 ) -> JointIdentification:
     """Return the joints of a machine from its measured mode shapes, with nobody choosing.
 
@@ -100,6 +105,8 @@ def identify_joints(
     criterion : Criterion, optional
     masses : map from component to MassProperties, optional
         Of every component of the chain; then every freedom gets its stiffness.
+    coordinate_deviation : float
+        Standard deviation of each coordinate of the measured points, m: its effect is carried into all intervals.
 
     Raises
     ------
@@ -116,7 +123,10 @@ def identify_joints(
     _check_overlap(components)
     parts = {name: component(name, modes, points, wanted) for name, wanted in components.items()}
     independent, general_doubts = _independent(modes, parts)
+    deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
+    parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
+    motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
     flexible = _flaws(parts, motions, modes.count, criterion)
     relatives = tuple(pair(parent, child, parts, motions) for child, parent in tree.items())
     joints, fits = [], []
@@ -131,6 +141,31 @@ def identify_joints(
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=2)
     return result
+
+
+def _with_coordinates(part: Component, deviation: float) -> Component:
+    """Return the component with the variance that wrong coordinates bring added to that of the shapes."""
+    if deviation == 0:
+        return part
+    first = rigid_motion(part)
+    more = coordinate_variance(part, first.twist, deviation)
+    if part.variance is not None:
+        return replace(part, variance=part.variance + more)
+    # Noise of unknown size: what the rigid motion leaves, less the coordinates' mean share, at least a hundredth of it.
+    left = first.variance.mean(axis=0)
+    return replace(part, variance=np.maximum(left - more.mean(axis=0), 0.01 * left) + more)
+
+
+def _with_errors(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], deviation: float
+                 ) -> dict[str, RigidMotion]:
+    """Return the motions with the covariance of all columns together, from noise and from wrong coordinates."""
+    alone = dict(motions)
+    if deviation > 0:
+        for name, motion in motions.items():
+            noise = motion.variance - coordinate_variance(parts[name], motion.twist, deviation)
+            alone[name] = replace(motion, variance=np.maximum(noise, 1e-6 * motion.variance))
+    correlation = column_correlation(parts, alone, deviation)
+    return {name: with_errors(part, alone[name], correlation, deviation) for name, part in parts.items()}
 
 
 def _twists(method: Method, part: Component) -> FloatArray | None:

@@ -1,8 +1,8 @@
 r"""Which kind of joint explains the relative twists of all modes: fit of every kind, F-test, the simplest that passes.
 
-For a kind with free twists :math:`B(\theta)` and the relative twists :math:`t_r` with covariance :math:`C_r`,
+For a kind with free twists :math:`B(\theta)` and the relative twists t of all columns with covariance C,
 
-.. math:: \chi^2 = \min_{\theta, q} \sum_r (t_r - B q_r)^T C_r^{-1} (t_r - B q_r)
+.. math:: \chi^2 = \min_{\theta, q} (t - (I \otimes B) q)^T C^{-1} (t - (I \otimes B) q)
 
 (variable projection: Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413) with 6 k - f k - n degrees of freedom for k
 columns, f freedoms and n parameters. A kind is refused where so large a :math:`\chi^2` by noise alone is less probable
@@ -63,24 +63,29 @@ class Fit:
 
 @dataclass(frozen=True, eq=False)
 class Stack:
-    """Relative twists about a reference point in one unit: `twists` (k, 6), `roots` (k, 6, 6) with C = inv(L^T L)."""
+    """Relative twists about a reference point in one unit.
+
+    twists : (k, 6); root : (6 k, 6 k), inverse Cholesky factor of the covariance of all columns; sizes : (k, 6, 6), the
+    covariance of each; freedom : degrees of freedom behind it.
+    """
 
     twists: FloatArray
-    roots: FloatArray
-    to_origin: FloatArray
+    root: FloatArray
+    sizes: FloatArray
     freedom: int
 
 
 def stacked(motion: RelativeMotion, criterion: Criterion) -> Stack:
     """Return the relative twists about the pair's centre in displacement units, with the floor in their covariance."""
-    to_origin = about(motion.centre, motion.size)
-    back = np.linalg.inv(to_origin)
+    back = np.linalg.inv(about(motion.centre, motion.size))
     local = (back @ motion.twist).T
-    spread = back @ motion.covariance @ back.T
+    whole = np.einsum("ia,rasb,jb->risj", back, motion.whole, back)
     least = np.where(motion.motion > 0, motion.motion, motion.motion.max(initial=1e-300))
-    spread = spread + (criterion.floor * least[:, None, None]) ** 2 * np.eye(6)
-    roots = np.swapaxes(np.linalg.cholesky(np.linalg.inv(spread)), -1, -2)
-    return Stack(local, roots, to_origin, motion.freedom)
+    each = np.arange(len(local))
+    whole[each, :, each] += (criterion.floor * least[:, None, None]) ** 2 * np.eye(6)
+    flat = whole.reshape(6 * len(local), -1)
+    root = np.linalg.inv(np.linalg.cholesky((flat + flat.T) / 2))
+    return Stack(local, root, whole[each, :, each], motion.freedom)
 
 
 def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
@@ -126,16 +131,11 @@ def _span(stack: Stack, f: int) -> FloatArray:
     """Return start values: the f leading directions of the twists, whitened by the mean covariance."""
     if f == 0:
         return np.zeros((6, 0))
-    mean = np.mean([np.linalg.inv(root.T @ root) / max(_trace(root), 1e-300) for root in stack.roots], axis=0)
-    size = np.array([np.sqrt(max(_trace(root), 1e-300)) for root in stack.roots])
-    root = np.linalg.cholesky(mean)
+    size = np.sqrt(np.maximum(np.trace(stack.sizes, axis1=1, axis2=2), 1e-300))
+    root = np.linalg.cholesky((stack.sizes / size[:, None, None] ** 2).mean(axis=0))
     whitened = np.linalg.solve(root, stack.twists.T / size)
     span = root @ np.linalg.svd(whitened)[0][:, :f]
     return np.asarray(np.linalg.qr(span)[0])
-
-
-def _trace(root: FloatArray) -> float:
-    return float(np.trace(np.linalg.inv(root.T @ root)))
 
 
 def fitted(stack: Stack, chart: Chart) -> Fit:
@@ -143,7 +143,7 @@ def fitted(stack: Stack, chart: Chart) -> Fit:
     count = len(stack.twists)
 
     def residual(theta: FloatArray) -> FloatArray:
-        return projected(stack, chart.basis(theta))[0].ravel()
+        return projected(stack, chart.basis(theta))
 
     theta, n = np.zeros(chart.parameters), chart.parameters
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
@@ -152,8 +152,7 @@ def fitted(stack: Stack, chart: Chart) -> Fit:
         theta, jacobian = np.asarray(found.x), np.asarray(found.jac)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
-        slope = jacobian.reshape(count, 6, n)
-        gain = -np.einsum("pn,krn,krj->pkj", covariance, slope, stack.roots)
+        gain = -(covariance @ jacobian.T @ stack.root).reshape(n, count, 6)
     chi2 = float((residual(theta) ** 2).sum())
     freedom = 6 * count - chart.freedoms * count - n
     chance = 1.0
@@ -162,12 +161,11 @@ def fitted(stack: Stack, chart: Chart) -> Fit:
     return Fit(chart, theta, covariance, gain, chi2, freedom, chance)
 
 
-def projected(stack: Stack, basis: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return (whitened residuals (k, 6), joint coordinates (k, f)) of the twists in a basis (6, f)."""
-    y = np.einsum("kij,kj->ki", stack.roots, stack.twists)
-    if basis.shape[1] == 0:
-        return y, np.zeros((len(y), 0))
-    x = stack.roots @ basis
-    q, r = np.linalg.qr(x)
-    along = np.einsum("kif,ki->kf", q, y)
-    return y - np.einsum("kif,kf->ki", q, along), np.linalg.solve(r, along[..., None])[..., 0]
+def projected(stack: Stack, basis: FloatArray) -> FloatArray:
+    """Return the whitened residuals (6 k,) of the twists in a basis (6, f), free coordinates eliminated."""
+    y = stack.root @ stack.twists.ravel()
+    count, f = len(stack.twists), basis.shape[1]
+    if f == 0:
+        return np.asarray(y)
+    q = np.linalg.qr((stack.root.reshape(-1, count, 6) @ basis).reshape(-1, count * f))[0]
+    return np.asarray(y - q @ (q.T @ y))

@@ -1,5 +1,20 @@
 r"""The kinds of joint: the twists that each leaves free, as a function of few parameters.
 
+A joint is named by its freedoms, that is by the motions that the modes show, and by nothing else:
+
+- locked: none;
+- hinge: one rotation about an axis;
+- slide: one translation;
+- cylindrical: a rotation about an axis and a translation along the same axis, independent of each other (a rotation that
+  drags a translation along in a fixed ratio is a screw, which is general);
+- universal: two rotations about axes that meet;
+- spherical: three rotations about one point;
+- planar: two translations and the rotation about their normal;
+- general: anything else, among it skew axes and more than three freedoms.
+
+A paper may name the same joint by its design: a cylindrical joint that only ever turns (the column of Machines 2022, 10(11),
+1102, of which a rotation about x is all that its table lists) is a hinge here, because no mode slides along its axis.
+
 Everything is written about a reference point near the joint and divided by a length, so that a twist is (velocity at
 the reference point, length times rotation) and all six numbers are displacements of one size. A rotation about d through
 p is :math:`(p \times d, d)`. Every chart is centred on a start: its parameters are zero there.

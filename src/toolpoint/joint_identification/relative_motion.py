@@ -23,7 +23,8 @@ class RelativeMotion:
     """Twists (6, n_columns) about the origin of `child` relative to `parent`, their covariance, and the scale of both.
 
     `motion` (n_columns,) is the larger of the two components' rms motions; `centre` (3,) a point between the two (m),
-    `size` (m) the extent of the larger one; `freedom` the degrees of freedom behind the covariance.
+    `size` (m) the extent of the larger one; `freedom` the degrees of freedom behind the covariance; `whole`
+    (n_columns, 6, n_columns, 6) is the covariance of all columns together.
     """
 
     parent: str
@@ -34,6 +35,7 @@ class RelativeMotion:
     centre: FloatArray
     size: float
     freedom: int
+    whole: FloatArray
 
     @property
     def axes(self) -> tuple[ScrewAxis, ...]:
@@ -105,7 +107,8 @@ def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, s
     motion, centre, size = scale
     if parent is None:
         return RelativeMotion(parent_name, child.component, child.twist, child.covariance, motion, centre, size,
-                              child.freedom * child.twist.shape[1])
+                              child.freedom * child.twist.shape[1], child.whole)
     twist, covariance = child.twist - parent.twist, child.covariance + parent.covariance
     freedom = (child.freedom + parent.freedom) * child.twist.shape[1]
-    return RelativeMotion(parent_name, child.component, twist, covariance, motion, centre, size, freedom)
+    return RelativeMotion(parent_name, child.component, twist, covariance, motion, centre, size, freedom,
+                          child.whole + parent.whole)

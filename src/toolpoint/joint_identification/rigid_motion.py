@@ -38,6 +38,10 @@ class RigidMotion:
         few points for it the whole residual is tested against the known variance; NaN where that is not known either.
     freedom : int
         Degrees of freedom of the residual of one column.
+    variance : (n_rows, n_columns) floats
+        Of the measured displacements by noise, as they are judged: known or taken from the residual, times the excess.
+    whole : (n_columns, 6, n_columns, 6) floats
+        Covariance of all twists together, see `motion_errors`; its diagonal blocks are `covariance`.
     """
 
     component: str
@@ -48,6 +52,8 @@ class RigidMotion:
     bending: FloatArray
     bending_p: FloatArray
     freedom: int
+    variance: FloatArray
+    whole: FloatArray
 
     def bends(self, significance: float = 1e-4, floor: float = 1e-3) -> FloatArray:
         """Return for every column whether the component bends: bending_p < significance and bending > floor."""
@@ -90,8 +96,11 @@ def rigid_motion(part: Component, twist: FloatArray | None = None) -> RigidMotio
     blind, residual = np.isnan(share), np.sqrt(rest / power)
     share = np.where(blind, residual, share)
     chance = np.where(blind, stats.chi2.sf(excess * freedom, freedom) if known else np.nan, chance)
-    return RigidMotion(part.name, twist, covariance * factor[:, None, None], residual,
-                       excess if known else np.ones_like(excess), share, chance, freedom)
+    covariance = covariance * factor[:, None, None]
+    whole, each = np.zeros((len(factor), 6, len(factor), 6)), np.arange(len(factor))
+    whole[each, :, each] = covariance
+    return RigidMotion(part.name, twist, covariance, residual, excess if known else np.ones_like(excess), share, chance,
+                       freedom, factor / weights**2, whole)
 
 
 def _weights(part: Component) -> FloatArray:

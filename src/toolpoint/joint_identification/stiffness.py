@@ -72,6 +72,7 @@ class _Data:
     names: tuple[str, ...]
     twists: FloatArray
     covariance: FloatArray
+    whole: FloatArray
     matrices: FloatArray
     relatives: tuple[RelativeMotion, ...]
     fits: tuple[Fit, ...]
@@ -87,13 +88,11 @@ def stiffnesses(
     frequencies where their covariance is known; the masses count as exact.
     """
     _check(modes, parts, joints, masses)
-    if any(joint.kind == "general" for joint in joints):
-        text = "stiffness not determined: a general joint in the chain"
-        return [replace(joint, doubts=(*joint.doubts, text)) for joint in joints]
     names = tuple(parts)
     data = _Data(
         modes.omega, tuple((joint.parent, joint.child) for joint in joints), names,
         np.stack([motions[name].twist.T for name in names]), np.stack([motions[name].covariance for name in names]),
+        np.stack([motions[name].whole for name in names]),
         np.stack([masses[name].matrix for name in names]), tuple(relatives), tuple(fits))
     value, weights = _value(data, data.twists, data.omega, None)
     deviation = _deviation(data, value, weights, modes)
@@ -115,8 +114,13 @@ def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatAr
           ) -> list[JointEstimate]:
     result, at = [], 0
     for joint in joints:
-        part = slice(at, at + len(joint.freedoms))
+        part = slice(at, at + joint.screws.shape[1])
         at = part.stop
+        if joint.kind == "general":
+            text = ("stiffness not determined: the freedoms of a general joint are no directions of a frame, and a full matrix "
+                    "is not identified; those of the other joints do not need it")
+            result.append(replace(joint, doubts=(*joint.doubts, text)))
+            continue
         k, spread = value[part], deviation[part]
         doubts = list(joint.doubts)
         for name, one, sd, miss in zip(joint.freedoms, k, spread, misfit[part], strict=True):
@@ -209,12 +213,16 @@ def _coordinates(data: _Data, jacobians: FloatArray, twists: FloatArray) -> tupl
 
 
 def _deviation(data: _Data, value: FloatArray, weights: FloatArray, modes: Modes) -> FloatArray:
-    variance = np.zeros(len(value))
+    slope = np.zeros((len(value), *data.twists.shape))
     roots = np.linalg.cholesky(data.covariance)
     for c, k, j in np.ndindex(data.twists.shape):
         step = np.zeros(data.twists.shape)
         step[c, k] = 0.1 * roots[c, k, :, j]
-        variance += ((_value(data, data.twists + step, data.omega, weights)[0] - value) / 0.1) ** 2
+        slope[:, c, k, j] = (_value(data, data.twists + step, data.omega, weights)[0] - value) / 0.1
+    # Steps are standard deviations of one column; their covariance between columns in that measure.
+    back = np.linalg.inv(roots)
+    between = np.einsum("ckia,ckalb,cljb->ckilj", back, data.whole, back)
+    variance = np.einsum("ncki,ckilj,nclj->n", slope, between, slope, optimize=True)
     if modes.covariance is not None:
         for k in range(modes.count):
             shift = np.zeros(modes.count)

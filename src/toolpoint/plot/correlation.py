@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from toolpoint._check import fail, floats
-from toolpoint.plot.theme import figure, plain
+from toolpoint.plot.theme import COLOURS, figure, plain
 from toolpoint.vibration import Modes
 
 
@@ -21,6 +21,7 @@ def mac_matrix(
     row_title: str = "Mode of the first set",
     column_title: str = "Mode of the second set",
     title: str = "",
+    pairs: ArrayLike | None = None,
 ) -> go.Figure:
     """Return the picture of a MAC matrix, each cell coloured 0 .. 1 and, up to 20 x 20, with its number.
 
@@ -30,6 +31,8 @@ def mac_matrix(
         MAC values, 0 .. 1 (`toolpoint.vibration.correlation.mac`).
     rows, columns : Modes or names
         Modes give number and frequency.
+    pairs : (n, 2) indices, optional
+        Cells of paired modes, framed.
     """
     mac = floats("values", values, (None, None))
     if mac.ndim != 2 or mac.size == 0:
@@ -45,6 +48,9 @@ def mac_matrix(
         customdata=[[f"{a} – {b}" for b in below] for a in left],
         hovertemplate="%{customdata}<br>MAC %{z:.4f}<extra></extra>",
         colorbar={"title": {"text": "MAC"}, "thickness": 14})
+    for i, j in np.zeros((0, 2), int) if pairs is None else np.asarray(pairs, int):
+        made.add_shape(type="rect", x0=j - 0.5, x1=j + 0.5, y0=i - 0.5, y1=i + 0.5,
+                       line={"color": COLOURS[1], "width": 3}, name="pair")
     made.update_xaxes(title_text=plain(column_title), tickvals=list(range(len(below))), ticktext=below, showgrid=False,
                       constrain="domain", tickangle=-45)
     made.update_yaxes(title_text=plain(row_title), tickvals=list(range(len(left))), ticktext=left, showgrid=False,

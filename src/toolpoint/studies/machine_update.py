@@ -16,6 +16,7 @@ from toolpoint.updating import (
     Fit,
     LeastSquares,
     Parameter,
+    Prediction,
     Problem,
     SystemModel,
     Targets,
@@ -23,8 +24,9 @@ from toolpoint.updating import (
     fit_with_restarts,
     identifiability,
 )
+from toolpoint.updating.low_rank import factored
 from toolpoint.updating.residuals import tracked
-from toolpoint.updating.system_model import Systems
+from toolpoint.updating.system_model import Factors, Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
@@ -50,6 +52,10 @@ class MachineSystems:
     def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
         """Return the exact derivatives of the matrices at these values."""
         return matrix_derivatives(self.machine.with_values(values), names, self.pose)
+
+    def factors(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...]) -> Factors:
+        """Return the low-rank factors of these derivatives."""
+        return factored(self.derivatives(values, names), owner)
 
 
 def systems(
@@ -105,25 +111,29 @@ class Agreement:
 
 @dataclass(frozen=True, eq=False)
 class MachineUpdate:
-    """Result: the updated `machine`, the `fit`, its `problem`, and the agreement `before` and `after`."""
+    """Result: the updated `machine`, the `fit`, its `problem`, and the agreement of every set of targets before and after."""
 
     machine: Machine
     fit: Fit
     problem: Problem
-    before: Agreement
-    after: Agreement
+    all_before: tuple[Agreement, ...]
+    all_after: tuple[Agreement, ...]
+
+    @property
+    def before(self) -> Agreement:
+        """Agreement of the first set of targets at the start."""
+        return self.all_before[0]
+
+    @property
+    def after(self) -> Agreement:
+        """Agreement of the first set of targets at the result."""
+        return self.all_after[0]
 
     def table(self) -> str:
-        """Return frequencies and MAC before and after, FRAC, as text."""
-        b, a = self.before, self.after
-        lines = [" mode  measured Hz    before      %    MAC     after      %    MAC"]
-        for r in range(b.measured.size):
-            lines.append(f"{r + 1:5d} {b.measured[r]:12.4f} {b.predicted[r]:9.4f} {100 * b.frequency_error[r]:6.2f} "
-                         f"{b.mac[r]:6.3f} {a.predicted[r]:9.4f} {100 * a.frequency_error[r]:6.2f} {a.mac[r]:6.3f}")
-        if b.frac is not None and a.frac is not None:
-            lines.append(f"FRAC, lowest and mean: before {b.frac.min():.4f} {b.frac.mean():.4f}, "
-                         f"after {a.frac.min():.4f} {a.frac.mean():.4f}")
-        return "\n".join(lines)
+        """Return frequencies and MAC before and after, FRAC, as text, one table for every set of targets."""
+        several = len(self.all_before) > 1
+        return "\n".join(line for k, pair in enumerate(zip(self.all_before, self.all_after, strict=True))
+                         for line in ([f"set {k + 1}"] if several else []) + _compared(*pair))
 
     def report(self) -> str:
         """Return identifiability, fit report and agreement as text."""
@@ -132,6 +142,17 @@ class MachineUpdate:
 
     def __repr__(self) -> str:
         return f"MachineUpdate({self.machine.name!r}, {self.fit.status}, {self.after!r})"
+
+
+def _compared(b: Agreement, a: Agreement) -> list[str]:
+    lines = [" mode  measured Hz    before      %    MAC     after      %    MAC"] if b.measured.size else []
+    for r in range(b.measured.size):
+        lines.append(f"{r + 1:5d} {b.measured[r]:12.4f} {b.predicted[r]:9.4f} {100 * b.frequency_error[r]:6.2f} "
+                     f"{b.mac[r]:6.3f} {a.predicted[r]:9.4f} {100 * a.frequency_error[r]:6.2f} {a.mac[r]:6.3f}")
+    if b.frac is not None and a.frac is not None:
+        lines.append(f"FRAC, lowest and mean: before {b.frac.min():.4f} {b.frac.mean():.4f}, "
+                     f"after {a.frac.min():.4f} {a.frac.mean():.4f}")
+    return lines
 
 
 def parameter(machine: Machine, path: str, **options: object) -> Parameter:
@@ -143,10 +164,12 @@ def parameter(machine: Machine, path: str, **options: object) -> Parameter:
 
 
 def problem(
-    machine: Machine, parameters: Sequence[Parameter | str], targets: Targets, pose: Pose | None = None,
-    sensitivities: str = "exact",
+    machine: Machine, parameters: Sequence[Parameter | str], targets: Targets | Sequence[Targets],
+    pose: Pose | Sequence[Pose | None] | None = None, sensitivities: str = "exact",
 ) -> Problem:
     """Return the updating problem of a machine; parameters as paths start at the machine's values.
+
+    Several targets are measured at several poses, one for each, or all at one.
 
     Raises
     ------
@@ -163,19 +186,29 @@ def problem(
                 fail("parameters", f"{name or p.name} is {have:.8g} in the machine, {want:.8g} by the parameter",
                      "must agree at the start", "start from machine.with_values, or correct the value or the link's factor")
     names = [n for p in given for n in (p.name, *p.links)]
+    sets = (targets,) if isinstance(targets, Targets) else tuple(targets)
+    poses = (pose,) * len(sets) if pose is None or isinstance(pose, Mapping) else tuple(pose)
+    if len(poses) != len(sets):
+        fail("pose", f"{len(poses)} poses for {len(sets)} sets of targets", "must be one for all, or one for each")
+    names = [n for p in given for n in (p.name, *p.links)]
+    models = [_model(machine, names, one, at) for one, at in zip(sets, poses, strict=True)]
+    return Problem(models, given, sets, sensitivities)
+
+
+def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose | None) -> SystemModel:
     frf = targets.frf
     seen = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
     driven = frf.inputs if frf else seen[:1]
     held = systems(machine, names, pose, seen, driven)
     count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODES
-    model = SystemModel(held, count, None if frf is None else frf.frequency, frf.outputs if frf else (),
-                        driven if frf else (), machine.description.damping_ratio)
-    return Problem(model, given, targets, sensitivities)
+    return SystemModel(held, count, None if frf is None else frf.frequency, frf.outputs if frf else (),
+                       driven if frf else (), machine.description.damping_ratio)
 
 
 def update(
     machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, frf: Frf | None = None,
-    pose: Pose | None = None, targets: Targets | None = None, method: LeastSquares | None = None,
+    pose: Pose | Sequence[Pose | None] | None = None, targets: Targets | Sequence[Targets] | None = None,
+    method: LeastSquares | None = None,
     limit: float | None = 0.5, least_influence: float = 0.02, restarts: int = 24,
 ) -> MachineUpdate:
     """Return the machine updated to measured modes and frequency responses.
@@ -193,11 +226,11 @@ def update(
         For example ``joints.foundation.stiffness.rx``.
     modes, frf : Modes, Frf, optional
         Measured, with Dofs whose points the machine has.
-    pose : mapping, optional
-        One pose: axis to position.
-    targets : Targets, optional
+    pose : mapping, or a sequence of them, optional
+        Axis to position; one for all targets or one for each.
+    targets : Targets, or a sequence of them, optional
         How well things are measured and what counts; given instead of `modes` and `frf`. Otherwise frequencies and MAC
-        count, and damping where a damping parameter is among them.
+        count, and damping where a damping parameter is among them. Several sets (poses, measurements) are fitted at once.
     method, limit, least_influence : see `updating.fit`
     restarts : int
         See `updating.fit_with_restarts`.
@@ -211,34 +244,43 @@ def update(
     task = problem(machine, parameters, targets, pose)
     result = _staged(task, method, limit, least_influence, restarts)
     updated = machine.with_values(result.values)
-    return MachineUpdate(updated, result, task, agreement(task, task.start), agreement(task, result.x))
+    return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
 
 
-def _stages(targets: Targets) -> list[Targets]:
+def _stages(task: Problem) -> list[Problem]:
     """Modes lead from far away; logarithms of the responses forgive shifted peaks; then everything as it is asked for."""
-    result = [targets] if targets.frf is None else [replace(targets, frf_kind="log"), targets]
-    if targets.modes is not None and targets.frf is not None:
-        result.insert(0, replace(targets, frf=None))
-    return result if targets.frf is None or targets.frf_kind != "log" else result[:-1]
+    if all(t.frf is None for t in task.targets):
+        return [task]
+    log = [t if t.frf is None else replace(t, frf_kind="log") for t in task.targets]
+    result = [task.with_targets(log)]
+    if any(t.frf is not None and t.frf_kind != "log" for t in task.targets):
+        result.append(task)
+    shaped = [k for k, t in enumerate(task.targets) if t.modes is not None]
+    if shaped:
+        only = [replace(t, frf=None, line_correlation=None, channel_correlation=None) if t.modes is not None else t
+                for t in task.targets]
+        result.insert(0, task.with_targets(only).with_sets(shaped))
+    return result
 
 
 def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> Fit:
-    stages = _stages(task.targets)
+    stages = _stages(task)
     if len(stages) == 1:
-        return fit_with_restarts(task, method, limit, least, restarts=restarts)
+        return fit_with_restarts(stages[0], method, limit, least, restarts=restarts)
     # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
     # would make every stiffness look far better known than it is.
-    found = None if limit is None else identifiability(task.with_targets(stages[-2]), None, limit, least)
+    found = None if limit is None else identifiability(stages[-2], None, limit, least)
     free = task.names if found is None else found.identifiable
     start = float((task.evaluated(task.start).values ** 2).sum())
-    result = _first(task.with_targets(stages[0]), method, limit, least, free, restarts)
-    evaluations, rest = result.evaluations, stages[1:] if stages[0].frf is None else stages
+    result = _first(stages[0], method, limit, least, free, restarts)
+    modal = all(t.frf is None for t in stages[0].targets)
+    evaluations, rest = result.evaluations, stages[1:] if modal else stages
     for _ in range(_ROUNDS):
-        for targets in rest:
-            result = fit(task.with_targets(targets), method, free=free, start=result.x)
+        for stage in rest:
+            result = fit(stage, method, free=free, start=result.x)
             evaluations += result.evaluations
         # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
-        now = None if limit is None else identifiability(task.with_targets(rest[0]), result.x, limit, least)
+        now = None if limit is None else identifiability(rest[0], result.x, limit, least)
         if now is None or set(now.identifiable) == set(free):
             break
         free = now.identifiable
@@ -252,7 +294,7 @@ def _staged(task: Problem, method: LeastSquares | None, limit: float | None, lea
 def _first(
     task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int
 ) -> Fit:
-    if task.targets.frf is not None:
+    if any(t.frf is not None for t in task.targets):
         return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
     inner = None if limit is None else identifiability(task, None, limit, least)
     some = tuple(n for n in free if inner is None or n in inner.identifiable)
@@ -266,9 +308,12 @@ def _first(
     return replace(more, evaluations=result.evaluations + more.evaluations)
 
 
-def agreement(task: Problem, x: FloatArray) -> Agreement:
-    """Return how the model at coordinates x agrees with the targets of a problem."""
-    predicted, targets = task.prediction(x), task.targets
+def agreements(task: Problem, x: FloatArray) -> tuple[Agreement, ...]:
+    """Return how the model at coordinates x agrees with every set of targets of a problem."""
+    return tuple(_agreement(t, p) for t, p in zip(task.targets, task.predictions(x), strict=True))
+
+
+def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
     frac = None if targets.frf is None or predicted.frf is None else correlation.frac(targets.frf, predicted.frf)
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,7 +13,7 @@ from scipy.spatial.distance import cdist
 from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint.spatial import registration
 from toolpoint.spatial import transform as tf
-from toolpoint.vibration import Dof, Modes
+from toolpoint.vibration import Dof, Frf, Modes
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,14 +28,31 @@ class PointPairing:
 
     def renamed(self, modes: Modes) -> Modes:
         """Return measured modes at the model's point names, directions turned into the model's frame; single points go."""
-        keep = [d for d in modes.dofs if d.point in self.pairs]
-        if not keep:
-            fail("modes", "no paired point", "must share points with the pairing")
+        keep = self._kept("modes", modes.dofs)
+        return replace(modes.at_dofs(keep), dofs=self.labels(keep))
+
+    def renamed_frf(self, frf: Frf) -> Frf:
+        """Return measured responses in the same way; inputs and outputs at single points go."""
+        outputs, inputs = self._kept("frf outputs", frf.outputs), self._kept("frf inputs", frf.inputs)
+        return replace(frf.selected(outputs, inputs), outputs=self.labels(outputs), inputs=self.labels(inputs))
+
+    def labels(self, measured: Sequence[Dof]) -> tuple[Dof, ...]:
+        """Return measured Dofs as those of the model."""
         rotation = self.transform[:3, :3]
+        return tuple(_label(self.pairs[d.point], rotation @ d.unit[:3], d.direction) for d in measured)
+
+    def _kept(self, what: str, measured: Sequence[Dof]) -> list[Dof]:
+        keep = [d for d in measured if d.point in self.pairs]
+        if not keep:
+            fail(what, "no paired point", "must share points with the pairing")
         if any(d.is_rotation for d in keep):
-            fail("modes", "rotational Dofs", "points are paired for translations", "use modes.at_dofs first")
-        labels = [_label(self.pairs[d.point], rotation @ d.unit[:3], d.direction) for d in keep]
-        return replace(modes.at_dofs(keep), dofs=tuple(labels))
+            fail(what, "rotational Dofs", "points are paired for translations", "use at_dofs or selected first")
+        return keep
+
+    @classmethod
+    def identity(cls, points: Sequence[str | int]) -> PointPairing:
+        """Return the pairing of points that have the same names (as text) and frame in test and model."""
+        return cls({p: str(p) for p in points}, dict.fromkeys(points, 0.0), np.eye(4), (), "the same points in test and model")
 
 
 def paired_points(

@@ -2,7 +2,10 @@ r"""Sensitivity study: what each parameter of a machine does to its frequencies 
 
 Relative sensitivity :math:`S = (p/f)\,df/dp`: per cent of frequency per per cent of the parameter. Shapes: MAC between the
 shape at p and at p (1 + s) is, to second order, :math:`1 - s^2 c`, with c the squared length of the relative change of the
-shape across itself; the table gives :math:`\sqrt c`, the angle of turn per unit of relative change.
+shape across itself; the table gives :math:`\sqrt c`, the angle of turn per unit of relative change. Cumulated: all
+parameters of a part scaled together, so sensitivities add up, and changes of shape as vectors.
+Elastic bodies: ``bodies.NAME.modulus`` and ``bodies.NAME.density`` scale their whole stiffness and mass (Young's and shear
+modulus together), which leaves the reduction basis as it is and is therefore exact; their value counts as one.
 """
 
 from __future__ import annotations
@@ -15,12 +18,18 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
+from toolpoint.machine.assemble import body_coordinates, loop_basis
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import parameters
+from toolpoint.machine.placement import placed
+from toolpoint.updating.prediction import ShapeSlopes
 from toolpoint.updating.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
+from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _FIELDS = ("stiffness", "damping", "loss_factor", "mass", "density")
+_ELASTIC = ("modulus", "density")
+_TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +37,7 @@ class SensitivityStudy:
     """Table of sensitivities.
 
     paths : (n_p); parts : joint or body of each; values : (n_p,), SI; frequencies : (n_modes,), Hz; frequency : (n_p, n_modes),
-    (p/f) df/dp; damping : (n_p, n_modes), p d zeta/dp; shape : (n_p, n_modes), angle of turn of the shape per unit of dp/p
-    (MAC = 1 - (angle dp/p)^2).
+    (p/f) df/dp; damping : (n_p, n_modes), p d zeta/dp; turns : (n_p, n_dofs, n_modes), p d phi/dp across phi over |phi|.
     """
 
     paths: tuple[str, ...]
@@ -38,7 +46,17 @@ class SensitivityStudy:
     frequencies: FloatArray
     frequency: FloatArray
     damping: FloatArray
-    shape: FloatArray
+    turns: FloatArray
+
+    @property
+    def shape(self) -> FloatArray:
+        """Angle of turn of every shape per unit of dp/p, (n_p, n_modes): MAC = 1 - (angle dp/p)^2."""
+        return np.asarray(np.linalg.norm(self.turns, axis=1))
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What each parameter is: stiffness, damping, mass, density, modulus."""
+        return tuple(path.split(".")[2] for path in self.paths)
 
     def mac_after(self, change: float) -> FloatArray:
         """Return the MAC of every shape with itself after a small relative change of each parameter, (n_p, n_modes)."""
@@ -46,10 +64,17 @@ class SensitivityStudy:
 
     def cumulative(self, kind: str = "") -> dict[str, FloatArray]:
         """Return the relative sensitivity of each part, (n_modes,): all its parameters (of a kind) scaled together."""
+        return self._summed(self.frequency, kind)
+
+    def cumulative_shape(self, kind: str = "") -> dict[str, FloatArray]:
+        """Return the angle of turn of the shapes with all parameters (of a kind) of each part scaled together, (n_modes,)."""
+        return {part: np.linalg.norm(turn, axis=0) for part, turn in self._summed(self.turns, kind).items()}
+
+    def _summed(self, rows: FloatArray, kind: str) -> dict[str, FloatArray]:
         result: dict[str, FloatArray] = {}
-        for path, part, row in zip(self.paths, self.parts, self.frequency, strict=True):
-            if not kind or path.split(".")[2] == kind:
-                result[part] = result.get(part, np.zeros(row.size)) + row
+        for own, part, row in zip(self.kinds, self.parts, rows, strict=True):
+            if not kind or own == kind:
+                result[part] = result.get(part, np.zeros_like(row)) + row
         return result
 
     def table(self) -> str:
@@ -78,31 +103,69 @@ def sensitivity_study(
     machine : Machine
         Without gravity and loads; every direction held (no mode at 0 Hz among the lowest).
     paths : sequence of str, optional
-        All stiffnesses, dampings, loss factors, masses and densities that are not zero where left out.
+        All stiffnesses, dampings, loss factors, masses and densities that are not zero, and the modulus and density of every
+        elastic body, where left out.
     modes : int
     pose : mapping, optional
     dofs : labels, optional
         Where shapes are seen; all points in x, y, z where left out.
     """
-    names = tuple(paths) if paths is not None else tuple(
-        p for p in parameters(machine.description) if p.split(".")[2] in _FIELDS and machine.value(p) != 0)
+    names = tuple(paths) if paths is not None else _all(machine)
     if not names:
         fail("paths", "none", "must be at least one parameter")
-    values = np.array([machine.value(n) for n in names])
-    slopes = matrix_derivatives(machine, names, pose)
+    values = np.array([1.0 if _elastic(machine, n) else machine.value(n) for n in names])
+    slopes = _slopes(machine, names, pose)
     system = assemble(machine, pose, dofs, modal_damping=False)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     found = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
     assert found.modes is not None and found.frequency_slopes is not None
-    assert found.damping_slopes is not None and found.shape_slopes is not None
+    assert found.damping_slopes is not None and isinstance(found.shape_slopes, ShapeSlopes)
     frequency = values[:, None] * found.frequency_slopes / found.modes.frequency
     return SensitivityStudy(names, tuple(".".join(n.split(".")[:2]) for n in names), values, found.modes.frequency, frequency,
                             values[:, None] * found.damping_slopes,
-                            _turn(np.real(found.modes.shape), values[:, None, None] * found.shape_slopes))
+                            _turn(np.real(found.modes.shape), values[:, None, None] * found.shape_slopes.array))
 
 
 def _turn(shape: FloatArray, change: FloatArray) -> FloatArray:
-    """Length of the part of the change that is square to the shape, over the shape's length."""
+    """Return the part of the change that is square to the shape, over the shape's length."""
     power = (shape**2).sum(axis=0)
     along = (change * shape).sum(axis=1, keepdims=True) / power
-    return np.asarray(np.linalg.norm(change - along * shape, axis=1) / np.sqrt(power))
+    return np.asarray((change - along * shape) / np.sqrt(power))
+
+
+def _elastic(machine: Machine, path: str) -> bool:
+    room, name, kind = [*path.split("."), "", ""][:3]
+    return (room == "bodies" and kind in _ELASTIC and name in machine.body_names
+            and machine.bodies[machine.link(name)].modal_count > 0)
+
+
+def _all(machine: Machine) -> tuple[str, ...]:
+    elastic = [name for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.modal_count]
+    plain = [p for p in parameters(machine.description) if p.split(".")[2] in _FIELDS and p.split(".")[1] not in elastic
+             and machine.value(p) != 0]
+    return (*plain, *(f"bodies.{name}.{kind}" for name in elastic for kind in _ELASTIC))
+
+
+def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> MatrixDerivatives:
+    plain = [n for n in names if not _elastic(machine, n)]
+    rest = [n for n in names if _elastic(machine, n)]
+    if not rest:
+        return matrix_derivatives(machine, names, pose)
+    place = placed(machine, pose)
+    closed = loop_basis(place) if machine.loops else None
+    basis = np.eye(machine.size) if closed is None else closed[0]
+    made = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}
+    known = matrix_derivatives(machine, plain, pose) if plain else None
+    for k, name in enumerate(plain):
+        for t, term in enumerate(_TERMS):
+            matrices = getattr(known, term)
+            if matrices is not None:
+                made[name][t] = matrices[k]
+    for name in rest:
+        link = machine.link(name.split(".")[1])
+        own, body = body_coordinates(place, link)[0] @ basis, machine.bodies[link]
+        if name.endswith(".density"):
+            made[name][0] = own.T @ body.mass @ own
+        else:
+            made[name][2] = own[6:].T @ body.stiffness @ own[6:]
+    return MatrixDerivatives(names, **{term: np.stack([made[n][t] for n in names]) for t, term in enumerate(_TERMS)})

@@ -18,10 +18,11 @@ from scipy.stats import chi2
 from toolpoint._check import FloatArray, count, fail, one_of, positive
 from toolpoint.updating import fit_report
 from toolpoint.updating.identifiability import Identifiability, identifiability
-from toolpoint.updating.parameter import Parameter, values_at
+from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.prediction import Prediction
 from toolpoint.updating.problem import Problem
 from toolpoint.updating.residuals import Residuals
+from toolpoint.updating.solver import Solver
 
 ALGORITHMS = ("trf", "dogbox", "lm")
 LOSSES = ("linear", "soft_l1", "huber", "cauchy")
@@ -67,7 +68,7 @@ class Fit:
     parameters : as given; x : (n,) coordinates found, zero for those left alone; values : all numbers of the model, SI, links
     included; free : names of those moved; left_alone : name to reason; covariance : (n_free, n_free) of x; chi_square : of the
     data; prior_cost : of the prior or the regularisation; converged : whether it is a minimum; status : in words, with what to
-    try next; residuals, prediction : at the result; identifiability : at the start.
+    try next; residuals : at the result; identifiability : at the start; weights : what the weights come from, in words.
     """
 
     parameters: tuple[Parameter, ...]
@@ -85,9 +86,14 @@ class Fit:
     evaluations: int
     method: LeastSquares
     residuals: Residuals
-    prediction: Prediction
     identifiability: Identifiability | None = None
     at_bounds: tuple[str, ...] = ()
+    weights: tuple[str, ...] = ()
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """What every model predicts at the result."""
+        return self.residuals.predictions
 
     @property
     def n_data(self) -> int:
@@ -164,10 +170,10 @@ def fit(
     reasons = dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if found is None else found.reasons
     at = [j for j, name in enumerate(problem.names) if name in names]
     counted = problem.evaluations
-    first = problem.evaluated(x0)
     if not at:
-        return _unmoved(problem, x0, method, first, found, reasons)
-    solver = _Solver(problem, at, x0, _prior(problem, at, method))
+        return _unmoved(problem, x0, method, problem.evaluated(x0), found, reasons)
+    solver = Solver(problem, at, x0, _prior(problem, at, method), method.loss == "linear")
+    first = solver.found(x0[at])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
     result = _solved(solver, method)
     return _finished(solver, result, method, first, found, reasons, problem.evaluations - counted)
 
@@ -185,41 +191,7 @@ def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
     return np.array([1 / (problem.parameters[j].prior or 1.0) for j in at])
 
 
-class _Solver:
-    """Residuals and Jacobian of the free coordinates with the prior's rows, each point evaluated once."""
-
-    def __init__(self, problem: Problem, at: list[int], x0: FloatArray, prior: FloatArray) -> None:
-        self.problem, self.at, self.x0, self.prior = problem, at, x0, prior
-        self.last: tuple[bytes, Residuals] | None = None
-
-    def full(self, free: FloatArray) -> FloatArray:
-        x = self.x0.copy()
-        x[self.at] = free
-        return x
-
-    def residual(self, free: FloatArray) -> FloatArray:
-        if self.problem.sensitivities == "exact":
-            # Most trial points are accepted: the Jacobian made along with the residual saves a second solution there.
-            return np.concatenate([self._both(free).values, self.prior * free])
-        return np.concatenate([self.problem.evaluated(self.full(free)).values, self.prior * free])
-
-    def _both(self, free: FloatArray) -> Residuals:
-        key = free.tobytes()
-        if self.last is None or self.last[0] != key:
-            self.last = key, self.problem.evaluated(self.full(free), slopes=True, at=self.at)
-        return self.last[1]
-
-    def jacobian(self, free: FloatArray) -> FloatArray:
-        found = self._both(free)
-        assert found.jacobian is not None
-        return np.concatenate([found.jacobian, np.diag(self.prior)])
-
-    def bounds(self) -> tuple[FloatArray, FloatArray]:
-        low, high = self.problem.bounds
-        return low[self.at], high[self.at]
-
-
-def _solved(solver: _Solver, method: LeastSquares) -> object:
+def _solved(solver: Solver, method: LeastSquares) -> object:
     low, high = solver.bounds()
     start = solver.x0[solver.at]
     if method.algorithm == "lm":
@@ -233,13 +205,11 @@ def _solved(solver: _Solver, method: LeastSquares) -> object:
 
 
 def _finished(
-    solver: _Solver, result: object, method: LeastSquares, first: Residuals, found: Identifiability | None,
+    solver: Solver, result: object, method: LeastSquares, first: Residuals, found: Identifiability | None,
     reasons: dict[str, str], evaluations: int,
 ) -> Fit:
     problem, free = solver.problem, np.asarray(result.x)  # type: ignore[attr-defined]
-    x = solver.full(free)
-    last = problem.evaluated(x)
-    jacobian = solver.jacobian(free)
+    x, (last, values, jacobian) = solver.full(free), solver.found(free)
     low, high = solver.bounds()
     width = 1e-4
     stuck = (free - low < width) | (high - free < width)
@@ -247,17 +217,17 @@ def _finished(
     chi = float((last.values**2).sum())
     covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     freedom = last.values.size - len(names)
-    scaled = problem.targets.assumed and not isinstance(method, Bayesian) and freedom > 0
+    scaled = problem.assumed and not isinstance(method, Bayesian) and freedom > 0
     fitted = Fit(
-        problem.parameters, x, values_at(problem.parameters, x), names, reasons,
+        problem.parameters, x, problem.values(x), names, reasons,
         covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
-        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, problem.prediction(x), found,
-        tuple(n for n, s in zip(names, stuck, strict=True) if s))
-    gain = _gain(jacobian, np.concatenate([last.values, solver.prior * free]), stuck)
+        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, found,
+        tuple(n for n, s in zip(names, stuck, strict=True) if s), _weights(problem))
+    gain = _gain(values, jacobian, stuck)
     return _judged(fitted, problem, gain, result)
 
 
-def _gain(jacobian: FloatArray, residual: FloatArray, stuck: FloatArray) -> float:
+def _gain(residual: FloatArray, jacobian: FloatArray, stuck: FloatArray) -> float:
     """Return the decrease of the sum of squares that a full Gauss-Newton step in the unbounded parameters still promises."""
     inner = jacobian[:, ~stuck]
     if inner.shape[1] == 0:
@@ -273,13 +243,15 @@ def _judged(fitted: Fit, problem: Problem, gain: float, result: object) -> Fit:
     words = ["converged"] if converged else [
         f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "  # type: ignore
         f"{fitted.chi_square:.3g}): allow more evaluations, start from the result, or use multi_start"]
-    doubtful = fitted.residuals.tracking.doubtful(problem.targets.lowest_mac) if fitted.residuals.tracking else ()
-    if doubtful:
-        words.append(f"measured modes {', '.join(str(i + 1) for i in doubtful)} have no predicted partner with MAC above "
-                     f"{problem.targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
+    for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
+        doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
+        if doubtful:
+            of = f" of set {k + 1}" if len(problem.targets) > 1 else ""
+            words.append(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{of} have no predicted partner with MAC "
+                         f"above {targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
     if fitted.at_bounds:
         words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
-    if converged and not explained(fitted, problem.targets.assumed):
+    if converged and not explained(fitted, problem.assumed):
         words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
                      "multi_start, other parameters, or look for what the model lacks")
     return replace(fitted, converged=converged, status="; ".join(words))
@@ -296,11 +268,17 @@ def explained(found: Fit, assumed: bool) -> bool:
     return bool(chi2.sf(found.chi_square, freedom) >= _IMPROBABLE)
 
 
+def _weights(problem: Problem) -> tuple[str, ...]:
+    if len(problem.targets) == 1:
+        return problem.targets[0].weights
+    return tuple(f"set {k + 1}, {words}" for k, targets in enumerate(problem.targets) for words in targets.weights)
+
+
 def _unmoved(
     problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, found: Identifiability | None,
     reasons: dict[str, str],
 ) -> Fit:
     chi = float((first.values**2).sum())
-    return Fit(problem.parameters, x, values_at(problem.parameters, x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
+    return Fit(problem.parameters, x, problem.values(x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
                False, "NOT converged: no parameter can be told by the data, nothing was moved; measure more modes or "
-               "responses, or raise the limit", 1, method, first, problem.prediction(x), found)
+               "responses, or raise the limit", 1, method, first, found, weights=_weights(problem))

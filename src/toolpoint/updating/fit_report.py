@@ -27,6 +27,7 @@ def _statistics(fit: Fit) -> list[str]:
     if fit.prior_cost:
         rows.append(("prior cost", f"{fit.prior_cost:.6g}"))
     rows += [(f"  {name}", f"{value:.6g} of {size} data") for name, (value, size) in fit.residuals.chi_square().items()]
+    rows += [("weights", words) for words in fit.weights]
     return ["[[Fit Statistics]]", *(f"    {name:20} = {value}" for name, value in rows)]
 
 

@@ -101,16 +101,6 @@ class Parameter:
         return replace(self, value=value)
 
 
-def values_at(parameters: Sequence[Parameter], x: FloatArray) -> dict[str, float]:
-    """Return all numbers of the model, links included, at coordinates x (n,)."""
-    result: dict[str, float] = {}
-    for parameter, coordinate in zip(parameters, x, strict=True):
-        value = parameter.at(float(coordinate))
-        result[parameter.name] = value
-        result |= {name: factor * value for name, factor in parameter.links.items()}
-    return result
-
-
 def checked(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     """Return the parameters as a tuple after refusing none at all and names that appear twice, links included."""
     result = tuple(parameters)
@@ -124,13 +114,31 @@ def checked(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     return result
 
 
-def chain_rule(parameters: Sequence[Parameter], x: FloatArray) -> tuple[tuple[str, ...], FloatArray]:
-    """Return the names of all numbers and the matrix d number/dx, shape (n_numbers, n_parameters)."""
-    names, rows = [], []
-    for j, (parameter, coordinate) in enumerate(zip(parameters, x, strict=True)):
-        for name, factor in ((parameter.name, 1.0), *parameter.links.items()):
-            row = np.zeros(len(parameters))
-            row[j] = factor * parameter.slope(float(coordinate))
-            names.append(name)
-            rows.append(row)
-    return tuple(names), np.array(rows)
+class Coordinates:
+    """All parameters at once: values of all numbers at coordinates, and how each number moves with its parameter."""
+
+    def __init__(self, parameters: Sequence[Parameter]) -> None:
+        pairs = [(j, n, f) for j, p in enumerate(parameters) for n, f in ((p.name, 1.0), *p.links.items())]
+        self.names = tuple(n for _, n, _ in pairs)
+        self.owner, self.factor = np.array([j for j, _, _ in pairs]), np.array([f for _, _, f in pairs])
+        self.log = np.array([p.log for p in parameters])
+        self.value, self.scale = np.array([p.value for p in parameters]), np.array([p.scale for p in parameters])
+        self._chosen: dict[tuple[int, ...], tuple[tuple[str, ...], tuple[int, ...], np.ndarray]] = {}
+
+    def _own(self, x: FloatArray) -> FloatArray:
+        return np.asarray(np.where(self.log, self.value * np.exp(np.where(self.log, x, 0.0)), self.value + self.scale * x))
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """Return all numbers of the model, links included, at coordinates x (n,)."""
+        return dict(zip(self.names, (self.factor * self._own(x)[self.owner]).tolist(), strict=True))
+
+    def directions(self, x: FloatArray, at: tuple[int, ...]) -> tuple[tuple[str, ...], tuple[int, ...], FloatArray]:
+        """Return the numbers that the parameters `at` move, the place in `at` of each one's parameter, and d number/dx."""
+        if at not in self._chosen:
+            place = {j: k for k, j in enumerate(at)}
+            rows = np.flatnonzero(np.isin(self.owner, at))
+            rows = rows[np.argsort([place[int(self.owner[r])] for r in rows], kind="stable")]
+            self._chosen[at] = (tuple(self.names[r] for r in rows), tuple(place[int(self.owner[r])] for r in rows), rows)
+        names, owner, rows = self._chosen[at]
+        slope = np.where(self.log, self._own(x), self.scale)
+        return names, owner, self.factor[rows] * slope[self.owner[rows]]

@@ -4,10 +4,34 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
+
+import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.vibration import Frf, Modes
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSlopes:
+    """Derivatives of shapes kept as a product, d shape = basis @ turns: basis (n_dofs, n), turns (n, n_modes, n_p).
+
+    The first n_modes columns of the basis are the shapes. Most of what a fit needs of the derivatives are sums over the
+    Dofs, which are cheaper in the n coordinates.
+    """
+
+    basis: FloatArray
+    turns: FloatArray
+
+    @classmethod
+    def of(cls, array: FloatArray) -> ShapeSlopes:
+        """Return the derivatives of an array (n_p, n_dofs, n_modes), with the identity as basis."""
+        return cls(np.eye(array.shape[1]), np.ascontiguousarray(np.moveaxis(array, 0, -1)))
+
+    @property
+    def array(self) -> FloatArray:
+        """All derivatives, (n_p, n_dofs, n_modes)."""
+        return np.asarray(np.moveaxis(np.tensordot(self.basis, self.turns, 1), -1, 0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -23,7 +47,7 @@ class Prediction:
         Receptances at the measured lines, outputs and inputs.
     frequency_slopes, damping_slopes : (n_p, n_modes) floats, optional
         Hz and 1 per unit.
-    shape_slopes : (n_p, n_dofs, n_modes) floats, optional
+    shape_slopes : (n_p, n_dofs, n_modes) floats, or `ShapeSlopes`, optional
     frf_slopes : (n_p, n_f, n_outputs, n_inputs) complex, optional
     """
 
@@ -31,7 +55,7 @@ class Prediction:
     frf: Frf | None = None
     frequency_slopes: FloatArray | None = None
     damping_slopes: FloatArray | None = None
-    shape_slopes: FloatArray | None = None
+    shape_slopes: FloatArray | ShapeSlopes | None = None
     frf_slopes: ComplexArray | None = None
 
 
@@ -40,3 +64,12 @@ class Model(Protocol):
 
     def __call__(self, values: Mapping[str, float], names: Sequence[str]) -> Prediction:
         """Return the prediction at these values."""
+
+
+@runtime_checkable
+class DirectedModel(Protocol):
+    """A model that differentiates along parameters that each move several of its numbers."""
+
+    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], slopes: FloatArray
+              ) -> Prediction:
+        """Return the prediction with derivatives per parameter: number names[k] moves by slopes[k] with parameter owner[k]."""

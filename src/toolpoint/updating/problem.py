@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, one_of
-from toolpoint.updating.parameter import Parameter, chain_rule, checked, values_at
-from toolpoint.updating.prediction import Model, Prediction
-from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting
+from toolpoint._check import Array, FloatArray, fail, one_of
+from toolpoint.updating.parameter import Coordinates, Parameter, checked
+from toolpoint.updating.prediction import DirectedModel, Model, Prediction, ShapeSlopes
+from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, joined
 from toolpoint.updating.targets import Targets
 
 SENSITIVITIES = ("exact", "finite differences", "central differences")
@@ -21,10 +22,12 @@ class Problem:
 
     Parameters
     ----------
-    model : Model
-        Callable (values, names) -> Prediction.
+    model : Model, or a sequence of them
+        Callable (values, names) -> Prediction; several for several poses or states of a machine with the same parameters.
     parameters : sequence of Parameter
-    targets : Targets
+    targets : Targets, or a sequence of them
+        One for each model; several beside one model are several measurements of the same thing. Their errors count as
+        independent of each other.
     sensitivities : str
         ``exact`` (the model's own), or ``finite differences`` (forward) or ``central differences`` (for models that
         have none, and for comparison).
@@ -33,13 +36,26 @@ class Problem:
     """
 
     def __init__(
-        self, model: Model, parameters: Sequence[Parameter], targets: Targets, sensitivities: str = "exact",
-        frequency_weight: float = FREQUENCY_WEIGHT,
+        self, model: Model | Sequence[Model], parameters: Sequence[Parameter], targets: Targets | Sequence[Targets],
+        sensitivities: str = "exact", frequency_weight: float = FREQUENCY_WEIGHT,
     ) -> None:
-        self.model, self.parameters, self.targets = model, checked(parameters), targets
+        self.targets = (targets,) if isinstance(targets, Targets) else tuple(targets)
+        self.models: tuple[Model, ...] = (
+            (model,) * len(self.targets) if callable(model) else tuple(model))
+        if not self.targets or len(self.models) != len(self.targets):
+            fail("targets", f"{len(self.targets)} for {len(self.models)} models", "must be one for each model, at least one")
+        self.parameters = checked(parameters)
         self.sensitivities = one_of("sensitivities", sensitivities, SENSITIVITIES)
-        self.weighting = Weighting(targets, frequency_weight)
+        self.frequency_weight = frequency_weight
+        self.weightings = tuple(Weighting(t, frequency_weight) for t in self.targets)
+        self.coordinates = Coordinates(self.parameters)
         self.evaluations = 0
+        self._last: tuple[bytes, Residuals] | None = None
+
+    @property
+    def model(self) -> Model:
+        """The first model."""
+        return self.models[0]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -57,53 +73,105 @@ class Problem:
         low, high = zip(*(p.bounds for p in self.parameters), strict=True)
         return np.array(low), np.array(high)
 
+    @property
+    def assumed(self) -> bool:
+        """Whether any standard deviation in use is an assumption and not the measurement's own."""
+        return any(t.assumed for t in self.targets)
+
+    def values(self, x: FloatArray) -> dict[str, float]:
+        """Return all numbers of the model at x, links included."""
+        return self.coordinates.values(x)
+
+    def predictions(self, x: FloatArray) -> tuple[Prediction, ...]:
+        """Return every model's prediction at x, without derivatives."""
+        values = self.values(x)
+        return self._each(lambda model: model(values, ()))
+
     def prediction(self, x: FloatArray) -> Prediction:
-        """Return the model's prediction at x, without derivatives."""
-        return self.model(values_at(self.parameters, x), ())
+        """Return the first model's prediction at x, without derivatives."""
+        return self.models[0](self.values(x), ())
+
+    def _each(self, call: Callable[[Model], Prediction]) -> tuple[Prediction, ...]:
+        """Return the prediction of every model; one that is there several times is asked once."""
+        known: dict[int, Prediction] = {}
+        for model in self.models:
+            if id(model) not in known:
+                known[id(model)] = call(model)
+        return tuple(known[id(model)] for model in self.models)
 
     def evaluated(self, x: FloatArray, slopes: bool = False, at: Sequence[int] | None = None) -> Residuals:
         """Return the residuals at x; with `slopes` their Jacobian to x of the parameters `at` (all where left out)."""
-        columns = list(range(len(self.parameters))) if at is None else list(at)
-        self.evaluations += 1
         if not slopes:
-            return self.weighting.residuals(self.prediction(x))
+            return self._plain(x)
+        columns = tuple(range(len(self.parameters))) if at is None else tuple(at)
         if self.sensitivities != "exact":
             return self._differences(x, columns)
-        names, chain = chain_rule([self.parameters[j] for j in columns], x[columns])
-        found = self.weighting.residuals(self.model(values_at(self.parameters, x), names))
+        self.evaluations += 1
+        values, (names, owner, change) = self.values(x), self.coordinates.directions(x, columns)
+        found = self._joined(self._each(lambda model: _directed(model, values, names, owner, change)))
         if found.jacobian is None:
             raise TypeError("the model returned no derivatives: give them, or use sensitivities='finite differences'")
-        return Residuals(found.values, found.jacobian @ chain, found.blocks, found.tracking)
+        return found
+
+    def _joined(self, predictions: tuple[Prediction, ...]) -> Residuals:
+        return joined([w.residuals(p) for w, p in zip(self.weightings, predictions, strict=True)], predictions)
+
+    def _plain(self, x: FloatArray) -> Residuals:
+        key = x.tobytes()
+        if self._last is None or self._last[0] != key:
+            self.evaluations += 1
+            self._last = key, self._joined(self.predictions(x))
+        return self._last[1]
 
     def _differences(self, x: FloatArray, columns: Sequence[int]) -> Residuals:
-        here = self.weighting.residuals(self.prediction(x))
+        here = self._plain(x)
         jacobian = np.empty((here.values.size, len(columns)))
         high = self.bounds[1]
         for k, j in enumerate(columns):
             moved = x.copy()
             moved[j] += _STEP if x[j] + _STEP <= high[j] else -_STEP
-            self.evaluations += 1
-            there = self.weighting.residuals(self.prediction(moved))
-            back, base = here, x
+            there, back, base = self._plain(moved), here, x
             if self.sensitivities == "central differences":
                 base = 2 * x - moved
-                self.evaluations += 1
-                back = self.weighting.residuals(self.prediction(base))
+                back = self._plain(base)
             jacobian[:, k] = (there.values - back.values) / (moved[j] - base[j])
-        return Residuals(here.values, jacobian, here.blocks, here.tracking)
+        return replace(here, jacobian=jacobian)
 
     def moved_to(self, values: dict[str, float]) -> Problem:
         """Return the problem starting from other values; the priors' means move along."""
         new = [p.moved_to(values.get(p.name, p.value)) for p in self.parameters]
-        return Problem(self.model, new, self.targets, self.sensitivities, self.weighting.frequency_weight)
+        return Problem(self.models, new, self.targets, self.sensitivities, self.frequency_weight)
 
-    def with_targets(self, targets: Targets) -> Problem:
+    def with_targets(self, targets: Targets | Sequence[Targets]) -> Problem:
         """Return the problem with other targets."""
-        return Problem(self.model, self.parameters, targets, self.sensitivities, self.weighting.frequency_weight)
+        return Problem(self.models, self.parameters, targets, self.sensitivities, self.frequency_weight)
+
+    def with_sets(self, sets: Sequence[int]) -> Problem:
+        """Return the problem with these sets of targets only."""
+        return Problem([self.models[k] for k in sets], self.parameters, [self.targets[k] for k in sets], self.sensitivities,
+                       self.frequency_weight)
 
     def with_pairing(self, frequency_weight: float) -> Problem:
         """Return the problem with another weight of frequency in the pairing of modes."""
-        return Problem(self.model, self.parameters, self.targets, self.sensitivities, frequency_weight)
+        return Problem(self.models, self.parameters, self.targets, self.sensitivities, frequency_weight)
 
     def __repr__(self) -> str:
-        return f"Problem({len(self.parameters)} parameters, {self.sensitivities} sensitivities, {self.targets!r})"
+        sets = f"{len(self.targets)} sets of targets" if len(self.targets) > 1 else repr(self.targets[0])
+        return f"Problem({len(self.parameters)} parameters, {self.sensitivities} sensitivities, {sets})"
+
+
+def _directed(model: Model, values: dict[str, float], names: tuple[str, ...], owner: tuple[int, ...], change: FloatArray
+              ) -> Prediction:
+    """Return the prediction with derivatives along the parameters, from those to single numbers where the model has no more."""
+    if isinstance(model, DirectedModel):
+        return model.along(values, names, owner, change)
+    found = model(values, names)
+    chain = np.zeros((len(names), max(owner) + 1))
+    chain[np.arange(len(names)), list(owner)] = change
+    def chained(array: Array | None) -> Array | None:
+        return None if array is None else np.tensordot(chain.T, array, 1)
+
+    shape = found.shape_slopes
+    turned = ShapeSlopes(shape.basis, shape.turns @ chain) if isinstance(shape, ShapeSlopes) else chained(shape)
+    return Prediction(found.modes, found.frf, chained(found.frequency_slopes), chained(found.damping_slopes), turned,
+                      chained(found.frf_slopes))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from toolpoint._check import Array, FloatArray, fail
-from toolpoint.updating.prediction import Prediction
+from toolpoint.updating.prediction import Prediction, ShapeSlopes
 from toolpoint.updating.targets import Targets
 from toolpoint.vibration import Modes, correlation
 
@@ -45,12 +46,14 @@ def tracked(measured: Modes, predicted: Modes, weight: float = FREQUENCY_WEIGHT)
 
 @dataclass(frozen=True, eq=False)
 class Residuals:
-    """Weighted residuals (n,), their Jacobian (n, n_numbers) or None, a block name per row, and the tracking of modes."""
+    """Weighted residuals (n,), their Jacobian (n, n_parameters) or None, a block name per row, the tracking of modes and the
+    predictions of every set of targets."""
 
     values: FloatArray
     jacobian: FloatArray | None
     blocks: tuple[tuple[str, int], ...]
-    tracking: Tracking | None
+    trackings: tuple[Tracking | None, ...]
+    predictions: tuple[Prediction, ...] = ()
 
     def chi_square(self) -> dict[str, tuple[float, int]]:
         """Return the sum of squares and the number of residuals of every block."""
@@ -59,6 +62,23 @@ class Residuals:
             result[name] = (float((self.values[at:at + size] ** 2).sum()), size)
             at += size
         return result
+
+
+def joined(parts: Sequence[Residuals], predictions: tuple[Prediction, ...]) -> Residuals:
+    """Return the residuals of several sets of targets below each other, blocks named by their set where there are several."""
+    # Derivatives have done their work in the Jacobian; kept, they would fill the memory that the next point needs.
+    predictions = tuple(Prediction(p.modes, p.frf) for p in predictions)
+    if len(parts) == 1:
+        return replace(parts[0], predictions=predictions)
+    jacobians = [part.jacobian for part in parts]
+    blocks = tuple((f"set {k + 1} {name}", size) for k, part in enumerate(parts) for name, size in part.blocks)
+    return Residuals(
+        np.concatenate([part.values for part in parts]),
+        None if any(j is None for j in jacobians) else np.concatenate(jacobians),  # type: ignore[arg-type]
+        blocks, tuple(t for part in parts for t in part.trackings), predictions)
+
+
+Block = tuple[str, FloatArray, FloatArray | None]
 
 
 class Weighting:
@@ -73,10 +93,11 @@ class Weighting:
             self.shape_sd = targets.shape_deviation()
         if targets.frf is not None:
             self.frf_sd = targets.frf_deviation()
+            self.whitening = targets.frf_whitening()
 
     def residuals(self, prediction: Prediction) -> Residuals:
         """Return the weighted residuals of a prediction, with the Jacobian where it carries derivatives."""
-        parts: list[tuple[str, FloatArray, FloatArray | None]] = []
+        parts: list[Block] = []
         tracking = None
         if self.targets.modes is not None:
             tracking = self._modes(prediction, parts)
@@ -84,9 +105,9 @@ class Weighting:
             parts.append(self._frf(prediction))
         jacobian = None if any(j is None for _, _, j in parts) else np.concatenate([j for _, _, j in parts])  # type: ignore
         return Residuals(np.concatenate([r for _, r, _ in parts]), jacobian,
-                         tuple((name, r.size) for name, r, _ in parts), tracking)
+                         tuple((name, r.size) for name, r, _ in parts), (tracking,))
 
-    def _modes(self, prediction: Prediction, parts: list[tuple[str, FloatArray, FloatArray | None]]) -> Tracking:
+    def _modes(self, prediction: Prediction, parts: list[Block]) -> Tracking:
         if prediction.modes is None:
             fail("model", "a prediction without modes", "must predict them for measured modes")
         tracking = tracked(self.targets.modes, prediction.modes, self.frequency_weight)  # type: ignore[arg-type]
@@ -96,7 +117,7 @@ class Weighting:
             parts += self._shapes(prediction, tracking.model)
         return tracking
 
-    def _poles(self, prediction: Prediction, at: np.ndarray) -> list[tuple[str, FloatArray, FloatArray | None]]:
+    def _poles(self, prediction: Prediction, at: np.ndarray) -> list[Block]:
         measured, modes, white = self.targets.modes, prediction.modes, self.poles
         assert measured is not None and modes is not None
         frequency = modes.frequency[at]
@@ -105,38 +126,36 @@ class Weighting:
         values = np.einsum("rab,br->ar", white, pair)
         slopes = None
         if prediction.frequency_slopes is not None and prediction.damping_slopes is not None:
-            change = np.stack([prediction.frequency_slopes[:, at] / frequency,
-                               prediction.damping_slopes[:, at] * damping_slope])
-            slopes = np.einsum("rab,bpr->arp", white, change)
+            change = np.stack([prediction.frequency_slopes.T[at] / frequency[:, None],
+                               prediction.damping_slopes.T[at] * damping_slope[:, None]])
+            slopes = np.einsum("rab,brp->arp", white, change)
         used = [(k, name) for k, (name, on) in enumerate(
             (("frequency", self.targets.frequency), ("damping", self.targets.damping))) if on]
         return [(name, values[k], None if slopes is None else slopes[k]) for k, name in used]
 
-    def _shapes(self, prediction: Prediction, at: np.ndarray) -> list[tuple[str, FloatArray, FloatArray | None]]:
+    def _shapes(self, prediction: Prediction, at: np.ndarray) -> list[Block]:
         modes, y = prediction.modes, self.unit_shape
         assert modes is not None and self.targets.modes is not None
         rows = [modes.dofs.index(d) for d in self.targets.dofs] if modes.dofs != self.targets.dofs else slice(None)
         phi = np.real(modes.shape[rows][:, at])
         power, product = (phi**2).sum(axis=0), (phi * y).sum(axis=0)
-        turned = None if prediction.shape_slopes is None else prediction.shape_slopes[:, rows][..., at]
-        result = []
         factor = product / power
-        growth = None if turned is None else 2 * (turned * phi).sum(axis=1) / power
-        change = None if turned is None else (turned * y).sum(axis=1)
+        turned = None
+        if prediction.shape_slopes is not None:
+            turned = _Turned(prediction.shape_slopes, rows, at, phi, y, power)
+        result: list[Block] = []
         if self.targets.shape:
-            slopes = None
-            if turned is not None and growth is not None and change is not None:
-                moved = (change / power - factor * growth)[:, None, :] * phi + factor * turned
-                slopes = _real_rows(np.moveaxis(moved / self.shape_sd, 0, -1), y)
+            slopes = None if turned is None else turned.scaled(factor, self.shape_sd)
             result.append(("shape", _real_rows((factor * phi - y) / self.shape_sd, y), slopes))
         if self.targets.mac:
             value, slopes = np.abs(product) ** 2 / power, None
-            if growth is not None and change is not None:
-                slopes = -(2 * np.real(product.conj() * change) / power - value * growth).T / self.targets.mac_sd
+            if turned is not None:
+                change = 2 * np.real(product.conj()[:, None] * turned.product) / power[:, None]
+                slopes = (value[:, None] * turned.growth - change) / self.targets.mac_sd
             result.append(("mac", (1 - value) / self.targets.mac_sd, slopes))
         return result
 
-    def _frf(self, prediction: Prediction) -> tuple[str, FloatArray, FloatArray | None]:
+    def _frf(self, prediction: Prediction) -> Block:
         measured, frf = self.targets.frf, prediction.frf
         if frf is None or measured is None or frf.values.shape != measured.values.shape:
             fail("model", f"a prediction of {frf!r}", f"must be at the lines and Dofs of {measured!r}")
@@ -145,9 +164,15 @@ class Weighting:
             sd = self.frf_sd / np.maximum(np.abs(measured.values), 1e-300)
             difference = np.log(frf.values / measured.values) / sd
             slopes = None if slopes is None else slopes / (frf.values * sd)
+            # Errors of the logarithm are those of the response turned back by its phase.
+            turn = None if self.whitening is None else np.exp(1j * np.angle(measured.values))
         else:
-            difference = (frf.values - measured.values) / self.frf_sd
+            difference, turn = (frf.values - measured.values) / self.frf_sd, None
             slopes = None if slopes is None else slopes / self.frf_sd
+        if self.whitening is not None:
+            difference = self.whitening.applied(difference if turn is None else difference * turn)
+            if slopes is not None:
+                slopes = self.whitening.applied(slopes if turn is None else slopes * turn)
         values = np.concatenate([difference.real.ravel(), difference.imag.ravel()])
         if slopes is None:
             return "frf", values, None
@@ -155,9 +180,34 @@ class Weighting:
         return "frf", values, np.concatenate([flat.real, flat.imag])
 
 
+class _Turned:
+    """Derivatives of paired shapes: growth (m, p) of phi^T phi over it, product (m, p) of phi^T y."""
+
+    def __init__(self, slopes: FloatArray | ShapeSlopes, rows: list[int] | slice, at: np.ndarray, phi: FloatArray, y: Array,
+                 power: FloatArray) -> None:
+        given = slopes if isinstance(slopes, ShapeSlopes) else ShapeSlopes.of(slopes)
+        self.basis, self.turns, self.power = given.basis[rows], np.ascontiguousarray(given.turns[:, at]), power
+        # The coordinates of phi in the basis: the shapes themselves are its columns, or it is the identity.
+        self.own = np.eye(len(given.turns))[:, at] if given is slopes else np.real(phi)
+        self.growth = np.einsum("im,imp->mp", 2 * (self.basis.T @ phi) / power, self.turns)
+        self.product = np.einsum("im,imp->mp", self.basis.T @ y, self.turns)
+
+    def scaled(self, factor: Array, sd: FloatArray) -> FloatArray:
+        """Return the derivative (rows, p) of factor phi / sd, factor = phi^T y / phi^T phi, rows as in `_real_rows`."""
+        change = self.product / self.power[:, None] - factor[:, None] * self.growth
+        result = []
+        for part in (np.real, np.imag) if np.iscomplexobj(factor) else (np.real,):
+            moved = self.turns * part(factor)[:, None]
+            moved += self.own[:, :, None] * part(change)
+            seen = (self.basis @ moved.reshape(len(moved), -1)).reshape(len(self.basis), *moved.shape[1:])
+            seen *= (1 / sd)[:, :, None]
+            result.append(seen.reshape(-1, seen.shape[2]))
+        return np.concatenate(result) * np.sqrt(2.0) if len(result) > 1 else result[0]
+
+
 def _real_rows(array: Array, measured: Array) -> FloatArray:
-    """Return rows of real numbers: (dofs, modes, ...) flattened, real and imaginary part of complex shapes below each other."""
-    flat = array.reshape(-1, *array.shape[2:])
+    """Return rows of real numbers: (dofs, modes) flattened, real and imaginary part of complex shapes below each other."""
+    flat = array.reshape(-1)
     if not np.iscomplexobj(measured):
         return np.asarray(flat.real)
     return np.concatenate([flat.real, flat.imag]) * np.sqrt(2.0)

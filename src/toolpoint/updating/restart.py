@@ -33,7 +33,7 @@ def fit_with_restarts(
     spread : float
     """
     first = fit(problem, method, limit, least_influence, free)
-    assumed = problem.targets.assumed
+    assumed = problem.assumed
     if (first.converged and explained(first, assumed)) or not first.free:
         return first
     best, evaluations, tried = first, first.evaluations, 0
@@ -74,12 +74,15 @@ def _starts(
 
 
 def _ways(problem: Problem) -> tuple[Problem | None, ...]:
-    targets, other = problem.targets, problem.with_pairing(_BY_FREQUENCY)
-    if targets.modes is None:
+    with_modes = [t for t in problem.targets if t.modes is not None]
+    if not with_modes:
         return (None,)
-    if not targets.frequency or not (targets.shape or targets.mac):
+    other = problem.with_pairing(_BY_FREQUENCY)
+    if not all(t.frequency and (t.shape or t.mac) for t in with_modes) or len(with_modes) < len(problem.targets):
         return other, None
-    return other, other.with_targets(replace(targets, frf=None, damping=False, shape=False, mac=False)), None
+    alone = [replace(t, frf=None, damping=False, shape=False, mac=False, line_correlation=None, channel_correlation=None)
+             for t in problem.targets]
+    return other, other.with_targets(alone), None
 
 
 def _cost(found: Fit) -> float:

@@ -1,27 +1,22 @@
-r"""A model made of a SecondOrderSystem that depends on named numbers: predictions with exact sensitivities.
-
-Undamped modes with :math:`\phi^T M \phi = 1`:
-:math:`F_i = K' - \omega_i^2 M'`, :math:`(\omega_i^2)' = \phi_i^T F_i \phi_i`,
-:math:`\phi_i' = \sum_{j \ne i} \phi_j (\phi_j^T F_i \phi_i) / (\omega_i^2 - \omega_j^2) - \phi_i (\phi_i^T M' \phi_i)/2`,
-for all parameters and modes in a few matrix products. Source: Fox, Kapoor, AIAA J. 6 (1968).
-"""
+r"""A model made of a SecondOrderSystem that depends on named numbers: predictions with exact sensitivities."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray, fail
+from toolpoint._check import FloatArray, fail
+from toolpoint.updating.low_rank import TERMS, Term, factored
 from toolpoint.updating.prediction import Prediction
-from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem
-from toolpoint.vibration.eigen import mass_normalised
+from toolpoint.updating.response_slopes import direct_response, modal_response
+from toolpoint.updating.shape_turns import Modal, mode_prediction
+from toolpoint.vibration import Dof, Frf, SecondOrderSystem
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
-_EQUAL = 1e-9
-_TERMS = ("mass", "damping", "stiffness", "structural_damping")
+Factors = dict[str, Term]
 
 
 class Systems(Protocol):
@@ -32,6 +27,9 @@ class Systems(Protocol):
 
     def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
         """Return the derivatives per unit of these numbers."""
+
+    def factors(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...]) -> Factors:
+        """Return their low-rank factors, number k belonging to parameter owner[k]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +42,13 @@ class AffineSystem:
     base: SecondOrderSystem
     slopes: MatrixDerivatives
     values: tuple[float, ...]
+    _known: dict[object, Factors] = field(default_factory=dict, repr=False)
 
     def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
         """Return the system at these values; numbers that are not named stay at the base."""
         change = np.array([values.get(n, v) - v for n, v in zip(self.slopes.names, self.values, strict=True)])
         new = {}
-        for term in _TERMS:
+        for term in TERMS:
             slope = getattr(self.slopes, term)
             if slope is not None:
                 old = getattr(self.base, term)
@@ -64,8 +63,15 @@ class AffineSystem:
         if missing:
             fail("names", ", ".join(missing), f"must be of {', '.join(self.slopes.names)}")
         at = [self.slopes.names.index(n) for n in names]
-        part = {t: None if (a := getattr(self.slopes, t)) is None else a[at] for t in _TERMS}
+        part = {t: None if (a := getattr(self.slopes, t)) is None else a[at] for t in TERMS}
         return MatrixDerivatives(tuple(names), **part)
+
+    def factors(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...]) -> Factors:
+        """Return the low-rank factors of the constant derivatives, made once for each choice of numbers."""
+        key = names, owner
+        if key not in self._known:
+            self._known[key] = factored(self.derivatives(values, names), owner)
+        return self._known[key]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,147 +101,29 @@ class SystemModel:
 
     def __call__(self, values: Mapping[str, float], names: Sequence[str] = ()) -> Prediction:
         """Return modes and receptances at these values, with derivatives to `names`."""
-        system = self.systems.system(values)
-        slopes = self.systems.derivatives(values, names) if names else None
+        if not names:
+            return self._predicted(self.systems.system(values), {}, np.zeros(0), 0)
+        return self.along(values, tuple(names), tuple(range(len(names))), np.ones(len(names)))
+
+    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], slopes: FloatArray
+              ) -> Prediction:
+        """Return the prediction with derivatives per parameter: number names[k] moves by slopes[k] with parameter owner[k]."""
+        return self._predicted(self.systems.system(values), self.systems.factors(values, names, owner), slopes,
+                               max(owner, default=-1) + 1)
+
+    def _predicted(self, system: SecondOrderSystem, factors: Factors, slopes: FloatArray, number: int) -> Prediction:
         result = Prediction()
         every = self.modal_damping is not None
-        modal = _Modal(system, slopes, None if every else self.modes) if self.modes or every else None
+        weighted = {name: (term, term.scaled(slopes)) for name, term in factors.items()}
+        modal = Modal(system, weighted, number, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
-            result = _modes(system, modal, min(self.modes, system.size), self.modal_damping)
+            result = mode_prediction(system, modal, min(self.modes, system.size), self.modal_damping)
         if self.lines is None:
             return result
+        left = system.output_map[[system.outputs.index(d) for d in self.outputs]]
+        right = system.input_map[:, [system.inputs.index(d) for d in self.inputs]]
         if modal is not None and self.modal_damping is not None:
-            values_, changes = _modal_response(self, system, modal, self.modal_damping)
+            values, changes = modal_response(self.lines, left, right, modal, self.modal_damping)
         else:
-            values_, changes = _direct_response(self, system, slopes)
-        frf = Frf(self.lines, values_, self.outputs, self.inputs)
-        return replace(result, frf=frf, frf_slopes=changes)
-
-
-class _Modal:
-    """All undamped modes and derivatives of the lowest `keep`: square_slopes (p, keep), turns (p, n, keep) in the vectors."""
-
-    def __init__(self, system: SecondOrderSystem, slopes: MatrixDerivatives | None, keep: int | None = None) -> None:
-        self.squares, self.vectors = mass_normalised(system.mass, system.stiffness)
-        self.keep = self.squares.size if keep is None else min(keep, self.squares.size)
-        self.omega = np.sqrt(np.maximum(self.squares, 0.0))
-        self.slopes = slopes
-        if slopes is None:
-            return
-        stiffness, mass = self.projected(slopes.stiffness), self.projected(slopes.mass)
-        own = self.squares[:self.keep]
-        form = stiffness - own * mass
-        gap = own - self.squares[:, None]
-        top = np.maximum(np.abs(own), np.abs(self.squares[:, None]))
-        near = np.abs(gap) <= _EQUAL * top
-        # Inside a group of equal roots the vectors turn with the parameter in jumps; there only frequencies are followed.
-        self.turns = np.where(near, 0.0, form / np.where(near, 1.0, gap))
-        each = np.arange(self.keep)
-        self.turns[:, each, each] = -0.5 * mass[:, each, each]
-        self.square_slopes = form[:, each, each]
-
-    def projected(self, matrices: FloatArray | None) -> FloatArray:
-        """Return phi^T A' phi of every parameter for the modes kept, (p, n, keep)."""
-        n, kept = self.squares.size, self.vectors[:, :self.keep]
-        count = len(self.slopes.names) if self.slopes else 0
-        result = np.zeros((count, n, self.keep))
-        if matrices is None:
-            return result
-        used = np.flatnonzero(matrices.any(axis=(1, 2)))
-        if used.size == 0:
-            return result
-        # Two large products instead of a small one per parameter.
-        right = matrices[used].reshape(-1, n) @ kept
-        left = self.vectors.T @ np.swapaxes(right.reshape(used.size, n, -1), 0, 1).reshape(n, -1)
-        result[used] = np.swapaxes(left.reshape(n, used.size, -1), 0, 1)
-        return result
-
-
-def _modes(system: SecondOrderSystem, modal: _Modal, keep: int, ratio: float | None) -> Prediction:
-    omega = modal.omega[:keep]
-    if (omega <= 0).any():
-        fail("model", f"{int((omega <= 0).sum())} modes at 0 Hz or unstable", "must be held in all directions",
-             "raise the lower bounds of the stiffnesses, or ground the model")
-    damping, damping_slopes = _damping(system, modal, keep, ratio)
-    shape = system.output_map @ modal.vectors
-    modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs)  # type: ignore[arg-type]
-    if modal.slopes is None:
-        return Prediction(modes)
-    return Prediction(modes, None, modal.square_slopes[:, :keep] / (4 * np.pi * omega), damping_slopes,
-                      (shape @ np.swapaxes(modal.turns[:, :, :keep], 0, 1).reshape(shape.shape[1], -1)).reshape(
-                          shape.shape[0], -1, keep).swapaxes(0, 1))
-
-
-def _damping(
-    system: SecondOrderSystem, modal: _Modal, keep: int, ratio: float | None
-) -> tuple[FloatArray, FloatArray | None]:
-    """Diagonal of the modal damping matrix as ratios, sum of the viscous and the structural part."""
-    omega, zeta = modal.omega[:keep], np.zeros(keep)
-    slopes = None if modal.slopes is None else np.zeros((len(modal.slopes.names), keep))
-    if ratio is not None:
-        return np.full(keep, ratio), slopes
-    each = np.arange(keep)
-    for term, power in (("damping", 1), ("structural_damping", 2)):
-        matrix = getattr(system, term)
-        if matrix is None:
-            continue
-        inner = modal.vectors.T @ matrix @ modal.vectors
-        part = inner[each, each] / (2 * omega**power)
-        zeta += part
-        if slopes is not None and modal.slopes is not None:
-            own = modal.projected(getattr(modal.slopes, term))[:, each, each]
-            turned = 2 * (inner[:, :keep] * modal.turns[:, :, :keep]).sum(axis=1)
-            change = modal.square_slopes[:, :keep] / (2 * omega**2)
-            slopes += (own + turned) / (2 * omega**power) - power * part * change
-    return zeta, slopes
-
-
-def _maps(model: SystemModel, system: SecondOrderSystem) -> tuple[Array, Array]:
-    rows = [system.outputs.index(d) for d in model.outputs]
-    columns = [system.inputs.index(d) for d in model.inputs]
-    return system.output_map[rows], system.input_map[:, columns]  # type: ignore[index]
-
-
-def _direct_response(
-    model: SystemModel, system: SecondOrderSystem, slopes: MatrixDerivatives | None
-) -> tuple[ComplexArray, ComplexArray | None]:
-    left, right = _maps(model, system)
-    w = 2 * np.pi * np.asarray(model.lines)[:, None, None]
-    z = system.stiffness - w**2 * system.mass + 0j
-    if system.damping is not None:
-        z += 1j * w * system.damping
-    if system.structural_damping is not None:
-        z += 1j * system.structural_damping
-    # Symmetric matrices: one factorisation serves forces and (transposed) responses.
-    both = np.linalg.solve(z, np.concatenate([right, left.T], axis=1) + 0j)
-    forced, sensed = both[..., :right.shape[1]], both[..., right.shape[1]:]
-    values = left @ forced
-    if slopes is None:
-        return values, None
-    result: ComplexArray = np.zeros((len(slopes.names), *values.shape), complex)
-    outer = np.einsum("fao,fbi->foiab", sensed, forced).reshape(values.size, -1)
-    factors = {"stiffness": 1.0, "damping": 1j * w, "structural_damping": 1j, "mass": -w**2}
-    for term, factor in factors.items():
-        matrix = getattr(slopes, term)
-        if matrix is not None:
-            flat = matrix.reshape(len(slopes.names), -1)
-            used = np.abs(flat).any(axis=0)
-            result -= factor * (flat[:, used] @ outer[:, used].T).reshape(result.shape)
-    return values, result
-
-
-def _modal_response(
-    model: SystemModel, system: SecondOrderSystem, modal: _Modal, ratio: float
-) -> tuple[ComplexArray, ComplexArray | None]:
-    left, right = _maps(model, system)
-    a, b = left @ modal.vectors, modal.vectors.T @ right
-    w, omega = 2 * np.pi * np.asarray(model.lines)[:, None], modal.omega
-    g = 1 / (omega**2 - w**2 + 2j * ratio * omega * w)
-    values = np.einsum("or,fr,ri->foi", a, g, b)
-    if modal.slopes is None:
-        return values, None
-    da, db = a @ modal.turns, np.swapaxes(modal.turns, -1, -2) @ b
-    dg = -(g**2) * (1 + 1j * ratio * w / omega) * modal.square_slopes[:, None, :]
-    changes = (np.einsum("por,fr,ri->pfoi", da, g, b, optimize=True) + np.einsum("or,fr,pri->pfoi", a, g, db, optimize=True)
-               + np.einsum("or,pfr,ri->pfoi", a, dg, b, optimize=True))
-    return values, changes
+            values, changes = direct_response(self.lines, left, right, system, weighted, number)
+        return replace(result, frf=Frf(self.lines, values, self.outputs, self.inputs), frf_slopes=changes)

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, one_of, positive
+from toolpoint._check import Array, FloatArray, fail, one_of, positive
+from toolpoint.updating.frf_noise import Whitening, checked_correlation
 from toolpoint.vibration import Dof, Frf, Modes
 
 FRF_KINDS = ("real and imaginary", "log")
@@ -41,6 +42,11 @@ class Targets:
     frf_sd : float
         Standard deviation of each line as part of the response's root mean square (real and imaginary) or of its own
         size (log), where the Frf carries no variance.
+    line_correlation : (n_f, n_f) floats, optional
+        Correlation of the errors of different lines (windows and zero padding make neighbours alike), 1 on the diagonal.
+    channel_correlation : (n_outputs, n_outputs) complex, optional
+        Hermitian correlation of the errors of different outputs (a noisy force is common to all of them), 1 on the
+        diagonal. Both from repeated measurements: `frf_noise.correlations`.
     lowest_mac : float
         Pairs below are called doubtful in the result.
     """
@@ -58,6 +64,8 @@ class Targets:
     frf_kind: str = "real and imaginary"
     frf_sd: float = 0.05
     lowest_mac: float = 0.5
+    line_correlation: FloatArray | None = None
+    channel_correlation: Array | None = None
 
     def __post_init__(self) -> None:
         if self.modes is None and self.frf is None:
@@ -73,6 +81,15 @@ class Targets:
             if not np.abs(self.frf.values).max() > 0:
                 fail("Targets.frf", "zero everywhere", "must hold a response")
             object.__setattr__(self, "frf", self.frf.converted_to("receptance"))
+            self._check_correlations(self.frf)
+        elif self.line_correlation is not None or self.channel_correlation is not None:
+            fail("Targets", "a correlation without frf", "belongs to measured responses")
+
+    def _check_correlations(self, frf: Frf) -> None:
+        for name, size in (("line_correlation", frf.frequency.size), ("channel_correlation", len(frf.outputs))):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, checked_correlation(f"Targets.{name}", value, size))
 
     def _check_modes(self, modes: Modes) -> None:
         if modes.frequency.ndim != 1:
@@ -92,6 +109,25 @@ class Targets:
             ((self.frequency or self.damping) and modes.covariance is None)
             or (self.shape and modes.shape_variance is None) or self.mac)
         return from_modes or (frf is not None and frf.variance is None)
+
+    @property
+    def weights(self) -> tuple[str, ...]:
+        """What the weights come from, in words."""
+        modes, frf, lines = self.modes, self.frf, []
+        if modes is not None and (self.frequency or self.damping):
+            both = "measured 2x2 covariance of frequency and damping of each mode, whitened by Cholesky"
+            lines.append("poles: " + ("assumed standard deviations" if modes.covariance is None else both
+                                      if self.frequency and self.damping else "measured variances"))
+        if modes is not None and self.shape:
+            lines.append("shapes: " + ("assumed" if modes.shape_variance is None else "measured") + " standard deviations")
+        if modes is not None and self.mac:
+            lines.append("MAC: assumed standard deviation")
+        if frf is not None:
+            known = [words for words, value in (("lines", self.line_correlation), ("outputs", self.channel_correlation))
+                     if value is not None]
+            lines.append("responses: " + ("assumed" if frf.variance is None else "measured") + " standard deviation of each "
+                         "line" + (f", measured correlation between {' and '.join(known)}" if known else ", lines independent"))
+        return tuple(lines)
 
     @property
     def dofs(self) -> tuple[Dof, ...]:
@@ -156,3 +192,9 @@ class Targets:
             return np.maximum(np.sqrt(frf.variance / 2), tiny)
         base = size if self.frf_kind == "log" else np.broadcast_to(level, size.shape)
         return self.frf_sd * np.maximum(base, tiny)
+
+    def frf_whitening(self) -> Whitening | None:
+        """Return what makes the errors over their standard deviations independent; None where they count as such."""
+        if self.line_correlation is None and self.channel_correlation is None:
+            return None
+        return Whitening.of(self.line_correlation, self.channel_correlation)

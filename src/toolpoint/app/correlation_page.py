@@ -1,0 +1,167 @@
+"""The page of a correlation: modes, points, places and bands in which a test and a machine differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.app.identify import Geometry
+from toolpoint.machine import Machine
+from toolpoint.machine.placement import placed
+from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
+from toolpoint.plot.bands import frac_bands
+from toolpoint.plot.correlation import mac_matrix
+from toolpoint.plot.frf import bode
+from toolpoint.plot.point_views import point_pairs, point_values
+from toolpoint.plot.shape_pairs import turned_alike
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.model_correlation import ModelCorrelation
+from toolpoint.vibration import Frf, Modes
+
+Point = str | int
+_CURVES = 4
+
+
+@dataclass(frozen=True, eq=False)
+class Test:
+    """What was measured: modes, responses where there are any, geometry, and the points of every body where told."""
+
+    __test__ = False
+
+    modes: Modes
+    frf: Frf | None
+    geometry: Geometry | None
+    owner: Mapping[str, Sequence[Point]] | None
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationRun:
+    """The correlation of the machine with the test, and that of the machine before where one was given."""
+
+    now: ModelCorrelation
+    before: ModelCorrelation | None
+
+
+def positions(machine: Machine, pose: Mapping[str, float] | None) -> dict[Point, FloatArray]:
+    """Return the machine's named points at a pose, m."""
+    place = placed(machine, pose)
+    return {name: np.array(place.position(point)[0]) for name, point in machine.description.points.items()}
+
+
+def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[str] = (),
+         pose: Mapping[str, float] | None = None) -> Report:
+    """Return the page of a correlation; `machine` has the points that the test was paired with."""
+    now = run.now
+    total = "no mode is paired" if now.coefficients is None else f"total correlation {now.coefficients.total:.3f}"
+    words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
+             f"{len(now.points.pairs)} points are paired ({now.points.status}).")
+    report = Report(f"Test beside {machine.name}", words, subtitle=repr(test.modes))
+    model = positions(machine, pose)
+    report = report.with_section("Modes", *_mode_parts(run))
+    if now.coefficients is not None:
+        report = report.with_section("Where they differ", *_place_parts(now, model, test))
+        report = report.with_section("Shapes side by side", _shapes(now, model, test))
+    if now.frac is not None:
+        report = report.with_section("Responses", *_response_parts(run))
+    report = report.with_section("Points", *_point_parts(now, model, test))
+    return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+
+
+def _mode_parts(run: CorrelationRun) -> list[Table | Chart | Notes]:
+    now, rows = run.now, []
+    parts: list[Table | Chart | Notes] = []
+    for r, (i, j) in enumerate(now.pairs.pairs):
+        f, g, c = float(now.measured.frequency[i]), float(now.predicted.frequency[j]), now.coefficients
+        assert c is not None
+        rows.append([int(i) + 1, f"{f:.3f}", int(j) + 1, f"{g:.3f}", f"{100 * (g / f - 1):+.2f}", f"{now.mac[i, j]:.3f}",
+                     f"{c.frequency[r]:.3f}", f"{c.displacement[r]:.3f}", f"{c.weight[r]:.3f}"])
+    header = ["measured mode", "Hz", "model mode", "Hz ", "difference %", "MAC", "frequency", "displacement", "mass share"]
+    parts.append(Table(header, rows, "Paired modes and their correlation coefficients (0 nothing in common, 1 equal)"))
+    if now.coefficients is not None:
+        named = [("model", now.coefficients)]
+        if run.before is not None and run.before.coefficients is not None:
+            named.insert(0, ("model before", run.before.coefficients))
+        parts.append(Table(["", "mean of frequencies", "weighted by mass", "total"],
+                           [[name, f"{c.mean:.4f}", f"{c.mass:.4f}", f"{c.total:.4f}"] for name, c in named],
+                           "Over all pairs; total: frequency x displacement x MAC, weighted by mass"))
+    for name, one in (("before", run.before), ("now", now)):
+        if one is not None:
+            parts.append(Chart(mac_matrix(one.mac, one.measured, one.predicted, row_title="Measured mode",
+                                          column_title="Mode of the model", pairs=one.pairs.pairs,
+                                          title="MAC" if run.before is None else f"MAC {name}"), "Paired modes are framed."))
+    single = [f"measured mode {i + 1} ({now.measured.frequency[i]:.2f} Hz) has no partner" for i in now.pairs.single_first]
+    return [*parts, Notes(single, "warning", "Without partner")] if single else parts
+
+
+def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: Test) -> list[Chart | Table]:
+    at = {point: model[point] for point in now.comac}
+    lines = _lines(now, test)
+    top = max(0.05, max(now.ecomac.values()))
+    worst = sorted(now.comac, key=lambda p: now.comac[p])[:8]
+    low = min(0.9, np.floor(10 * min(now.comac.values())) / 10)
+    return [Chart(point_values(at, now.comac, quantity="COMAC", limits=(low, 1.0), lines=lines),
+                  "COMAC of every point: 1 where all paired modes agree."),
+            Chart(point_values(at, now.ecomac, quantity="ECOMAC", limits=(0.0, top), good_is_high=False, lines=lines),
+                  "ECOMAC: mean difference of the shapes over twice their largest entry. Where little moves, noise alone "
+                  "lowers COMAC but does not raise ECOMAC."),
+            Table(["point", "COMAC", "ECOMAC"], [[str(p), f"{now.comac[p]:.3f}", f"{now.ecomac[p]:.3f}"] for p in worst],
+                  "Points that agree least")]
+
+
+def _lines(now: ModelCorrelation, test: Test) -> list[tuple[Point, Point]]:
+    pairs = now.points.pairs
+    given = [] if test.geometry is None else test.geometry.lines
+    return [(pairs[a], pairs[b]) for a, b in given if a in pairs and b in pairs]
+
+
+def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: Test) -> ShapeView:
+    at = {point: places[point] for point in now.comac}
+    scene = Scene.of_points(at, _lines(now, test))
+    first, second = now.pairs.pairs.T
+    panes = [AnimatedShapes.from_modes(modes.selected(which), at)
+             for modes, which in ((now.measured, first), (now.predicted, second))]
+    model = turned_alike(panes[1], panes[0])
+    return ShapeView(scene, panes[0], "pairs", "measured", "Paired modes; both panes move together.", (scene, model, "model"))
+
+
+def _response_parts(run: CorrelationRun) -> list[Chart]:
+    now = run.now
+    assert now.frac is not None and now.measured_frf is not None and now.predicted_frf is not None
+    frf = now.measured_frf
+    names = [f"{o} / {i}" for o in frf.outputs for i in frf.inputs]
+    flat = now.frac.reshape(len(now.bands), -1)
+    shown = np.argsort(flat.mean(axis=0))[:24]
+    parts = [Chart(frac_bands(flat[:, shown], now.bands, [names[k] for k in shown]),
+                   "FRAC of measured and computed response over bands, the worst responses first"
+                   + (f" ({len(shown)} of {len(names)})." if len(shown) < len(names) else "."))]
+    for k in shown[:_CURVES]:
+        o, i = divmod(int(k), len(frf.inputs))
+        curves = {"measured": frf.selected([o], [i])}
+        if run.before is not None and run.before.predicted_frf is not None:
+            curves["before"] = run.before.predicted_frf.selected([o], [i])
+        curves["model"] = now.predicted_frf.selected([o], [i])
+        parts.append(Chart(bode(curves, title=names[int(k)])))
+    return parts
+
+
+def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: Test) -> list[Chart | Table | Notes | str]:
+    pairing = now.points
+    distance = np.array(list(pairing.distance.values()))
+    parts: list[Chart | Table | Notes | str] = [
+        f"{len(pairing.pairs)} points are paired, {len(pairing.single)} measured ones are not: {pairing.status}. Distance "
+        f"between the two of a pair: mean {1e3 * distance.mean():.2f} mm, largest {1e3 * distance.max():.2f} mm."]
+    if test.geometry is not None and test.owner is None:
+        moved = {p: tf.moved(pairing.transform, np.asarray(at)[None])[0] for p, at in test.geometry.points.items()
+                 if p in pairing.pairs or p in pairing.single}
+        parts.append(Chart(point_pairs(moved, model, pairing.pairs), "Measured points carried into the frame of the model."))
+        rows = [[way, *(f"{round(v, 6) + 0.0:.6f}" for v in row[:3]), f"{1e3 * row[3]:.2f}"]
+                for way, row in zip("xyz", pairing.transform, strict=False)]
+        parts.append(Table(["model", "test x", "test y", "test z", "shift mm"], rows,
+                           "From the frame of the test to that of the model"))
+    if pairing.single:
+        words = f"points {', '.join(map(str, pairing.single[:12]))} have no partner"
+        parts.append(Notes([words], "warning", "Without partner"))
+    return parts

@@ -1,0 +1,345 @@
+"""Compiled kernels of PanelArnoldi: the cut laid over panels of rotation, the one-period map, its Arnoldi basis."""
+
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+TURN = 2 * math.pi
+
+
+@nb.njit(cache=True, nogil=True)
+def place(u, corner, radius):
+    """(height, axial immersion angle kappa, local radius) at edge length u from the tip."""
+    rounded = 0.5 * math.pi * corner
+    if u < rounded:
+        kappa = u / corner
+        return corner * (1 - math.cos(kappa)), kappa, radius - corner + corner * math.sin(kappa)
+    return corner + (u - rounded), 0.5 * math.pi, radius
+
+
+@nb.njit(cache=True, nogil=True)
+def limits(entry, leave, ratio):
+    """Entry and exit at a local radius (ratio = radius / local radius): the walls of the work are planes."""
+    if ratio == 1.0:
+        return entry, leave
+    return (math.acos(max(-1.0, min(1.0, math.cos(entry) * ratio))),
+            math.acos(max(-1.0, min(1.0, math.cos(leave) * ratio))))
+
+
+@nb.njit(cache=True, nogil=True)
+def within(angle, slope, u, corner, radius, entry, leave):
+    """How far inside the arc of cut the edge is at u, rad (negative outside)."""
+    z, _, r = place(u, corner, radius)
+    phi = (angle - slope * z) % TURN
+    a, b = limits(entry, leave, radius / max(r, 1e-9 * radius))
+    return min(phi - a, b - phi)
+
+
+@nb.njit(cache=True, nogil=True)
+def tooth_pieces(angle, slope, marks, corner, radius, entry, leave, out):
+    """Pieces of the edge (u from, to) that are in cut when its tip is at `angle`; returns their number."""
+    found = 0
+    e0 = within(angle, slope, marks[0], corner, radius, entry, leave)
+    for g in range(1, marks.size):
+        e1 = within(angle, slope, marks[g], corner, radius, entry, leave)
+        if e0 > 0 or e1 > 0:
+            a, b = marks[g - 1], marks[g]
+            if e0 <= 0 or e1 <= 0:
+                low, high = a, b
+                for _ in range(60):
+                    m = 0.5 * (low + high)
+                    if (within(angle, slope, m, corner, radius, entry, leave) > 0) == (e0 > 0):
+                        low = m
+                    else:
+                        high = m
+                if e0 > 0:
+                    b = low
+                else:
+                    a = high
+            if b > a:
+                out[found, 0], out[found, 1] = a, b
+                found += 1
+        e0 = e1
+    return found
+
+
+@nb.njit(cache=True, nogil=True)
+def directions(phi, kappa, material, friction, cut, drag):
+    """Write k n^T and (n + mu t) n^T of an edge element; material = (kt, kn, ka)."""
+    s, c, sk, ck = math.sin(phi), math.cos(phi), math.sin(kappa), math.cos(kappa)
+    n = (s * sk, c * sk, -ck)
+    t = (c, -s, 0.0)
+    m = (s * ck, c * ck, sk)
+    for a in range(cut.shape[0]):
+        k = material[0] * t[a] + material[1] * n[a] - material[2] * m[a]
+        for b in range(cut.shape[0]):
+            cut[a, b] = k * n[b]
+            drag[a, b] = (n[a] + friction * t[a]) * n[b]
+
+
+@nb.njit(cache=True, nogil=True)
+def laid(angle, start, slope, ahead, ahead_slope, spread, marks, corner, radius, entry, leave, material, friction, gx, gw,
+         own, drag, first, matrix, back):
+    """Lay the cut on the nodes: own and drag (q, d, d), entries (matrix, angle looked back) of node i from first[i].
+
+    spread: whether a tooth's delay changes over its height, so that every Gauss point of the edge is an entry. Returns the
+    number of entries, -1 where they do not fit.
+    """
+    d = own.shape[1]
+    cut, push = np.empty((d, d)), np.empty((d, d))
+    pieces = np.empty((2 * marks.size, 2))
+    used = 0
+    for i in range(angle.size):
+        first[i] = used
+        for j in range(start.size):
+            number = tooth_pieces(angle[i] - start[j], slope[j], marks, corner, radius, entry, leave, pieces)
+            begun = False
+            for p in range(number):
+                a, b = pieces[p, 0], pieces[p, 1]
+                for g in range(gx.size):
+                    u = a + 0.5 * (b - a) * (1 + gx[g])
+                    share = 0.5 * (b - a) * gw[g]
+                    z, kappa, _ = place(u, corner, radius)
+                    directions(angle[i] - start[j] - slope[j] * z, kappa, material, friction, cut, push)
+                    if spread or not begun:
+                        if used >= matrix.shape[0]:
+                            return -1
+                        delay = (ahead[j] + ahead_slope[j] * z) % TURN
+                        if delay < 1e-9:
+                            delay = TURN
+                        back[used] = delay
+                        matrix[used] = 0.0
+                        used += 1
+                        begun = True
+                    for x in range(d):
+                        for y in range(d):
+                            own[i, x, y] += share * cut[x, y]
+                            drag[i, x, y] += share * push[x, y]
+                            matrix[used - 1, x, y] += share * cut[x, y]
+    first[angle.size] = used
+    return used
+
+
+@nb.njit(cache=True, nogil=True)
+def looked_back(angle, first, back, period, ends, offset, count, needed, xs, bary, source, past, rows):
+    """Find the panel of every delayed angle and its interpolation row.
+
+    offset, count, xs, bary: nodes of the panels (in -1 .. 1) and their barycentric weights, by panel.
+    """
+    for i in range(angle.size):
+        for e in range(first[i], first[i + 1]):
+            at = angle[i] - back[e]
+            past[e] = at < -1e-12 * period
+            if past[e]:
+                at += period
+            p = min(max(np.searchsorted(ends, at, side="right") - 1, 0), ends.size - 2)
+            source[e] = p
+            needed[p] = True
+            x = 2 * (at - ends[p]) / (ends[p + 1] - ends[p]) - 1
+            n = count[p]
+            total = 0.0
+            hit = -1
+            for k in range(n):
+                gap = x - xs[offset[p] + k]
+                if abs(gap) < 1e-13:
+                    hit = k
+                    break
+                rows[e, k] = bary[offset[p] + k] / gap
+                total += rows[e, k]
+            for k in range(n):
+                if hit >= 0:
+                    rows[e, k] = 1.0 if k == hit else 0.0
+                else:
+                    rows[e, k] /= total
+
+
+@nb.njit(cache=True, nogil=True)
+def responses(begin, end, time, half, rising, offset, count, kinds, poles, left, right, resp, speed_resp, free, free_speed,
+              push, step):
+    """Fill the panels' closed-form responses: to the state (free), to the force at the nodes (resp), and of the state (push).
+
+    rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights).
+    """
+    d, m = left.shape
+    for p in range(begin.size):
+        for r in range(m):
+            step[p, r] = np.exp(poles[r] * (end[p] - begin[p]))
+        o, n = offset[p], count[p]
+        for i in range(n):
+            for r in range(m):
+                e = np.exp(poles[r] * (time[o + i] - begin[p]))
+                for a in range(d):
+                    free[p, i * d + a, r] = left[a, r] * e
+                    free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
+                back = np.exp(poles[r] * (end[p] - time[o + i])) * half[o + i] * rising[kinds[p], n, i]
+                for b in range(d):
+                    push[p, r, i * d + b] = back * right[r, b]
+        for i in range(n):
+            for j in range(n):
+                for a in range(d):
+                    for b in range(d):
+                        resp[p, i * d + a, j * d + b] = 0.0
+                        speed_resp[p, i * d + a, j * d + b] = 0.0
+                weight = half[o + j] * rising[kinds[p], i, j]
+                for r in range(m):
+                    e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * weight)
+                    for a in range(d):
+                        x = e * left[a, r]
+                        y = x * poles[r]
+                        for b in range(d):
+                            resp[p, i * d + a, j * d + b] += (x * right[r, b]).real
+                            speed_resp[p, i * d + a, j * d + b] += (y * right[r, b]).real
+
+
+@nb.njit(cache=True, nogil=True)
+def inverses(depth, offset, count, cutting, own, drag, damped, resp, speed_resp, out):
+    """Inverse of I + own resp (+ drag resp') of every cutting panel."""
+    d = own.shape[1]
+    for p in range(count.size):
+        n = count[p]
+        if n == 0 or not cutting[p]:
+            continue
+        big = np.eye(n * d)
+        for i in range(n):
+            for a in range(d):
+                for c in range(d):
+                    f = depth * own[offset[p] + i, a, c]
+                    for j in range(n * d):
+                        big[i * d + a, j] += f * resp[p, i * d + c, j]
+                    if damped:
+                        g = depth * drag[offset[p] + i, a, c]
+                        for j in range(n * d):
+                            big[i * d + a, j] += g * speed_resp[p, i * d + c, j]
+        out[p, :n * d, :n * d] = np.linalg.inv(big)
+
+
+@nb.njit(cache=True, nogil=True)
+def advanced(x, y, depth, layout, waves, solved, damped):
+    """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
+    offset, count, cutting, own, drag, first, matrix, source, past, rows = layout
+    resp, free, free_speed, push, step = waves
+    d, m = own.shape[1], step.shape[1]
+    nodes = own.shape[0]
+    state = np.empty(m, np.complex128)
+    for r in range(m):
+        state[r] = complex(x[nodes * d + r], x[nodes * d + m + r])
+    rhs = np.empty(resp.shape[1])
+    r0, v0 = np.empty(resp.shape[1]), np.empty(resp.shape[1])
+    for p in range(count.size):
+        n, o = count[p], offset[p]
+        for i in range(n * d):
+            total, rate = 0.0, 0.0
+            for r in range(m):
+                f = free[p, i, r]
+                total += f.real * state[r].real - f.imag * state[r].imag
+            r0[i] = 2 * total
+            if damped:
+                for r in range(m):
+                    f = free_speed[p, i, r]
+                    rate += f.real * state[r].real - f.imag * state[r].imag
+                v0[i] = 2 * rate
+        for r in range(m):
+            state[r] *= step[p, r]
+        if not cutting[p]:
+            for i in range(n * d):
+                y[o * d + i] = r0[i]
+            continue
+        for i in range(n):
+            for a in range(d):
+                total = 0.0
+                for c in range(d):
+                    total -= own[o + i, a, c] * r0[i * d + c]
+                    if damped:
+                        total -= drag[o + i, a, c] * v0[i * d + c]
+                rhs[i * d + a] = total
+            for e in range(first[o + i], first[o + i + 1]):
+                src = source[e]
+                from_, k = offset[src], count[src]
+                for c in range(d):
+                    seen = 0.0
+                    if past[e]:
+                        for l in range(k):
+                            seen += rows[e, l] * x[(from_ + l) * d + c]
+                    else:
+                        for l in range(k):
+                            seen += rows[e, l] * y[(from_ + l) * d + c]
+                    for a in range(d):
+                        rhs[i * d + a] += matrix[e, a, c] * seen
+        for i in range(n * d):
+            total = 0.0
+            for j in range(n * d):
+                total += solved[p, i, j] * rhs[j]
+            v0[i] = depth * total  # the force at the nodes
+        for i in range(n * d):
+            total = r0[i]
+            for j in range(n * d):
+                total += resp[p, i, j] * v0[j]
+            y[o * d + i] = total
+        for r in range(m):
+            for j in range(n * d):
+                state[r] += push[p, r, j] * v0[j]
+    for r in range(m):
+        y[nodes * d + r], y[nodes * d + m + r] = state[r].real, state[r].imag
+
+
+@nb.njit(cache=True, nogil=True)
+def extended(basis, h, begun, wanted, depth, layout, waves, solved, damped):
+    """Extend an Arnoldi basis (rows of `basis`) from `begun` to `wanted` vectors; returns their number, -1 on overflow."""
+    size = basis.shape[1]
+    for k in range(begun, wanted):
+        y = basis[k + 1]
+        advanced(basis[k], y, depth, layout, waves, solved, damped)
+        whole = math.sqrt(np.dot(y, y))
+        if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
+            return -1
+        before, norm = whole, whole
+        for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
+            for j in range(k + 1):
+                dot = np.dot(basis[j], y)
+                h[j, k] += dot
+                for i in range(size):
+                    y[i] -= dot * basis[j, i]
+            norm = math.sqrt(np.dot(y, y))
+            if norm > 0.5 * before or norm < 1e-13 * whole:
+                break
+            before = norm
+        h[k + 1, k] = norm
+        if norm < 1e-13 * whole:  # an invariant subspace: what is left is rounding
+            return k + 1
+        for i in range(size):
+            y[i] /= norm
+    return wanted
+
+
+@nb.njit(cache=True, nogil=True)
+def ritz(h, n, value, basis, out):
+    """Write the Ritz vector of an eigenvalue of the Hessenberg matrix h (n x n) as a real start vector; returns its residual.
+
+    The eigenvector follows upwards from its last component, which is the small one for a converged value.
+    """
+    y = np.zeros(n, np.complex128)
+    y[n - 1] = 1.0
+    for k in range(n - 1, 0, -1):
+        total = -value * y[k]
+        for j in range(k, n):
+            total += h[k, j] * y[j]
+        y[k - 1] = -total / h[k, k - 1]
+        if abs(y[k - 1]) > 1e100:
+            for j in range(k - 1, n):
+                y[j] *= 1e-100
+    norm = 0.0
+    for k in range(n):
+        norm += y[k].real ** 2 + y[k].imag ** 2
+    norm = math.sqrt(norm)
+    for i in range(out.size):
+        out[i] = 0.0
+    for k in range(n):
+        f = (y[k].real + y[k].imag) / norm
+        for i in range(out.size):
+            out[i] += f * basis[k, i]
+    return h[n, n - 1] * abs(y[n - 1]) / norm

@@ -1,0 +1,265 @@
+"""Boundary points of general milling: the one-period map at one speed, its spectral radius over depth, roots and errors."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.cutting.collocation import _Modal, modal
+from toolpoint.cutting.panel_kernels import extended, inverses, responses, ritz
+from toolpoint.cutting.panels import CutPanels, rising_table
+from toolpoint.cutting.plane import PlaneDynamics
+from toolpoint.cutting.problem import MillingProblem
+from toolpoint.cutting.search import mean_period
+
+FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
+FIRST = 14  # Arnoldi vectors before the first look at the residual
+CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
+Layers = dict[tuple[int, int], dict[float, CutPanels]]
+
+
+class PeriodMap:
+    """The one-period map of the vibration at one spindle speed, for any depth: multipliers by Arnoldi's method."""
+
+    def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
+                 kept: dict[float, CutPanels]) -> None:
+        self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
+        self.system = _Modal(plane)
+        # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
+        size = np.linalg.norm(self.system.left, axis=0)
+        self.left, self.right = self.system.left / size, self.system.right * size[:, None]
+        self.least, self.points, self.kept = least, points, kept
+        self.plain = not problem.tool.has_helix and problem.tool.corner_radius == 0
+        self.damped = problem.process_damping > 0
+        self.of: CutPanels | None = None
+        self.vector, self.enough = np.zeros(0), 0
+        self.overflow = False
+
+    def _times(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Time, s, and seconds a radian at these angles."""
+        variation = self.problem.speed_variation
+        if variation is None:
+            return angle / self.omega, np.full(angle.shape, 1 / self.omega)
+        return variation.clock(angle, self.omega), 1 / (self.omega * variation.factor(angle))
+
+    def _panels(self, depth: float, waves: float) -> CutPanels:
+        key = 0.0 if self.plain else depth
+        if key not in self.kept:
+            if len(self.kept) > 60:
+                self.kept.clear()
+            self.kept[key] = CutPanels(self.problem, depth, waves, self.least, self.points)
+        return self.kept[key]
+
+    def _set(self, panels: CutPanels) -> None:
+        """Responses of the panels at this speed."""
+        if self.of is panels:
+            return
+        self.of = panels
+        system, ends = self.system, panels.ends
+        time, rate = self._times(panels.angle)
+        border = self._times(ends)[0]
+        kinds = tuple(sorted(set(panels.count.tolist()) - {0}))
+        kind = np.searchsorted(kinds, np.maximum(panels.count, kinds[0]))
+        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, max(kinds)
+        real = [np.zeros((p, n * d, n * d)) for _ in range(2)]
+        free = [np.zeros((p, n * d, m), complex) for _ in range(2)]
+        self.waves = (real[0], *free, np.zeros((p, m, n * d), complex), np.zeros((p, m), complex))
+        self.speed_resp = real[1]
+        responses(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), panels.offset,
+                  panels.count, kind, system.poles, np.ascontiguousarray(self.left.astype(complex)),
+                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], *free, *self.waves[3:])
+        drag = self.problem.process_damping / self.problem.tool.radius
+        scaled = (panels.drag * (drag * rate)[:, None, None],)
+        self.layout = (*panels.layout[:4], *scaled, *panels.layout[5:])
+        self.solved = np.zeros_like(real[0])
+
+    def multipliers(self, depth: float, waves: float, wanted: float) -> ComplexArray:
+        """Return the largest multipliers, largest first; the first's residual is below `wanted`, or below a twentieth of its
+        distance from the unit circle when `wanted` is not met and the distance is all that matters (wanted negative)."""
+        panels = self._panels(depth, waves)
+        if panels.empty:
+            values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
+            return values[np.argsort(-np.abs(values))]
+        self._set(panels)
+        scale = panels.scale(depth)
+        offset, number, cutting, own, drag = self.layout[:5]
+        inverses(scale, offset, number, cutting, own, drag, self.damped, self.waves[0], self.speed_resp, self.solved)
+        size = panels.nodes * own.shape[1] + 2 * self.system.poles.size
+        most = min(size - 1, 160)
+        basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
+        basis[0] = self._start(size)
+        have, step, vector = 0, min(most, max(FIRST, self.enough - 8)), np.zeros(size)
+        while True:
+            now = extended(basis, h, have, step, scale, self.layout, self.waves, self.solved, self.damped)
+            if now < 0:
+                self.overflow = True
+                return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
+            values = np.linalg.eigvals(h[:now, :now])
+            top = values[np.argmax(np.abs(values))]
+            residual = ritz(h, now, complex(top), basis, vector)
+            size_ = abs(top)
+            good = residual < abs(wanted) * max(size_, 1e-3) or (
+                wanted < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
+            if good or now < step or step == most:
+                self.vector, self.enough = vector, now
+                return values[np.argsort(-np.abs(values))]
+            have, step = now, min(most, step + 8)
+
+    def _start(self, size: int) -> FloatArray:
+        """Start of the Arnoldi basis: something in every direction, and the last Ritz vector where it fits."""
+        start = np.cos(np.arange(size) * 1.7 + 0.3) + 0.1
+        start /= np.linalg.norm(start)
+        if self.vector.size == size:
+            start += 3 * self.vector
+            start /= np.linalg.norm(start)
+        return start
+
+
+def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> float:
+    """Nodes a radian that the modes' oscillation asks for: the highest mode with a thousandth of the largest flexibility."""
+    size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
+    top = float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
+    swing = problem.speed_variation.amplitude if problem.speed_variation is not None else 0.0
+    return 1.05 * top / (2 * np.pi * speed / 60 * (1 - swing))
+
+
+Level = tuple[float, float]  # depth, growth
+
+
+class Search:
+    """Boundary points of one speed: levels of the spectral radius, roots between them, each solved again more finely."""
+
+    def __init__(self, settings: tuple[int, int, float], problem: MillingProblem, speed: float, depth_max: float,
+                 layers: Layers) -> None:
+        self.nodes, self.levels, self.tolerance = settings
+        self.problem, self.speed, self.top, self.layers = problem, speed, depth_max, layers
+        self.plane = modal(problem.plane_at(speed))
+        # Speeds within a factor share their panels: the number of nodes is that of the slowest of them.
+        self.group = int(np.floor(8 * np.log2(speed)))
+        self.waves = waves_of(self.plane, problem, 2 ** (self.group / 8))
+        self.maps: dict[int, PeriodMap] = {}
+
+    def map(self, more: int) -> PeriodMap:
+        """The map with `more` extra nodes on every panel."""
+        if more not in self.maps:
+            group = -round(1e6 * self.speed) if self.problem.depends_on_speed else self.group
+            kept = self.layers.setdefault((group, more), {})
+            points = 4 + (2 if more else 0)
+            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, kept)
+        return self.maps[more]
+
+    @property
+    def overflow(self) -> bool:
+        """Whether a depth was beyond double precision."""
+        return any(one.overflow for one in self.maps.values())
+
+    def growth(self, depth: float, more: int = 0, wanted: float = 1e-10) -> tuple[float, complex]:
+        """(log of the spectral radius, critical multiplier)."""
+        value = self.map(more).multipliers(depth, self.waves * (1 + 0.1 * more), wanted)[0]
+        return float(np.log(max(abs(value), 1e-300))), complex(value)
+
+    def rows(self) -> list[tuple[float, ...]]:
+        """Rows (depth, theta, frequency, change, error)."""
+        n = self.levels
+        grid = (self.top * (np.arange(1, n + 1) / n) ** 1.5).tolist()
+        levels: list[Level] = [(w, self.growth(w, wanted=-1e-6)[0]) for w in grid]
+        levels = [self._least(levels[0]), *levels]
+        found = []
+        for (a, ga), (b, gb) in pairwise(self._between(levels)):
+            if (ga > 0) != (gb > 0):
+                found.append(self._boundary(a, b, gb > 0))
+        return found
+
+    def _least(self, first: Level) -> Level:
+        """A depth so small that the cut is stable, from the first level down."""
+        w, g = 0.02 * first[0], first[1]
+        while True:
+            g = self.growth(w, wanted=-1e-6)[0]
+            if g <= 0 or w < 1e-9 * self.top:
+                return w, min(g, -1e-12)
+            w *= 0.1
+
+    def _between(self, levels: list[Level]) -> list[Level]:
+        """Add depths wherever the radius may reach 1 and come back between two levels: where its slopes at both lead towards
+        1, the tangents' crossing is looked at, and the halves again."""
+        jumps = np.abs(np.diff([g for _, g in levels]))
+        out = list(levels)
+        stack = [(a, b, 0) for i, (a, b) in enumerate(pairwise(levels))
+                 if min(abs(a[1]), abs(b[1])) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
+        while stack:
+            a, b, depth = stack.pop()
+            if (a[1] > 0) != (b[1] > 0) or depth > 4:
+                continue
+            w = self._approach(a, b)
+            if w is not None:
+                middle = (w, self.growth(w, wanted=-1e-6)[0])
+                out.append(middle)
+                stack += [(a, middle, depth + 1), (middle, b, depth + 1)]
+        return sorted(out)
+
+    def _approach(self, a: Level, b: Level) -> float | None:
+        """Depth between two levels of one sign where their tangents cross, None where the growth does not come near zero."""
+        step = 0.02 * (b[0] - a[0])
+        away = -1.0 if a[1] > 0 else 1.0  # growth counted positive beyond the circle as seen from here
+        left = away * (self.growth(a[0] + step, wanted=-1e-6)[0] - a[1]) / step
+        near = 0.3 * away * min(a[1], b[1], key=abs)  # what counts as near the circle
+        if left <= 0 or away * a[1] + left * (b[0] - a[0]) < near:
+            return None
+        right = away * (b[1] - self.growth(b[0] - step, wanted=-1e-6)[0]) / step
+        if right >= 0:
+            return None
+        ga, gb = away * a[1], away * b[1]
+        w = (gb - ga + left * a[0] - right * b[0]) / (left - right)
+        w = min(max(w, a[0] + 5 * step), b[0] - 5 * step)
+        reach = ga + left * (w - a[0])
+        return w if reach > near else None
+
+    def _boundary(self, a: float, b: float, rising: bool) -> tuple[float, ...]:
+        from scipy.optimize import brentq
+
+        w = float(brentq(lambda x: self.growth(x, wanted=1e-7)[0], a, b, xtol=3e-4 * b, rtol=3e-4, disp=False))
+        delta = 1e-4 * (w if w + 1e-4 * w < b else -w)
+        slope = (self.growth(w + delta)[0] - self.growth(w)[0]) / delta
+        best, error, mu = w, b - a, 0j
+        for more in (3, 6):
+            w, slope, mu, sure = self._polished(w, slope if (slope > 0) == rising else 0.0, more, a, b)
+            shift = abs(self.growth(w, more - 3)[0] / slope) if sure and slope else b - a
+            error, best = min(shift * (1 + shift / (b - a)) + FLOOR * w, b - a), w
+            if error <= self.tolerance * w:
+                break
+        theta = abs(float(np.angle(mu)))
+        if abs(mu.imag) < 1e-7 * abs(mu):
+            theta = np.pi if mu.real < 0 else 0.0
+        single = 1 if theta in (0.0, np.pi) else 2
+        return best, theta, self._frequency(theta), single if rising else -single, error
+
+    def _polished(self, w: float, slope: float, more: int, a: float, b: float) -> tuple[float, float, complex, bool]:
+        """Root of the growth with `more` nodes near w by the secant rule, in the bracket where that fails; its slope, the
+        multiplier, and whether it is a root."""
+        from scipy.optimize import brentq
+
+        g, mu = self.growth(w, more)
+        for _ in range(8):
+            new = w - g / slope if slope else np.nan
+            if not a <= new <= b:
+                break
+            g_new, mu = self.growth(new, more)
+            if abs(new - w) > 1e-8 * w and g_new != g:
+                slope = (g_new - g) / (new - w)
+            step, w, g = abs(new - w), new, g_new
+            if step < 1e-10 * w or abs(g / slope) < 1e-10 * w:
+                return w, slope, mu, True
+        if (self.growth(a, more)[0] > 0) == (self.growth(b, more)[0] > 0):
+            return w, slope, mu, False
+        w = float(brentq(lambda x: self.growth(x, more)[0], a, b, xtol=1e-12 * b, rtol=1e-10, disp=False))
+        delta = 1e-6 * (b - a) if w < 0.5 * (a + b) else -1e-6 * (b - a)
+        g, mu = self.growth(w, more)
+        return w, (self.growth(w + delta, more)[0] - g) / delta, mu, True
+
+    def _frequency(self, theta: float) -> float:
+        period = mean_period(self.problem, self.speed)
+        f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
+        size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))
+        return float(f[np.argmax(size)])

@@ -1,0 +1,53 @@
+r"""Receptances and their derivatives along parameters, :math:`H' = -L Z^{-1} Z' Z^{-1} B` from the low-rank factors of Z'."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.updating.shape_turns import Modal, Weighted
+from toolpoint.vibration import SecondOrderSystem
+
+
+def direct_response(
+    lines: FloatArray, left: Array, right: Array, system: SecondOrderSystem, factors: Weighted, count: int
+) -> tuple[ComplexArray, ComplexArray | None]:
+    """Return receptances (n_f, n_outputs, n_inputs) at lines (Hz) and, with `count`, derivatives (count, ...) of them."""
+    w = 2 * np.pi * np.asarray(lines)[:, None, None]
+    z = system.stiffness - w**2 * system.mass + 0j
+    if system.damping is not None:
+        z += 1j * w * system.damping
+    if system.structural_damping is not None:
+        z += 1j * system.structural_damping
+    # Symmetric matrices: one factorisation serves forces and (transposed) responses.
+    both = np.linalg.solve(z, np.concatenate([right, left.T], axis=1) + 0j)
+    forced, sensed = both[..., :right.shape[1]], both[..., right.shape[1]:]
+    values = left @ forced
+    if not count:
+        return values, None
+    result: ComplexArray = np.zeros((count, *values.shape), complex)
+    flat = [np.moveaxis(part, 1, 0).reshape(part.shape[1], -1) for part in (sensed, forced)]
+    scale = {"stiffness": 1.0, "damping": 1j * w, "structural_damping": 1j, "mass": -w**2}
+    for term, (factor, weights) in factors.items():
+        # (used, rank, lines, outputs) and (used, rank, lines, inputs): the products of small matrices are summed over the rank.
+        a, b = (factor.seen(part).reshape(*weights.shape, len(w), -1) for part in flat)
+        product = (a * weights[:, :, None, None]).transpose(0, 2, 3, 1) @ b.transpose(0, 2, 1, 3)
+        result[factor.used] -= product * scale[term]
+    return values, result
+
+
+def modal_response(
+    lines: FloatArray, left: Array, right: Array, modal: Modal, ratio: float
+) -> tuple[ComplexArray, ComplexArray | None]:
+    """Return the same by superposition of all modes with one damping ratio."""
+    a, b = left @ modal.vectors, modal.vectors.T @ right
+    w, omega = 2 * np.pi * np.asarray(lines)[:, None], modal.omega
+    g = 1 / (omega**2 - w**2 + 2j * ratio * omega * w)
+    values = np.einsum("or,fr,ri->foi", a, g, b)
+    if not modal.count:
+        return values, None
+    da, db = np.einsum("oj,jrp->por", a, modal.turns, optimize=True), np.einsum("jrp,ji->pri", modal.turns, b, optimize=True)
+    dg = -(g**2) * (1 + 1j * ratio * w / omega) * modal.square_slopes.T[:, None, :]
+    changes = (np.einsum("por,fr,ri->pfoi", da, g, b, optimize=True) + np.einsum("or,fr,pri->pfoi", a, g, db, optimize=True)
+               + np.einsum("or,pfr,ri->pfoi", a, dg, b, optimize=True))
+    return values, changes

@@ -1,0 +1,113 @@
+"""Pages of correlation, sensitivity, joints and updating in a browser: charts drawn, pairs framed, shapes that move alike."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from four_part_mill import four_part_mill
+
+from toolpoint._check import ToolpointError
+from toolpoint.app import correlation_page, sensitivity
+from toolpoint.app.correlation_page import CorrelationRun, Test
+from toolpoint.app.identify import Geometry
+from toolpoint.app.update import _page as update_page
+from toolpoint.machine import assemble
+from toolpoint.plot.bands import frac_bands
+from toolpoint.plot.correlation import mac_matrix
+from toolpoint.plot.joint_views import joint_views
+from toolpoint.plot.point_views import point_pairs, point_values
+from toolpoint.plot.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.shape_pairs import partners, turned_alike
+from toolpoint.studies import machine_update
+from toolpoint.studies.model_correlation import correlate
+from toolpoint.studies.point_pairing import paired_points
+from toolpoint.studies.sensitivity_study import sensitivity_study
+from toolpoint.vibration import eigen, frequency_response
+
+
+@pytest.fixture(scope="module")
+def mills():
+    mill = four_part_mill()
+    path = "joints.column_housing.stiffness.x"
+    return mill, mill.with_values({path: 0.5 * mill.value(path)}), path
+
+
+def test_correlation_page(mills, opened):
+    mill, wrong, _ = mills
+    modes = eigen.undamped(assemble(mill), 6)
+    frf = frequency_response.direct(assemble(mill, None, modes.dofs[:3], modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
+    places = correlation_page.positions(mill, None)
+    pairing = paired_points(places, places, 0.01)
+    runs = [correlate(m, modes, pairing, frf) for m in (mill, wrong)]
+    test = Test(modes, frf, Geometry(places, [("base0", "base1")]), None)
+    seen = opened(correlation_page.page(CorrelationRun(*runs), mill, test).html(), reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointCharts).length >= 6 && 'pairs' in window.toolpointViews")
+    chart = seen.page.locator(".tp-chart[data-name=chart-1]")
+    chart.scroll_into_view_if_needed()
+    seen.page.wait_for_timeout(300)
+    # One frame a paired mode.
+    assert chart.locator(".shapelayer path").count() == len(runs[1].pairs.pairs)
+    both = seen.page.evaluate("[0, 1].map(k => Array.from(window.toolpointViews.pairs.positions(k)))")
+    np.testing.assert_allclose(both[0], both[1], atol=1e-4)
+    assert seen.errors == [] and len(seen.requests) == 1
+
+
+def test_sensitivity_page(mills, opened):
+    mill, _, _ = mills
+    seen = opened(sensitivity.page(sensitivity_study(mill), mill).html(), reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointCharts).length >= 5 && 'modes' in window.toolpointViews")
+    bars = seen.page.locator(".tp-chart[data-name=chart-2]")
+    bars.scroll_into_view_if_needed()
+    seen.page.wait_for_timeout(300)
+    assert bars.locator(".barlayer .trace").count() == 4  # four interfaces
+    assert seen.errors == [] and len(seen.requests) == 1
+
+
+def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
+    mill, wrong, path = mills
+    modes = eigen.undamped(assemble(mill), 6)
+    frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
+    found = machine_update.update(wrong, [path], modes, frf)
+    assert found.machine.value(path) == pytest.approx(mill.value(path), rel=1e-3)
+    seen = opened(update_page(wrong, found, modes, frf, None, ()).html(), reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'pair' in window.toolpointViews")
+    for number in (1, 2):
+        chart = seen.page.locator(f".tp-chart[data-name=chart-{number}]")
+        chart.scroll_into_view_if_needed()
+        seen.page.wait_for_timeout(300)
+        assert chart.locator(".shapelayer path").count() == 6
+    for mode in range(6):
+        # Paired shapes move to the same side: their motions have a positive product.
+        both = seen.page.evaluate(
+            f"(() => {{ const v = window.toolpointViews.pair, at = phase => (v.setPhase(phase), "
+            f"[0, 1].map(k => Array.from(v.positions(k)))); v.showMode({mode}); return [...at(0), ...at(Math.PI)]; }})()")
+        first, second = (np.array(both[k]) - np.array(both[k + 2]) for k in (0, 1))
+        assert first @ second > 0
+    assert seen.errors == [] and len(seen.requests) == 1
+
+
+def test_pairs_are_turned_alike_and_partners_found(shapes):
+    other = replace(shapes, displacement=-shapes.displacement[[2, 0, 1]])
+    assert partners(shapes, other) == [1, 2, 0]
+    turned = turned_alike(other.selected(partners(shapes, other)), shapes)
+    np.testing.assert_allclose(turned.displacement.real, shapes.displacement.real)
+
+
+def test_figures_refuse_wrong_input():
+    with pytest.raises(ToolpointError, match="parameters, modes"):
+        sensitivity_map(np.zeros((2, 3)), ["a"], [1.0, 2.0, 3.0])
+    with pytest.raises(ToolpointError, match="at least one"):
+        cumulative_bars({}, [1.0])
+    with pytest.raises(ToolpointError, match="bands, responses"):
+        frac_bands(np.ones((1, 2)), [[1, 2]], ["a"])
+    with pytest.raises(ToolpointError, match="without a position"):
+        point_values({"a": (0, 0, 0)}, {"b": 1.0}, quantity="COMAC")
+    with pytest.raises(ToolpointError, match="points of test and model"):
+        point_pairs({"a": (0, 0, 0)}, {"b": (0, 0, 0)}, {"a": "c"})
+
+
+def test_names_are_shown_as_they_are():
+    made = point_values({"<b>": (0, 0, 0)}, {"<b>": 0.5}, quantity="COMAC")
+    assert "&lt;b&gt;" in made.data[0].text[0]
+    assert len(mac_matrix(np.eye(2), "ab", "ab", pairs=[[0, 0], [1, 1]]).layout.shapes) == 2
+    assert joint_views({"1": (0, 0, 0), "2": (1, 0, 0)}, {"base": ["1", "2"]}, []).data
