@@ -31,6 +31,7 @@ from toolpoint.vibration.frf import Frf
 
 NOISE_FLOOR = 1e-9
 MOST_STEPS = 30
+NEGLIGIBLE = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,6 +219,8 @@ def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight
     for _ in range(MOST_STEPS):
         step = _step(fit, guard)
         gain = 0.5 * float(step @ fit.information @ step)
+        if gain < NEGLIGIBLE * tolerance and guard == 0:
+            break
         trial = _moved(data, fit, step)
         if trial is None or trial.cost > fit.cost * (1 + 1e-12):
             if gain < 1e-6 or guard > 1e6:
