@@ -40,6 +40,16 @@ def test_location_error_from_the_response_and_from_the_simulation() -> None:
     assert simulated == pytest.approx(want, rel=1e-4)
 
 
+def test_location_error_with_an_axial_force_that_bends_the_tool_sideways() -> None:
+    """Modes in oblique directions of space: the law with the 3x3 response and the simulation agree, and z matters."""
+    problem = spatial(Tool(0.012, 2), Engagement.down(0.2))
+    want = float(location_error(problem, [9000.0], 0.05e-3)[0])
+    assert at_exit(simulate(problem, 9000.0, 0.05e-3, 100, ExactSteps(2000))) == pytest.approx(want, rel=2e-3)
+    assert abs(float(location_error(problem.changed(z=None), [9000.0], 0.05e-3)[0]) / want - 1) > 0.02
+    with pytest.raises(ToolpointError, match="cylindrical"):
+        location_error(spatial(Tool(0.012, 2, corner_radius=1e-3), Engagement.down(0.2)), [9000.0], 0.05e-3)
+
+
 def test_growth_at_the_boundary_is_one() -> None:
     """Over 80 tooth periods at the converged depth the growth rate is within 1e-4 of 1."""
     problem = benchmark(Engagement.slot(), feed_per_tooth=1e-4)

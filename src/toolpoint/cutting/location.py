@@ -11,7 +11,7 @@ from toolpoint.cutting.problem import MillingProblem, checked_speeds
 
 
 def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -> ComplexArray:
-    r"""Return Fourier coefficients c_k, k = -H..H, of the static force over a tooth pitch, N, shape (2H + 1, 2).
+    r"""Return Fourier coefficients c_k, k = -H..H, of the static force over a tooth pitch, N, shape (2H + 1, 3).
 
     :math:`F(t) = -w \sum_j g_j [k(\phi_j) f_z \sin\phi_j + k_e(\phi_j)] = \sum_k c_k e^{i k \omega_T t}`, time zero at
     tooth 0's entry; helical tools are averaged over their height.
@@ -23,6 +23,8 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
     k = force_direction(material, phi) * (problem.feed_per_tooth * np.sin(phi))[:, None]
     s, c = np.sin(phi), np.cos(phi)
     k = k + np.stack([material.edge_t * c + material.edge_n * s, -material.edge_t * s + material.edge_n * c], axis=-1)
+    axial = -(material.ka * problem.feed_per_tooth * np.sin(phi) + material.edge_a)  # the tool is pulled along its axis
+    k = np.concatenate([k, axial[:, None]], axis=1)
     order = np.arange(-harmonics, harmonics + 1)
     wave = np.exp(-1j * order[:, None] * tool.teeth * (phi - arc.entry)) * (w * arc.arc / 2 / pitch)
     series = -depth * wave @ k
@@ -56,8 +58,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
     """
     one_of("side", side, ("exit", "entry"))
     depth = positive("depth", depth, 1.0)
-    if not problem.tool.is_regular:
-        fail("problem", "unequal pitch or helix", "must be a regular tool", "take the surface of a simulation")
+    if not problem.tool.is_regular or problem.tool.corner_radius > 0:
+        fail("problem", "unequal pitch or helix, or a rounded edge", "must be a regular cylindrical tool",
+             "take the surface of a simulation")
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero", "problem.changed(feed_per_tooth=...)")
     tool, arc = problem.tool, problem.engagement
@@ -71,7 +74,7 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
         g = plane.response(np.abs(order) * tooth)
         g = np.where((order < 0)[:, None, None], g.conj(), g)
         turn = (np.pi if side == "exit" else 0.0) - arc.entry
-        y = np.einsum("kab,kb,k->a", g, c, np.exp(1j * order * tool.teeth * turn)).real
+        y = np.einsum("kab,kb,k->a", g, c[:, :plane.size], np.exp(1j * order * tool.teeth * turn)).real
         # The finished wall is at the tooth's own direction n = (0, cos): outward motion there cuts too deep.
         out.append(-y[1] * (-1.0 if side == "exit" else 1.0))
     return np.array(out)
