@@ -18,8 +18,15 @@ HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {
 
 
 def picture(page):
-    page.wait_for_timeout(60)
-    return page.locator(".tp-stage canvas").screenshot()
+    """The canvas once it stands still: a busy machine may take some frames."""
+    before = None
+    for _ in range(20):
+        page.wait_for_timeout(60)
+        now = page.locator(".tp-stage canvas").screenshot()
+        if now == before:
+            break
+        before = now
+    return now
 
 
 @pytest.fixture
