@@ -72,7 +72,8 @@ def test_modes_and_check_speak_json(capsys):
     assert run(["modes", MACHINE, "--json"]) == 0
     assert len(json.loads(capsys.readouterr().out)["frequency_hz"]) == 6
     assert run(["check", MACHINE, "--json"]) == 0
-    assert json.loads(capsys.readouterr().out) == {"ok": True, "coordinates": 6}
+    found = json.loads(capsys.readouterr().out)
+    assert found["ok"] and found["coordinates"] == 6 and found["cutting"].startswith("80 mm, 5 teeth")
     assert run(["schema"]) == 0
     assert "properties" in json.loads(capsys.readouterr().out)
 
@@ -92,7 +93,9 @@ def test_map_writes_a_page_and_resumes(tmp_path, capsys):
     (["report", MACHINE, "--pose", "X=0,1"], "decimal point"), (["report", MACHINE, "--pose", "Q=1"], "no axis"),
     (["report", MACHINE, "--pose", "X=5"], "within -0.3 .. 0.3"), (["report", "--frf", "none.txt"], "cannot be read"),
     (["report", "--frf", MACHINE, "--band", "9:3"], "below the upper"), (["demmo"], "did you mean 'demo'"),
-    (["map", MACHINE, "--axis", "X=1"], "FIRST:LAST:NUMBER"), (["modes", MACHINE, "--count", "x"], "not a valid integer")])
+    (["map", MACHINE, "--axis", "X=1"], "FIRST:LAST:NUMBER"),
+    (["map", MACHINE, "--axis", "X=-0.1:0.1:0"], "FIRST:LAST:NUMBER"), (["map", MACHINE, "--axis", "X=-0.1:5:3"], "0.3"),
+ (["modes", MACHINE, "--count", "x"], "not a valid integer")])
 def test_wrong_input_gives_a_message_and_code_two(arguments, words, capsys):
     assert run(arguments) == 2
     shown = capsys.readouterr()

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, SpeedVariation, Tool, stability
 from toolpoint.io import frf_text, hdf5
 from toolpoint.vibration import Modes, frequency_response
 
@@ -56,6 +57,70 @@ def test_lobes_and_cut_of_a_machine_at_a_pose(tmp_path, capsys):
     assert "Spectrum" in (tmp_path / "index.html").read_text()
 
 
+def python_limits(problem, speeds, depth_max):
+    chart = stability.chart(problem, np.array(speeds), depth_max=depth_max)
+    return [chart.intervals(i)[0][1] for i in range(len(speeds))]
+
+
+def test_every_option_of_the_tool_reaches_the_chart(folder, tmp_path, capsys):
+    """The chart of the command line is that of the Python problem with the same tool, in its own units."""
+    options = ["--modes", str(folder / "modes.h5"), *CUT, "--direction", "up", "--immersion", "0.4", "--speeds", "8000:12000:3"]
+    plain = MillingProblem(Tool(0.012, 2), Engagement.up(0.4), CuttingCoefficients(6e8, 2e8), TOOL)
+    pitch = np.radians([150.0, 210.0])
+    cases = [
+        (["--helix", "40"], plain.changed(tool=Tool(0.012, 2, helix=np.radians(40))), "PanelArnoldi"),
+        (["--pitch", "150,210"], plain.changed(tool=Tool(0.012, 2, pitch=pitch)), "PanelArnoldi"),
+        (["--corner-radius", "3"], plain.changed(tool=Tool(0.012, 2, corner_radius=3e-3)), "PanelArnoldi"),
+        (["--process-damping", "400", "--damping-friction", "0.1"], plain.changed(process_damping=400, damping_friction=0.1),
+         "PanelArnoldi"),
+        (["--speed-variation", "0.2,3,45"], plain.changed(speed_variation=SpeedVariation(0.2, 3, np.pi / 4)), "PanelArnoldi"),
+        (["--entry", "30", "--exit", "90"], plain.changed(engagement=Engagement(np.pi / 6, np.pi / 2)), "FloquetDeterminant"),
+        (["--material", "al7075:2"], plain.changed(coefficients=CuttingCoefficients(600.5e6, 181e6)), "FloquetDeterminant")]
+    for more, problem, method in cases:
+        mine = options[:-4] + options[-2:] if "--entry" in more else options
+        if "--material" in more:
+            mine = mine[:mine.index("--kt")] + mine[mine.index("--kn") + 2:]
+        found = run(capsys, "lobes", *mine, *more, "-o", str(tmp_path))
+        limits = [intervals[0][1] for intervals in found["stable_intervals_m"]]
+        assert found["method"] == method
+        # Search levels depend on the range of depths, so the roots are equal only within the stated tolerance.
+        np.testing.assert_allclose(limits, python_limits(problem, [8000.0, 10000.0, 12000.0], 1.3 * max(limits)), rtol=1e-4)
+
+
+def test_panel_and_auto_agree_and_a_machine_file_says_its_own_cut(folder, tmp_path, capsys):
+    modes = ["lobes", "--modes", str(folder / "modes.h5"), *CUT, "--direction", "slot", "--speeds", "15000:15000:1"]
+    auto, panel = (run(capsys, *modes, "--method", name, "-o", str(tmp_path)) for name in ("auto", "panel"))
+    assert (auto["method"], panel["method"]) == ("FloquetDeterminant", "PanelArnoldi")
+    assert auto["stable_intervals_m"][0][0][1] == pytest.approx(panel["stable_intervals_m"][0][0][1], rel=1e-4)
+    more = "  pitch: [60 deg, 84 deg, 60 deg, 84 deg, 72 deg]\n  axial: 300 MPa\n"
+    text = Path(MACHINE).read_text().replace("  source: chosen\n\nreference", f"{more}\nreference")
+    assert "pitch" in text
+    (tmp_path / "own.yaml").write_text(text)
+    found = run(capsys, "lobes", str(tmp_path / "own.yaml"), "--speeds", "1500:1500:1", "-o", str(tmp_path))
+    assert found["method"] == "PanelArnoldi"
+    main(["check", str(tmp_path / "own.yaml")])
+    assert "pitch 60/84/60/84/72 deg" in capsys.readouterr().out
+
+
+def test_simulated_cut_takes_feed_runout_and_edge_forces(folder, tmp_path, capsys):
+    """Mean power of a stable cut: work of the tangential force, K_t times the volume removed plus the edge's friction."""
+    common = ["mill", "--modes", str(folder / "modes.h5"), "--diameter", "12", "--teeth", "2", "--direction", "slot", "--speed",
+              "15000", "--depth", "0.02", "--kt", "600", "--kn", "200", "-o", str(tmp_path)]
+    fast, edged = run(capsys, *common, "--feed", "0.2"), run(capsys, *common, "--feed", "0.1", "--kte", "20")
+    volume = 2 * 15000 / 60 * 0.012 * 0.02e-3
+    assert fast["power_w"] == pytest.approx(600e6 * 0.2e-3 * volume, rel=0.02)
+    friction = 20e3 * 0.02e-3 * np.pi * 0.012 * 15000 / 60  # one of two teeth is in the slot
+    assert edged["power_w"] == pytest.approx(600e6 * 0.1e-3 * volume + friction, rel=0.02)
+    out = run(capsys, *common, "--runout", "20", "--runout-angle", "30")
+    assert out["peak_to_peak_m"] != run(capsys, *common)["peak_to_peak_m"]
+
+
+def test_materials_of_the_literature_are_listed(capsys):
+    main(["lobes", "--materials"])
+    shown = capsys.readouterr().out
+    assert "Al 7075:4" in shown and "1319.4" in shown and "10.1186/s10033-021-00536-9" in shown and "VDI 3323" in shown
+
+
 TRIED = ["--speeds", "8000:20000:25", "--immersion", "0.05", "--direction", "down"]
 
 
@@ -89,6 +154,14 @@ def test_speeds_from_a_chatter_frequency_alone(capsys):
     (["lobes", MACHINE, "--speeds", "900:1500:3", "--probability", "2", "--tried", "9000:1:stable"], "within the chart"),
     (["speeds", "--chatter", "50", "--teeth", "4", "--highest", "300", "--lowest", "260"], "no lobe"),
     (["speeds", "--chatter", "0", "--teeth", "4", "--highest", "300"], "above zero"),
+    (["lobes", MACHINE, "--helix", "30,40"], "one for each of the 5 teeth"),
+    (["lobes", MACHINE, "--pitch", "90,90"], "5 teeth"),
+    (["lobes", MACHINE, "--material", "al 7065"], "did you mean 'Al 7075'"), (["lobes", MACHINE, "--helix", "a"], "separated"),
+    (["lobes", MACHINE, "--speed-variation", "1,2,3,4"], "SHARE,REVOLUTIONS"), (["lobes", MACHINE, "--entry", "20"], "exit"),
+    (["lobes", MACHINE, "--corner-radius", "50"], "ball"), (["lobes", MACHINE, "--speed-variation", "0.95,4"], "0.9"),
+    (["lobes", MACHINE, "--entry", "20", "--exit", "90", "--immersion", "0.3"], "left out"),
+    (["lobes", MACHINE, "--process-damping", "-3"], "must not be negative"), (["lobes", MACHINE, "--ka", "-3"], "ka"),
+    (["lobes", MACHINE, "--material", "c45", "--kn", "300"], "feed_per_tooth"),
     (["lobes"], "none given"), (["lobes", MACHINE, "--immersion", "1.4"], "at most 1"),
     (["lobes", MACHINE, "--teeth", "0"], "teeth"), (["lobes", MACHINE, "--kt", "-5"], "kt"),
     (["lobes", MACHINE, "--speeds", "0:100:3"], "above zero"), (["lobes", MACHINE, "--method", "sdm"], "must be one of"),

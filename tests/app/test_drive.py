@@ -52,12 +52,22 @@ def test_faults_of_a_drive_file(tmp_path, capsys, old, new, words):
 
 
 @pytest.mark.parametrize(("arguments", "words"), [
-    ([], "either --program"), (["--circle", "50"], "RADIUS,FEED"), (["--program", "none.nc"], "none.nc")])
+    ([], "either --program"), (["--circle", "50"], "RADIUS,FEED"), (["--circle", "0.001,4000"], "larger radius"),
+    (["--circle", "50000,4000"], "at most 1800 s"), (["--fmu", "none/unit.fmu"], "does not exist"),
+    (["--program", "none.nc"], "none.nc")])
 def test_wrong_commands(capsys, arguments, words):
     with pytest.raises(SystemExit) as stopped:
         main(["drive", str(SERVO), *arguments])
     assert stopped.value.code == 2
     assert words in capsys.readouterr().err
+
+
+def test_a_feed_that_the_axes_cannot_keep_is_said(tmp_path, capsys):
+    """20 mm at 30 m/min asks for 12.5 m/s^2 of axes that allow 2: sqrt(2 * 0.02) m/s = 12 m/min."""
+    main(["drive", str(SERVO), "--circle", "20,30000", "-o", str(tmp_path)])
+    shown = " ".join(capsys.readouterr().err.split())
+    assert "not the 30000 mm/min asked for" in shown
+    assert 11000 < float(shown.split("allow ")[1].split()[0]) < 12100
 
 
 def test_program_faults_come_with_their_lines(tmp_path, capsys):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, uff
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
+from toolpoint.io import frf_text, hdf5, uff
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 FREQUENCY, RATIO = np.array([21.0, 34.0, 52.0]), np.array([0.02, 0.03, 0.015])
@@ -57,3 +58,40 @@ def test_wrong_input(measured_file, arguments, words, capsys):
     assert stopped.value.code == 2
     shown = capsys.readouterr().err
     assert words in shown and "Traceback" not in shown
+
+
+def test_identified_modes_go_straight_into_lobes_and_a_simulated_cut(tmp_path, capsys):
+    """Measured response -> modes -> stability: residuals of the identification stand in nobody's way."""
+    rng = np.random.default_rng(1)
+    modes = Modes([500.0, 800.0], [0.03, 0.02], [[2.0, 1.2]], ("tip:+x",))
+    frf = frequency_response.modal(modes, np.arange(2.0, 1600, 1.0))
+    noise = 0.002 * np.sqrt((np.abs(frf.values) ** 2).mean())
+    noisy = frf.values + noise * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape))
+    frf_text.write(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), tmp_path / "tip.txt")
+    main(["identify", str(tmp_path / "tip.txt"), "--band", "50:1500", "-m", str(tmp_path / "modes.h5"), "-o", str(tmp_path)])
+    cut = ["--diameter", "12", "--teeth", "2", "--direction", "slot", "--kt", "600", "--kn", "200", "-o", str(tmp_path),
+           "--json"]
+    capsys.readouterr()
+    main(["lobes", "--modes", str(tmp_path / "modes.h5"), *cut, "--speeds", "6000:16000:5"])
+    found = [rows[0][1] for rows in json.loads(capsys.readouterr().out)["stable_intervals_m"]]
+    problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes)
+    truth = stability.chart(problem, np.linspace(6000, 16000, 5), depth_max=0.02).limit
+    np.testing.assert_allclose(found, np.minimum(truth, max(found)), rtol=0.05)  # the chart ends at some depth
+    assert sum(depth < 0.99 * max(found) for depth in found) >= 3
+    main(["mill", "--modes", str(tmp_path / "modes.h5"), *cut, "--speed", "9000", "--depth", str(5e2 * truth.min())])
+    assert not json.loads(capsys.readouterr().out)["chatter"]
+
+
+def test_modes_for_a_folder_that_is_not_there_are_refused_before_any_work(measured_file, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["identify", str(measured_file), "-m", "nowhere/modes.h5"])
+    assert stopped.value.code == 2 and "does not exist" in capsys.readouterr().err
+
+
+def test_text_files_without_the_names_of_their_points_tell_the_rule(tmp_path, capsys):
+    modes = Modes([500.0], [0.03], [[50.0]], ("tip:+x",))
+    for name in ("one.txt", "two.txt"):
+        frf_text.write(frequency_response.modal(modes, np.arange(2.0, 900, 2.0)), tmp_path / name)
+    with pytest.raises(SystemExit):
+        main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt")])
+    assert "OUTPUT__INPUT" in capsys.readouterr().err

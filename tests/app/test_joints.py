@@ -1,5 +1,7 @@
 """`toolpoint joints`: measured responses in, the published machine's joints and a machine file that runs out."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -77,3 +79,27 @@ def test_faults_of_a_component_file(measured_machine, tmp_path, capsys, old, new
     assert stopped.value.code == 2
     shown = capsys.readouterr().err
     assert words in shown and "Traceback" not in shown
+
+
+def test_the_machine_is_correlated_updated_and_studied_without_further_options(measured_machine, tmp_path, capsys):
+    """Responses -> joints -> the machine beside its own test, updated to it: the measured points ride on its bodies."""
+    found, page = str(tmp_path / "found.yaml"), ["-o", str(tmp_path / "page")]
+    test, modes = str(measured_machine / "test.uff"), str(tmp_path / "modes.h5")
+    main(["identify", test, "--modes", modes, *page])
+    main(arguments(measured_machine, "--machine", found, *page))
+    points = machine_yaml.read(found).description.points
+    assert len(points) == 60 and {point.body for point in points.values()} == set(BODIES)
+    capsys.readouterr()
+    main(["correlate", found, test, *page, "--json"])
+    agreed = json.loads(capsys.readouterr().out)
+    assert len(agreed["points_paired"]) == 60 and len(agreed["modes"]) == 6
+    assert min(mode["mac"] for mode in agreed["modes"]) > 0.99 and agreed["total"] > 0.98
+    # A wrong foot is mended again by the modes of the same test.
+    machine = machine_yaml.read(found)
+    path = "joints.ground_base.stiffness.rx"
+    machine_yaml.write(machine.with_values({path: 0.7 * machine.value(path)}).description, tmp_path / "wrong.yaml")
+    main(["update", str(tmp_path / "wrong.yaml"), "--modes", modes, *page, "--json"])
+    updated = json.loads(capsys.readouterr().out)
+    assert updated["values"][path] == pytest.approx(902.78e6, rel=0.02) and updated["status"].startswith("converged")
+    main(["sensitivity", found, *page, "--json"])
+    assert len(json.loads(capsys.readouterr().out)["frequency_hz"]) == 6

@@ -15,6 +15,7 @@ from toolpoint.cutting import (
     Engagement,
     FloquetDeterminant,
     MillingProblem,
+    PanelArnoldi,
     Tool,
     TurningProblem,
     ZeroOrder,
@@ -129,6 +130,8 @@ def test_static_residual_equals_a_stiff_mode() -> None:
     b = stability.chart(problem.changed(dynamics=(residual, y)), speeds, method, depth_max=0.002).limit
     assert b == pytest.approx(a, rel=2e-3)
     assert abs(b[0] / 0.913067e-3 - 1) > 5e-3
+    marched = stability.chart(problem.changed(dynamics=(residual, y)), speeds, PanelArnoldi(), depth_max=0.002)
+    assert marched.limit == pytest.approx(a, rel=2e-2) and any("upper residual" in note for note in marched.notes)
 
 
 @settings(max_examples=12, deadline=None)

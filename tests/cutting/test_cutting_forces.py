@@ -126,6 +126,28 @@ def test_calibration_intervals_cover_the_truth() -> None:
     assert "runout" in fit.table() and "kt" in repr(fit)
 
 
+def test_phase_of_each_record_is_found() -> None:
+    """Records that begin at any angle: phases up to whole pitches of the teeth, the same ones for all records."""
+    tool = Tool(0.016, 3, helix=np.radians(30), runout=10e-6, runout_angle=-1.0)
+    problem = benchmark(Engagement.down(0.6), tool=tool).changed(coefficients=MATERIAL)
+    feeds, begin = np.array([0.06, 0.12, 0.18]) * 1e-3, np.array([0.3, 2.9, 5.1])
+    turn = np.linspace(0, 2 * np.pi, 120, endpoint=False)
+    forces = np.array([rigid_forces(problem.changed(feed_per_tooth=f), 2e-3, turn + b, slices=60).force
+                       for f, b in zip(feeds, begin)])
+    forces = forces + 0.01 * np.abs(forces).max() * np.random.default_rng(1).standard_normal(forces.shape)
+    start = problem.changed(tool=tool.with_runout(0.0))
+    fit = instantaneous(start, feeds, turn, forces, 2e-3, phase="each", slices=30)
+    found = dict(zip(fit.names, fit.values))
+    turned = np.array([found[f"phase_{i}"] for i in (1, 2, 3)]) - begin
+    pitches = turned / (2 * np.pi / 3)
+    assert pitches == pytest.approx(np.round(pitches), abs=0.01)
+    assert np.ptp(np.round(pitches)) % 3 == 0
+    assert found["kt"] == pytest.approx(767e6, rel=0.02) and found["runout"] == pytest.approx(10e-6, rel=0.05)
+    for bad, words in (("all", "must be False"), ("each", "equal steps")):
+        with pytest.raises(ToolpointError, match=words):
+            instantaneous(start, feeds, turn / 2, forces, 2e-3, phase=bad)
+
+
 def test_a_force_record_is_averaged_over_revolutions() -> None:
     """Samples of whole revolutions fold on one."""
     rate, speed = 10000.0, 3000.0

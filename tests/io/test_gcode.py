@@ -85,3 +85,21 @@ def test_a_program_is_planned():
     text = "G64 G1 F3000\n" + "\n".join(f"N{i} X{x:.3f} Y{y:.3f}" for i, (x, y) in enumerate(points))
     plan = planned(Path(**gcode.parse(text).path_arrays), JerkLimits(1, 5, 200), corner_tolerance=5e-6)
     np.testing.assert_allclose(plan.command(1e-3, 2).position[-1], 1e-3 * points[-1].round(3), atol=1e-9)
+
+
+def test_iso_units_and_program_number():
+    """G20 and G21 set lengths and feeds; an O word heads a program."""
+    inch = gcode.parse("O1000\nG20 G90\nG1 X1 F10")
+    np.testing.assert_allclose([inch.end[0, 0], inch.feed[0]], [0.0254, 10 * 0.0254 / 60])
+    assert gcode.parse("G21\nG1 X1 F600").feed[0] == pytest.approx(0.01)
+
+
+def test_a_fault_is_said_once_and_makes_no_others():
+    """After a faulty block the program goes on where it was meant to end; a missing feed is one fault."""
+    text = "G1 X10 Y0 F100\nG81 X20 Y0\nG2 X30 Y0 CR=5\nM30"
+    with pytest.raises(FileFaults) as caught:
+        gcode.parse(text)
+    assert "1 fault" in str(caught.value) and "G81" in str(caught.value)
+    with pytest.raises(FileFaults) as caught:
+        gcode.parse("G1 X1\nX2\nX3")
+    assert str(caught.value).count("no feed yet") == 1

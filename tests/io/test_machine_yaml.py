@@ -158,3 +158,66 @@ def test_any_text_gives_faults_and_nothing_else(tmp_path_factory, text):
     path.write_text(text, encoding="utf-8", errors="replace")
     with pytest.raises(ValueError):
         machine_yaml.read(path)
+
+
+CUTTING = """tool: tool
+cutting:
+  diameter: 16 mm
+  teeth: 4
+  entry: 20 deg
+  exit: 100 deg
+  helix: "30, 32, 30, 32 deg"
+  pitch: [80 deg, 100 deg, 80 deg, 100 deg]
+  runout: 8 um
+  runout_angle: 40 deg
+  tilt: 0.1 mrad
+  corner_radius: 2 mm
+  material: Al 7075:3
+  axial: 300 MPa
+  edge_tangential: 12 N/mm
+  process_damping: 250 N/m
+  damping_friction: 0.2
+  speed_variation: {amplitude: 10 %, revolutions: 4, phase: 30 deg}
+  feed_per_tooth: 0.1 mm
+"""
+
+
+def with_cutting(text):
+    return GOOD.replace("tool: tool\n", text, 1)
+
+
+def test_cutting_section_is_read_in_si_and_written_back(tmp_path, capsys):
+    machine = read(tmp_path, with_cutting(CUTTING))
+    cut = machine.description.cutting
+    assert cut.helix == pytest.approx(np.radians([30, 32, 30, 32]))
+    assert cut.pitch == pytest.approx(np.radians([80, 100, 80, 100]))
+    assert (cut.runout, cut.tilt, cut.axial, cut.edge_tangential) == pytest.approx((8e-6, 1e-4, 3e8, 12e3))
+    assert (cut.speed_variation.amplitude, cut.speed_variation.phase) == pytest.approx((0.1, np.pi / 6))
+    assert cut.process_damping == 250 and cut.feed_per_tooth == pytest.approx(1e-4) and cut.tangential is None
+    machine_yaml.write(machine.description, tmp_path / "copy.yaml")
+    assert machine_yaml.read(tmp_path / "copy.yaml").description == machine.description
+    machine_yaml.write_cutting(cut, tmp_path / "cut.yaml")
+    (tmp_path / "joined.yaml").write_text(GOOD + (tmp_path / "cut.yaml").read_text())
+    assert machine_yaml.read(tmp_path / "joined.yaml").description.cutting == cut
+    main(["check", str(tmp_path / "copy.yaml")])
+    shown = capsys.readouterr().out
+    assert "helix 30/32 deg" in shown and "Al 7075, set 3 of 4" in shown and "corner radius 2 mm" in shown
+
+
+@pytest.mark.parametrize(("old", "new", "line", "text"), [
+    ("100 deg]", "90 deg]", 34, "add up to 360"), ("[80 deg, 100 deg,", "[", 34, "one for each of the 4 teeth"),
+    ("Al 7075:3", "Al 7065", 39, "did you mean 'Al 7075'"), ("Al 7075:3", "Al 7075:5", 39, "4 sets"),
+    ("corner_radius: 2 mm", "corner_radius: 9 mm", 38, "ball end mill"), ("exit: 100 deg", "exit: 10 deg", 31, "entry < exit"),
+    ("  exit: 100 deg\n", "", 28, "belong together"), ("entry: 20 deg", "immersion: 0.5", 28, "belong together"),
+    ("10 %", "95 %", 44, "less than 0.9"), ("12 N/mm", "12 N", 41, "not one of edge coefficient"),
+    ("runout: 8 um", "runout: 8 mm", 35, "less than or equal to 0.001"),
+    ("process_damping: 250 N/m", "process_damping: -1", 42, "equal to 0"),
+    ("material: Al 7075:3", "source: chosen", 28, "unless a material is named"),
+    ("helix:", "helx:", 33, "did you mean 'helix'"),
+    ("30, 32, 30, 32 deg", "30, 32, 30, 3x deg", 33, "deg")])
+def test_faults_of_the_cutting_section(tmp_path, old, new, line, text):
+    changed = with_cutting(CUTTING)
+    assert changed.count(old) == 1
+    with pytest.raises(FileFaults) as caught:
+        read(tmp_path, changed.replace(old, new, 1))
+    _expect(caught.value, [(line, text)])

@@ -262,7 +262,6 @@ def test_beside_a_general_joint_the_others_get_their_stiffness():
     with pytest.warns(UserWarning, match="doubtful"):
         result = identify_joints(modes, at, parts, ("ground", "first", "second"), masses=masses)
     assert result.joint("first").kind == "general" and result.joint("first").stiffness is None
-    assert any("stiffness not determined" in doubt for doubt in result.joint("first").doubts)
     hinge = result.joint("second")
     assert hinge.kind == "hinge"
     assert abs(hinge.stiffness[0] - 4e5) < 4 * hinge.stiffness_deviation[0] < 4e4

@@ -10,6 +10,7 @@ from toolpoint.machine.description import (
     AxisDescription,
     BodyDescription,
     FrameDescription,
+    InertiaDescription,
     JointDescription,
     MachineDescription,
     PointDescription,
@@ -198,3 +199,22 @@ def test_derivatives_of_dampers_and_loss_factors_are_the_matrices_they_scale():
     np.testing.assert_allclose(found.structural_damping[1], expected, rtol=1e-9, atol=1e-3)
     assert found.stiffness[2, 5, 5] == pytest.approx(1.0)
     assert found.structural_damping[2, 5, 5] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize("turn", [(0.0, 0.0, 0.0), (0.3, -0.5, 0.8)])
+def test_derivatives_to_the_inertia_of_a_flat_plate(turn):
+    """Izz = Ixx + Iyy leaves no room for a difference; the mass matrix is linear and homogeneous in mass and tensor (Euler)."""
+    tensor = rotation.from_euler("zyx", turn) @ np.diag([2.0, 3.0, 5.0]) @ rotation.from_euler("zyx", turn).T
+    entries = {"xx": (0, 0), "yy": (1, 1), "zz": (2, 2), "xy": (0, 1), "xz": (0, 2), "yz": (1, 2)}
+    plate = BodyDescription(mass=40.0, centre=(0.1, 0.2, -0.3), frame=FrameDescription((0.4, 0.0, 0.2), (0.2, 0.1, -0.3)),
+                            inertia=InertiaDescription(**{name: float(tensor[at]) for name, at in entries.items()}))
+    machine = build(MachineDescription("plate", {"plate": plate}, {"foot": JointDescription(
+        "ground", "plate", FrameDescription((0.0, 0.1, 0.0), (0.5, 0.0, 0.0)), SIX)},
+        points={"edge": PointDescription("plate")}))
+    paths = ["bodies.plate.mass", *(f"bodies.plate.inertia.{name}" for name in entries)]
+    slopes = matrix_derivatives(machine, paths).mass
+    values = np.array([machine.value(path) for path in paths])
+    np.testing.assert_allclose(np.tensordot(values, slopes, 1), assemble(machine).mass, rtol=1e-9, atol=1e-9)
+    for slope, at in zip(slopes[1:], entries.values(), strict=True):
+        # One moment of inertia adds one square, a product of inertia a difference of two.
+        assert np.linalg.matrix_rank(slope, tol=1e-9) == (1 if at[0] == at[1] else 2)

@@ -377,3 +377,24 @@ def test_rooms_need_no_display_and_no_charts():
             "assert not {'matplotlib', 'plotly', 'PyQt5', 'tkinter', 'numba'} & set(sys.modules)")
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
     assert subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0
+
+
+def test_drift_at_the_lower_end_makes_no_mode_without_damping():
+    """A pole on the wrong side of the axis, as integrated signals have it: said, not listed among the modes."""
+    rng = np.random.default_rng(8)
+    case = benchmark(rng, points=20, quantity="receptance")
+    pole = 2 * np.pi * 24.0 * (0.03 + 1j)
+    s = 2j * np.pi * case.frf.frequency[:, None, None]
+    drift = np.abs(case.frf.values).max() * 5 * (1 / (s - pole) - 1 / (s - np.conj(pole))) * 2 * np.pi * 0.3j
+    drift = drift * rng.standard_normal((1, *case.frf.values.shape[1:]))
+    frf = Frf(case.frf.frequency, case.frf.values + drift, case.frf.outputs, case.frf.inputs, "receptance")
+    found = identify(with_noise(frf, 0.002, rng), band=BAND)
+    assert (found.modes.damping_ratio > 0).all()
+    assert any("without positive damping" in line and "24" in line for line in found.advice)
+    assert found.significance.size == found.modes.count == found.mode_quality.size
+
+
+def test_exact_data_of_one_mode_get_no_advice_on_their_residual():
+    modes = Modes([500.0], [0.03], [[1.0]], ("tip:+x",))
+    found = identify(modal(modes, np.arange(2.0, 3000, 2)))
+    assert found.modes.count == 1 and not any("smooth" in line for line in found.advice)

@@ -10,7 +10,8 @@ from toolpoint._check import ToolpointError
 from toolpoint.app import correlation_page, sensitivity
 from toolpoint.app.correlation_page import CorrelationRun, Test
 from toolpoint.app.identify import Geometry
-from toolpoint.app.update import _page as update_page
+from toolpoint.app.measurements import Measurement
+from toolpoint.app.update_page import page as update_page
 from toolpoint.machine import assemble
 from toolpoint.plot.bands import frac_bands
 from toolpoint.plot.correlation import mac_matrix
@@ -69,7 +70,7 @@ def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     found = machine_update.update(wrong, [path], modes, frf)
     assert found.machine.value(path) == pytest.approx(mill.value(path), rel=1e-3)
-    seen = opened(update_page(wrong, found, modes, frf, None, ()).html(), reduced_motion="reduce")
+    seen = opened(update_page(wrong, found, [Measurement(modes, frf, None)]).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'pair' in window.toolpointViews")
     for number in (1, 2):
         chart = seen.page.locator(f".tp-chart[data-name=chart-{number}]")

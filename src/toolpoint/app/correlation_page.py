@@ -58,7 +58,7 @@ def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[s
     total = "no mode is paired" if now.coefficients is None else f"total correlation {now.coefficients.total:.3f}"
     words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
              f"{len(now.points.pairs)} points are paired ({now.points.status}).")
-    report = Report(f"Test beside {machine.name}", words, subtitle=repr(test.modes))
+    report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
     model = positions(machine, pose)
     report = report.with_section("Modes", *_mode_parts(run))
     if now.coefficients is not None:
@@ -68,6 +68,14 @@ def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[s
         report = report.with_section("Responses", *_response_parts(run))
     report = report.with_section("Points", *_point_parts(now, model, test))
     return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+
+
+def _tested(test: Test) -> str:
+    f, points = test.modes.frequency, {d.point for d in test.modes.dofs}
+    words = f"{test.modes.count} measured modes, {f.min():.4g} to {f.max():.4g} Hz, at {len(points)} points"
+    if test.frf is None:
+        return words
+    return f"{words}; {len(test.frf.outputs) * len(test.frf.inputs)} responses at {test.frf.frequency.size} lines"
 
 
 def _mode_parts(run: CorrelationRun) -> list[Table | Chart | Notes]:
@@ -150,9 +158,11 @@ def _response_parts(run: CorrelationRun) -> list[Chart]:
 def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: Test) -> list[Chart | Table | Notes | str]:
     pairing = now.points
     distance = np.array(list(pairing.distance.values()))
+    single = f", {len(pairing.single)} measured ones are not" if pairing.single else ", all that were measured"
+    apart = (f" Distance between the two of a pair: mean {1e3 * distance.mean():.2f} mm, largest {1e3 * distance.max():.2f} mm."
+             if distance.any() else "")
     parts: list[Chart | Table | Notes | str] = [
-        f"{len(pairing.pairs)} points are paired, {len(pairing.single)} measured ones are not: {pairing.status}. Distance "
-        f"between the two of a pair: mean {1e3 * distance.mean():.2f} mm, largest {1e3 * distance.max():.2f} mm."]
+        f"{len(pairing.pairs)} points are paired{single}: {pairing.status}.{apart}"]
     if test.geometry is not None and test.owner is None:
         moved = {p: tf.moved(pairing.transform, np.asarray(at)[None])[0] for p, at in test.geometry.points.items()
                  if p in pairing.pairs or p in pairing.single}

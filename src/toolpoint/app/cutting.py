@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, one_of
 from toolpoint.app import console, measured_page
+from toolpoint.app.cut_options import changed
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import (
     Collocation,
     FloquetDeterminant,
     MillingProblem,
     MultiFrequency,
+    PanelArnoldi,
     SemiDiscretization,
     StabilityChart,
     ZeroOrder,
     stability,
 )
 from toolpoint.cutting.location import location_error
+from toolpoint.cutting.materials import literature, materials
 from toolpoint.cutting.stability import Method
 from toolpoint.cutting.time_domain import Simulation, simulate
 from toolpoint.io import hdf5, machine_yaml
@@ -39,8 +43,10 @@ from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_poin
 from toolpoint.vibration import Modes
 
 DEEPER = 4
-METHODS: dict[str, Method] = {
-    "floquet": FloquetDeterminant(), "zero-order": ZeroOrder(), "multi-frequency": MultiFrequency(),
+FEED = 1e-4  # m, feed per tooth of simulations where none is given
+METHODS: dict[str, Method | None] = {
+    "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "zero-order": ZeroOrder(),
+    "multi-frequency": MultiFrequency(),
     "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
 
 
@@ -55,18 +61,23 @@ class Source:
     band: tuple[float, float] | None = None
 
 
-def problem_of(source: Source, cut: Mapping[str, float | str | None]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+def problem_of(source: Source, cut: Mapping[str, Any]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
     """Return the milling problem, its cut, and remarks; `cut` holds values that replace those of the file or the example."""
     given = {name: value for name, value in cut.items() if value is not None}
+    problem, used, notes = _problem(source, given)
+    return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.material else notes
+
+
+def _problem(source: Source, given: Mapping[str, Any]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
     notes: list[str] = []
     if source.machine is not None:
         machine = machine_yaml.read(source.machine)
         base = machine.description.cutting or _example(notes)
         study = tool_point(machine, [dict(source.pose)] if source.pose else [{}])
-        used = replace(base, **given)  # type: ignore[arg-type]
+        used = changed(base, given)
         labels = (f"{study.point}:+x", f"{study.point}:+y")
         return milling_problem(used, study.modes.at_pose(0), *labels), used, notes
-    used = replace(_example(notes), **given)  # type: ignore[arg-type]
+    used = changed(_example(notes), given)
     if source.modes is not None:
         modes = hdf5.read(source.modes)
         if not isinstance(modes, Modes):
@@ -85,7 +96,7 @@ def _example(notes: list[str]) -> CuttingDescription:
 
 
 def lobes(
-    source: Source, cut: Mapping[str, float | str | None], method: str = "floquet", speeds: FloatArray | None = None,
+    source: Source, cut: Mapping[str, Any], method: str = "auto", speeds: FloatArray | None = None,
     output: str | Path = "toolpoint-report", quiet: bool = False, simulations: bool = False,
     uncertainty: Uncertainty | None = None,
 ) -> tuple[StabilityChart, list[list[str]]]:
@@ -99,11 +110,12 @@ def lobes(
     with console.collected_warnings() as warnings:
         problem, used, notes = problem_of(source, cut)
         n = np.linspace(*used.speeds, 200) if speeds is None else speeds
-        chart = _charted(problem, n, METHODS[method], quiet)
+        chosen = METHODS[method]
+        chart = _charted(problem, n, chosen, quiet)
         runs = _simulated(problem, chart, quiet) if simulations else []
         found = None
         if uncertainty.samples:
-            found, more = sampled(problem, chart, uncertainty, METHODS[method], quiet)
+            found, more = sampled(problem, chart, uncertainty, chosen or stability.default_method(problem), quiet)
             notes += more
         advice = advice_rows(chart, found, uncertainty)
         report = with_advice(_lobes_page(problem, used, chart, runs), advice)
@@ -118,12 +130,30 @@ def lobes(
     return chart, advice
 
 
+def print_materials() -> None:
+    """Print the literature table of cutting coefficients: every set, and where it comes from."""
+    rows = []
+    for name in materials():
+        found = literature(name)
+        for number, k in enumerate(found.sets, start=1):
+            values = [k.kt / 1e6, k.kn / 1e6, k.ka / 1e6, k.edge_t / 1e3, k.edge_n / 1e3, k.edge_a / 1e3]
+            rows.append([f"{name}:{number}", *(f"{v:g}" if v else "" for v in values), ""])
+        rows += [[f"{name}:{number}", f"{law.kc / 1e6:g}", "", "", "", "", "", f"{law.mc:g}"]
+                 for number, law in enumerate(found.kienzle, start=1)]
+    console.table("Cutting coefficients of the literature", ["material:set", "Kt N/mm^2", "Kn", "Ka", "Kte N/mm", "Kne", "Kae",
+                                                             "exponent"], rows)
+    for source in dict.fromkeys(literature(name).source for name in materials()):
+        console.OUT.print(f"source: {source}", markup=False)
+    console.OUT.print("Sets with an exponent are Kienzle's law (Kt at 1 mm chip thickness), tangential force only: give --kn "
+                      "and --feed with them.", markup=False)
+
+
 def _remarked(report: Report, remarks: Sequence[str]) -> Report:
     lines = list(dict.fromkeys(remarks))
     return report.with_section("Remarks", Notes(lines, "assumed")) if lines else report
 
 
-def _charted(problem: MillingProblem, speeds: FloatArray, method: Method, quiet: bool) -> StabilityChart:
+def _charted(problem: MillingProblem, speeds: FloatArray, method: Method | None, quiet: bool) -> StabilityChart:
     """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
     depth = depth_limit(problem)
     with console.steps(1, quiet) as step:
@@ -153,7 +183,7 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, quiet: bool) -> l
     """Simulate cuts at ten speeds and five depths around the limit; a measured response has no modes to step through."""
     if not problem.plane.is_modal:
         raise ToolpointError("--simulate: the dynamics are measured lines; identify modes first and give them with --modes")
-    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=1e-4)
+    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=FEED)
     finite = chart.limit[np.isfinite(chart.limit)]
     top = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
     grid = [(float(n), float(w)) for n in np.linspace(chart.speeds[0], chart.speeds[-1], 10)
@@ -176,7 +206,7 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
                                      clicked_simulations(runs, "stability"))
     else:
         report = report.with_section("Chart", words, Chart(made, name="stability"))
-    if problem.feed_per_tooth > 0:
+    if problem.feed_per_tooth > 0 and problem.tool.is_regular:
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:
             error = location_error(problem, chart.speeds, depth)
@@ -186,15 +216,19 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
 
 
 def mill(
-    source: Source, cut: Mapping[str, float | str | None], speed: float, depth: float, feed_per_tooth: float = 1e-4,
+    source: Source, cut: Mapping[str, Any], speed: float, depth: float, feed_per_tooth: float | None = None,
     revolutions: int = 60, output: str | Path = "toolpoint-report", quiet: bool = False,
 ) -> Simulation:
-    """Simulate a cut in time, print forces and whether it chatters, and write the page."""
+    """Simulate a cut in time, print forces and whether it chatters, and write the page.
+
+    The feed per tooth is that of the cut, 0.1 mm where it has none.
+    """
     with console.collected_warnings() as warnings:
         problem, _, notes = problem_of(source, cut)
         with console.steps(2, quiet) as step:
             step("simulation")
-            run = simulate(problem.changed(feed_per_tooth=feed_per_tooth), speed, depth, revolutions)
+            feed = feed_per_tooth or problem.feed_per_tooth or FEED
+            run = simulate(problem.changed(feed_per_tooth=feed), speed, depth, revolutions)
             step("page")
             path = _mill_page(run, [*notes, *warnings]).save(output)
     if not quiet:

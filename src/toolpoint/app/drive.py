@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning
 from toolpoint.app import console
 from toolpoint.app.drive_servo import servo_of, servo_on
 from toolpoint.drives import JerkLimits, Path, Servo, circular_test, contour_error, loops, planned, simulate
@@ -26,6 +27,7 @@ from toolpoint.plot.drives import enlarged_path, histories, loop_bode
 
 _PLACES = ("scale", "table", "tool")
 _WINDOW = 3e-3
+LONGEST, FEWEST, SLOWER = 1800.0, 40, 0.98
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +59,7 @@ def drive(
     """
     if (program is None) == (circle is None):
         raise ToolpointError("drive: give either --program FILE or --circle RADIUS,FEED")
-    with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
+    with console.steps(4, quiet) as step, console.collected_warnings() as warned:
         step("reading")
         described = drive_yaml.read(drives)
         servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
@@ -68,12 +70,12 @@ def drive(
         run = _run(described, servo, path, command, circle)
         step("page")
         text = FilePath(drives).read_text(encoding="utf-8-sig")
-        saved = _page(described, run, text, warnings).save(output)
+        saved = _page(described, run, text, warned).save(output)
     if not quiet:
         for row in _rows(run):
             console.OUT.print(f"{row[0]:36s} {row[1]}", markup=False)
         console.OUT.print(run.loops.table, markup=False)
-        for words in dict.fromkeys([*run.result.notes, *warnings]):
+        for words in dict.fromkeys([*run.result.notes, *warned]):
             console.ERR.print("warning: " + words, markup=False, style="yellow")
         console.OUT.print(f"Page written: {saved}", markup=False)
     return run
@@ -83,6 +85,9 @@ def _command(path: Path, described: Drives, servo: Servo) -> Command:
     limits = JerkLimits(described.limits.speed, described.limits.acceleration, described.limits.jerk)
     plan = planned(path, limits, corner_tolerance=described.corner_tolerance, corner=described.corner)
     sample = servo.controllers[0].position.sample_time
+    if plan.duration > LONGEST:
+        raise ToolpointError(f"drive: the program lasts {plan.duration:.4g} s; at most {LONGEST:g} s are simulated in one run; "
+                             "cut it, or raise the feed")
     made = plan.command(sample, len(servo.controllers))
     return smoothed(made, 0.01).extended(0.3)
 
@@ -91,12 +96,12 @@ def export(drives: str | FilePath, unit: str | FilePath, machine: str | FilePath
            pose: Mapping[str, float] | None = None, sources_only: bool = False) -> None:
     """Write the servo of a drive file as a functional mock-up unit (FMI 2.0, co-simulation)."""
     described = drive_yaml.read(drives)
-    with console.collected_warnings() as warnings:
+    with console.collected_warnings() as warned:
         servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
     if any(axis.mechanics.nut_moves for axis in described.axes.values()):
-        warnings.append("nut_moves: the unit keeps every nut at its nut_position")
+        warned.append("nut_moves: the unit keeps every nut at its nut_position")
     fmu.write(servo, unit, described.name, substeps=described.substeps, binary=not sources_only)
-    for words in dict.fromkeys(warnings):
+    for words in dict.fromkeys(warned):
         console.ERR.print("warning: " + words, markup=False, style="yellow")
     console.OUT.print(f"Unit written: {unit}", markup=False)
 
@@ -120,6 +125,14 @@ def _run(described: Drives, servo: Servo, path: Path, command: Command, circle: 
         # The second turn, without run-up and stop.
         length = 2 * np.pi * circle[0]
         inside = (progress > 1.05 * length) & (progress < 1.95 * length)
+        if np.count_nonzero(inside) < FEWEST:
+            raise ToolpointError(f"--circle {1e3 * circle[0]:g},{6e4 * circle[1]:g}: the second turn holds "
+                                 f"{np.count_nonzero(inside)} samples; needs {FEWEST}; take a larger radius or a lower feed")
+        reached = 0.9 * length / float(np.ptp(result.time[inside]))
+        if reached < SLOWER * circle[1]:
+            warnings.warn(f"the limits of the axes allow {6e4 * reached:.0f} mm/min on this circle, not the "
+                          f"{6e4 * circle[1]:.0f} mm/min asked for: the test is that of the lower feed", ToolpointWarning,
+                          stacklevel=2)
         test = circular_test((result.output("tool") + origin)[inside][:, :2], circle[0])
     return DriveRun(servo, result, errors, loops(servo), test)
 

@@ -36,7 +36,17 @@ class Geometry:
 def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
     """Return the FRFs of files (universal, HDF5, MATLAB, or text of one response each) assembled into one."""
     parts = [_one(Path(file), quantity) for file in files]
-    return parts[0] if len(parts) == 1 else assembled(parts)
+    if len(parts) == 1:
+        return parts[0]
+    try:
+        return assembled(parts)
+    except ToolpointError as error:
+        names = [Path(file) for file in files if Path(file).suffix.lower() in (".txt", ".csv", ".frf")]
+        plain = [name.name for name in names if "__" not in name.stem]
+        if not plain:
+            raise
+        raise ToolpointError(f"{error}\nA text file without a name of the form OUTPUT__INPUT ({plain[0]}) is taken as a "
+                             "driving point; name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)") from None
 
 
 def _one(path: Path, quantity: str | None) -> Frf:
@@ -97,6 +107,8 @@ def identify_files(
     quantity: str | None = None, quiet: bool = False,
 ) -> Identification:
     """Identify the modes of measured FRFs, print the table, write the page, and save the modes where asked to."""
+    if modes_file is not None and not Path(modes_file).parent.is_dir():
+        raise ToolpointError(f"{modes_file}: the folder {Path(modes_file).parent} does not exist; create it first")
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
         frf = read_frf(files, quantity)

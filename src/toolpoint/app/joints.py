@@ -50,7 +50,7 @@ def joints(
         step("joints")
         found = identify_joints(real_modes(modes), shape.points, described.points(), described.chain,
                                 masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
-        machine = machine_of(described.name, found, bodies, modes) if bodies else None
+        machine = machine_of(described.name, found, bodies, modes, shape.points, described.points()) if bodies else None
         if machine_file is not None:
             if machine is None:
                 raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")

@@ -8,7 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.cutting import StabilityChart
+from toolpoint.cutting import StabilityChart, described
+from toolpoint.cutting.stability import Method
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.joint_terms import joint_matrices
@@ -42,8 +43,11 @@ def only_modes(machine: Machine, pose: Pose | None = None) -> MachineResults:
     return MachineResults(machine, at, body_shapes(machine, at, 18).frequency, None, ())
 
 
-def computed(machine: Machine, pose: Pose | None, step: Step) -> MachineResults:
-    """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said."""
+def computed(machine: Machine, pose: Pose | None, step: Step, method: Method | None = None) -> MachineResults:
+    """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said.
+
+    `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.
+    """
     description = machine.description
     step("modes")
     at = dict(pose or {})
@@ -59,9 +63,9 @@ def computed(machine: Machine, pose: Pose | None, step: Step) -> MachineResults:
                        "give damping_ratio, or loss_factor or damping to joints.")
     else:
         study = tool_point(machine, [at] if pose else None)
-    step("stability lobes")
+    step("stability lobes" if method else "stability lobes (half a minute of compiling, the first time only)")
     if study is not None and description.cutting is not None:
-        charts = lobes(study)
+        charts = lobes(study, method=method)
     elif study is not None:
         missing.append("No stability lobes: the machine file describes no 'cutting'.")
     return MachineResults(machine, at, frequency, study, charts, tuple(missing))
@@ -160,8 +164,7 @@ def lobe_parts(results: MachineResults) -> list[Chart | Table | str]:
     assert cut is not None
     names = [pose_name(pose) for pose in results.study.poses]
     curves = [StabilityCurve(chart.speeds, chart.limit, name) for chart, name in zip(results.charts, names, strict=True)]
-    words = (f"{1e3 * cut.diameter:g} mm cutter, {cut.teeth} teeth, {cut.direction}-milling at a/D {cut.immersion:g}, "
-             f"feed along {cut.feed}, K_t {cut.tangential / 1e6:g}, K_n {cut.normal / 1e6:g} N/mm^2. "
+    words = (f"{described.words(cut)}. "
              f"Method: {results.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]

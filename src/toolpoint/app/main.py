@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.app import console, model_commands
+from toolpoint.app import console, cutting_commands, model_commands
 from toolpoint.app.options import JSON as _JSON
 from toolpoint.app.options import OUTPUT as _OUTPUT
 from toolpoint.app.options import POSE as _POSE
@@ -35,7 +34,8 @@ def cli() -> None:
     """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""
 
 
-for _command in (model_commands.joints, model_commands.update, model_commands.correlate, model_commands.sensitivity):
+for _command in (model_commands.joints, model_commands.update, model_commands.correlate, model_commands.sensitivity,
+                 cutting_commands.lobes, cutting_commands.mill, cutting_commands.speeds, cutting_commands.calibrate):
     cli.add_command(_command)
 
 
@@ -87,9 +87,16 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: boo
 def check(machine: Path, as_json: bool) -> None:
     """Check a machine file: all its faults at once, or what it holds."""
     from toolpoint.app import run
+    from toolpoint.cutting.described import words
 
     found = run.check(machine)
-    click.echo(json.dumps({"ok": True, "coordinates": found.size}) if as_json else repr(found))
+    cut = None if found.description.cutting is None else words(found.description.cutting)
+    if as_json:
+        click.echo(json.dumps({"ok": True, "coordinates": found.size, "cutting": cut}))
+        return
+    click.echo(repr(found))
+    if cut is not None:
+        click.echo(f"cutting: {cut}")
 
 
 @cli.command("map")
@@ -140,141 +147,6 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
     if as_json:
         click.echo(json.dumps({"frequency_hz": found.modes.frequency.tolist(),
                                "damping_ratio": found.modes.damping_ratio.tolist(), "status": found.status}))
-
-
-def _cut_options(command: Any) -> Any:
-    """Add the options that say what is cut and where its dynamics come from."""
-    for option in reversed((
-        click.argument("machine", required=False, type=click.Path(path_type=Path)), _POSE,
-        click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured tool-tip FRF (text), receptance."),
-        click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Modes saved by identify (HDF5)."),
-        click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz."),
-        click.option("--diameter", type=float, help="Tool diameter, mm."), click.option("--teeth", type=int),
-        click.option("--immersion", type=float, help="Radial immersion a/D, 0 to 1."),
-        click.option("--direction", type=click.Choice(["up", "down", "slot"])),
-        click.option("--kt", type=float, help="Tangential coefficient, N/mm^2."),
-        click.option("--kn", type=float, help="Normal (radial) coefficient, N/mm^2."),
-    )):
-        command = option(command)
-    return command
-
-
-def _cut(diameter: float | None, teeth: int | None, immersion: float | None, direction: str | None, kt: float | None,
-         kn: float | None) -> dict[str, Any]:
-    return {"diameter": None if diameter is None else 1e-3 * diameter, "teeth": teeth, "immersion": immersion,
-            "direction": direction, "tangential": None if kt is None else 1e6 * kt, "normal": None if kn is None else 1e6 * kn}
-
-
-def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
-    if not value:
-        return None
-    import numpy as np
-
-    try:
-        first, last, number = value.split(":")
-        return np.linspace(float(first), float(last), int(number))
-    except ValueError:
-        raise click.BadParameter(f"{value!r}: write FIRST:LAST:NUMBER in rev/min, for example 3000:20000:200") from None
-
-
-def _percentages(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Any]:
-    names = ("frequency", "damping", "stiffness", "coefficients")
-    parts = (value or "").split(",")
-    try:
-        if value and len(parts) != len(names):
-            raise ValueError
-        found = {name: float(part) / 100 for name, part in zip(names, parts, strict=False) if part.strip() not in ("", "-")}
-        if min(found.values(), default=0.0) < 0:
-            raise ValueError
-        return found
-    except ValueError:
-        raise click.BadParameter(f"{value!r}: write four numbers in percent, none below zero, for example 1,10,5,10; "
-                                 "- keeps one") from None
-
-
-def _tried(ctx: click.Context, parameter: click.Parameter, value: tuple[str, ...]) -> tuple[tuple[float, float, bool], ...]:
-    cuts = []
-    for text in value:
-        try:
-            speed, depth, outcome = text.split(":")
-            cuts.append((float(speed), 1e-3 * float(depth), {"stable": True, "chatter": False}[outcome]))
-        except (ValueError, KeyError):
-            raise click.BadParameter(f"{text!r}: write SPEED:DEPTH:OUTCOME, rev/min, mm and stable or chatter, for example "
-                                     "12000:1.5:chatter") from None
-    return tuple(cuts)
-
-
-@cli.command()
-@_cut_options
-@click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
-@click.option("--method", default="floquet", show_default=True,
-              help="floquet, zero-order, multi-frequency, semi-discretization or collocation.")
-@click.option("--simulate", is_flag=True, help="Also simulate cuts on a grid; a click on one shows its vibration.")
-@click.option("--probability", "samples", type=click.IntRange(2), metavar="SAMPLES",
-              help="Also P(stable) from that many charts with uncertain parameters.")
-@click.option("--uncertainty", callback=_percentages, metavar="F,Z,K,C", help="Standard deviations of frequencies, damping "
-              "ratios, stiffnesses and cutting coefficients, percent; - for measured, or 1, 10, 5, 10.")
-@click.option("--tried", multiple=True, callback=_tried, metavar="SPEED:DEPTH:OUTCOME",
-              help="A cut already made: rev/min, mm, stable or chatter; sharpens P(stable).")
-@_OUTPUT
-@_JSON
-def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-          band: tuple[float, float] | None, speeds: Any, method: str, simulate: bool, samples: int | None,
-          uncertainty: dict[str, Any], tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool,
-          **cut: Any) -> None:
-    """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
-    from toolpoint.app import cutting
-    from toolpoint.app.uncertain_cut import Uncertainty
-
-    if (tried or uncertainty) and samples is None:
-        raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
-    known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
-    source = cutting.Source(machine, pose, frf, modes_file, band)
-    chart, advice = cutting.lobes(source, _cut(**cut), method, speeds, output, as_json, simulate, known)
-    if as_json:
-        intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
-        click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": intervals, "method": chart.method,
-                               "advice": advice, "notes": list(chart.notes)}))
-
-
-@cli.command()
-@click.option("--chatter", type=float, required=True, help="Chatter frequency, Hz, from a microphone or a spectrum.")
-@click.option("--teeth", type=int, required=True)
-@click.option("--highest", type=float, required=True, help="Highest spindle speed, rev/min.")
-@click.option("--lowest", type=float, default=0.0, help="Lowest spindle speed, rev/min.")
-@_JSON
-def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: bool) -> None:
-    """Spindle speeds to try against chatter of a known frequency, with nothing else known."""
-    from toolpoint.app import console
-    from toolpoint.cutting.best_speed import from_chatter_frequency
-
-    advice = from_chatter_frequency(chatter, teeth, highest, lowest)
-    if as_json:
-        click.echo(json.dumps([{"speed_rpm": one.speed, "reason": one.reason} for one in advice]))
-        return
-    console.table(f"Speeds to try against chatter at {chatter:g} Hz", ["rev/min", "why"],
-                  [[f"{one.speed:.0f}", one.reason] for one in advice])
-
-
-@cli.command()
-@_cut_options
-@click.option("--speed", type=float, required=True, help="Spindle speed, rev/min.")
-@click.option("--depth", type=float, required=True, help="Axial depth of cut, mm.")
-@click.option("--feed", type=float, default=0.1, show_default=True, help="Feed per tooth, mm.")
-@click.option("--revolutions", default=60, show_default=True)
-@_OUTPUT
-@_JSON
-def mill(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-         band: tuple[float, float] | None, speed: float, depth: float, feed: float, revolutions: int, output: Path,
-         as_json: bool, **cut: Any) -> None:
-    """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
-    from toolpoint.app import cutting
-
-    run = cutting.mill(cutting.Source(machine, pose, frf, modes_file, band), _cut(**cut), speed, 1e-3 * depth, 1e-3 * feed,
-                       revolutions, output, as_json)
-    if as_json:
-        click.echo(json.dumps({"chatter": run.is_chattering(), "peak_to_peak_m": run.peak_to_peak().tolist(),
-                               "power_w": float(run.power.mean()), "status": run.status}))
 
 
 def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:

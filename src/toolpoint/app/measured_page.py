@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint.cutting import StabilityChart, ZeroOrder, stability
+from toolpoint.cutting import StabilityChart, described, stability
 from toolpoint.io import frf_text
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
@@ -79,8 +79,13 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
                  "response of the tool tip, and the same across.")
     direct = frf.selected([0], [0])
     problem = milling_problem(used, direct, str(direct.outputs[0]), "same")
-    chart = stability.chart(problem, np.linspace(*used.speeds, 400), ZeroOrder(), depth_limit(problem))
-    return MeasuredResults(frf, modes, chart, used, tuple(dict.fromkeys([*notes, *chart.notes])))
+    chart: StabilityChart | None = None
+    try:
+        chart = stability.chart(problem, np.linspace(*used.speeds, 400), depth_max=depth_limit(problem))
+        notes += chart.notes
+    except ToolpointError as error:  # unequal pitch, process damping and the like need modes
+        notes.append(f"No stability chart from the measured lines: {error}")
+    return MeasuredResults(frf, modes, chart, used, tuple(dict.fromkeys(notes)))
 
 
 def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[str] = ()) -> Report:
@@ -94,8 +99,7 @@ def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[s
     if results.chart is not None:
         curve = StabilityCurve(results.chart.speeds, results.chart.limit, "from the measured FRF")
         cut = results.cut
-        words = (f"{1e3 * cut.diameter:g} mm, {cut.teeth} teeth, {cut.direction}-milling at a/D {cut.immersion:g}; K_t "
-                 f"{cut.tangential / 1e6:g}, K_n {cut.normal / 1e6:g} N/mm^2. Straight from the measured lines, no modal fit. "
+        words = (f"{described.words(cut)}. Straight from the measured lines, no modal fit. "
                  f"Method: {results.chart.method or 'default'}.")
         report = report.with_section("Stability from the measured FRF", words, Chart(stability_chart(curve)))
     return report.with_section("Remarks on the measurement", *([Notes(warnings, "warning")] if warnings else []),

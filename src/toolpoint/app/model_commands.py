@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from toolpoint.app.options import JSON, OUTPUT, POSE
+from toolpoint.app.options import JSON, OUTPUT, POSE, POSES
 from toolpoint.app.options import band as band_of
 
 
@@ -45,22 +45,33 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file
 
 @click.command()
 @click.argument("machine", type=click.Path(path_type=Path))
-@click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Measured modes, saved by identify (HDF5).")
-@click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured FRFs (universal, HDF5, MATLAB, text).")
+@click.option("--modes", multiple=True, type=click.Path(path_type=Path),
+              help="Measured modes, saved by identify (HDF5); several times for several measurements.")
+@click.option("--frf", multiple=True, type=click.Path(path_type=Path),
+              help="Measured FRFs (universal, HDF5, MATLAB, text); with several poses one file for each.")
 @click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
               help="Parameter to update; all joint stiffnesses where none is named.")
-@POSE
+@POSES
+@click.option("--samples", default=0, metavar="STEPS", show_default="none", type=click.IntRange(min=0),
+              help="Sample the posterior by so many steps of every walker, for example 2000 (extra 'bayes').")
+@click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
 @click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the updated machine here.")
 @OUTPUT
 @JSON
-def update(machine: Path, modes_file: Path | None, frf: tuple[Path, ...], paths: tuple[str, ...],
-           pose: dict[str, float] | None, machine_file: Path | None, output: Path, as_json: bool) -> None:
-    """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named."""
+def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths: tuple[str, ...],
+           poses: tuple[dict[str, float], ...], samples: int, seed: int, machine_file: Path | None, output: Path,
+           as_json: bool) -> None:
+    """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named.
+
+    Measurements at several poses: --modes a.h5 --pose X=0 --modes b.h5 --pose X=0.2
+    """
     from toolpoint.app import update as work
 
-    found = work.update_machine(machine, modes_file, frf, paths, pose, machine_file, output, as_json)
+    run = work.update_machine(machine, modes, frf, paths, poses, machine_file, output, as_json, samples, seed)
     if as_json:
-        click.echo(json.dumps({"values": found.fit.values, "status": found.fit.status}))
+        drawn = run.samples
+        click.echo(json.dumps({"values": run.update.fit.values, "status": run.update.fit.status} | (
+            {} if drawn is None else {"samples": drawn.status, "intervals": {n: drawn.interval(n) for n in drawn.names}})))
 
 
 @click.command()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 import click
@@ -24,6 +25,11 @@ def pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> d
     return result
 
 
+def poses(ctx: click.Context, parameter: click.Parameter, value: Sequence[str]) -> tuple[dict[str, float], ...]:
+    """Return axis positions of several texts X=0.1,Y=0.2."""
+    return tuple(one for text in value if (one := pose(ctx, parameter, text)) is not None)
+
+
 def band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
     """Return both ends of the text LOW:HIGH."""
     if not value:
@@ -40,4 +46,6 @@ def band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> t
 OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=click.Path(path_type=Path),
                        help="Folder (or .html file) of the page.")
 POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=0.2", help="Axis positions, m or rad.")
+POSES = click.option("--pose", "poses", callback=poses, multiple=True, metavar="X=0.1,Y=0.2",
+                     help="Axis positions of a measurement, m or rad; several times for several measurements, in their order.")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")

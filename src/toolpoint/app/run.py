@@ -12,6 +12,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console, machine_page, measured_page
+from toolpoint.cutting import ZeroOrder
 from toolpoint.io import machine_yaml
 from toolpoint.machine import Machine
 from toolpoint.machine.shapes import body_shapes
@@ -29,7 +30,8 @@ def demo(output: str | Path = "toolpoint-report", quiet: bool = False) -> Path:
         step("machine")
         casting = machine_page.only_modes(machine_yaml.read(folder / DEMO))
         step("machine with feed drives")
-        drives = machine_page.computed(machine_yaml.read(folder / DEMO_DRIVES), None, step)
+        # The quickest method: nobody wants to wait for a compiler on the first page.
+        drives = machine_page.computed(machine_yaml.read(folder / DEMO_DRIVES), None, step, ZeroOrder())
         step("page")
         path = _demo_page(casting, drives, folder, warnings).save(output)
     _show(casting, ())

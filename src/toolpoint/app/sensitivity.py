@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint.app import console
 from toolpoint.io import machine_yaml
 from toolpoint.machine import Machine
@@ -16,6 +17,7 @@ from toolpoint.plot.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.studies.sensitivity_study import SensitivityStudy, sensitivity_study
 
 _ROWS = 40
+_SHOWN = 5e-4
 _KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor")
 
 
@@ -42,9 +44,10 @@ def page(found: SensitivityStudy, machine: Machine, change: float = 0.1, pose: M
          warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study."""
     report = Report(f"Sensitivities of {machine.name}", _summary(found), subtitle=f"{len(found.paths)} parameters")
-    order = np.argsort(-np.abs(found.frequency).max(axis=1), kind="stable")[:_ROWS]
+    order = _largest(np.abs(found.frequency).max(axis=1))
     names = [found.paths[k] for k in order]
-    some = f" The {len(order)} largest of {len(found.paths)} are shown." if len(order) < len(found.paths) else ""
+    some = (f" The {len(order)} largest of {len(found.paths)} are shown; the others move no frequency by more than "
+            f"{np.sort(np.abs(found.frequency).max(axis=1))[-len(order) - 1]:.2g}." if len(order) < len(found.paths) else "")
     report = report.with_section(
         "Frequencies, parameter by parameter",
         Chart(sensitivity_map(found.frequency[order], names, found.frequencies, quantity="(p/f) df/dp"),
@@ -64,6 +67,13 @@ def page(found: SensitivityStudy, machine: Machine, change: float = 0.1, pose: M
     report = report.with_section("All numbers", Table(
         ["parameter", "value (SI)", *(f"{f:.3f} Hz" for f in found.frequencies)], rows, "Relative sensitivity of frequency"))
     return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+
+
+def _largest(size: FloatArray) -> np.ndarray:
+    """Return the parameters to draw, the largest first: what would show as an empty row is left out."""
+    order = np.argsort(-size, kind="stable")[:_ROWS]
+    shown = order[size[order] >= _SHOWN]
+    return shown if shown.size else order
 
 
 def _summary(found: SensitivityStudy) -> str:
@@ -87,8 +97,7 @@ def _cumulated(found: SensitivityStudy) -> list[Chart]:
 
 def _shapes(found: SensitivityStudy, change: float) -> list[Chart | Table]:
     lost = 1 - found.mac_after(change)
-    order = np.argsort(-lost.max(axis=1), kind="stable")[:_ROWS]
-    order = order[lost[order].max(axis=1) > 1e-9]
+    order = _largest(lost.max(axis=1)) if lost.max() > 1e-9 else np.zeros(0, int)
     words = f"1 - MAC between each shape and itself after {100 * change:+.3g} % of the parameter, to second order."
     charts: list[Chart | Table] = []
     if len(order):

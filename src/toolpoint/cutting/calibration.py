@@ -11,10 +11,12 @@ from scipy.stats import t as student
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative
 from toolpoint.cutting.coefficients import CuttingCoefficients
-from toolpoint.cutting.forces import chip_field
+from toolpoint.cutting.force_phase import record_phases
+from toolpoint.cutting.forces import edge_field
 from toolpoint.cutting.problem import MillingProblem
 from toolpoint.vibration import Record
 
+FINER = 4  # steps of the model's revolution for each sample, where angles are fitted
 UNIT = 10e-6  # m: scale of a run-out component in the fit
 NAMES = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
 
@@ -26,7 +28,8 @@ class Calibration:
     Parameters
     ----------
     names : sequence of str
-        Fitted parameters: kt, kn, ka (Pa), edge_t, edge_n, edge_a (N/m), runout (m), runout_angle, phase (rad).
+        Fitted parameters: kt, kn, ka (Pa), edge_t, edge_n, edge_a (N/m), runout (m), runout_angle, phase (rad) or
+        phase_1, phase_2 .. of every record.
     values : (p,) floats
     covariance : (p, p) floats
     freedom : int
@@ -81,6 +84,8 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
     depth : float
         m.
 
+    A rounded edge (corner radius, ball) is integrated along its meridian, slice by slice.
+
     Source: Budak, Altintas, Armarego, J. Manufacturing Science Engineering 118 (1996) 216; Altintas, section 2.7.1.
     """
     f = nonnegative("feeds", floats("feeds", feeds))
@@ -89,7 +94,10 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
         fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", "cut at several feeds")
     names = NAMES if mean.shape[1] == 3 else ("kt", "kn", "edge_t", "edge_n")
     arc, teeth = problem.engagement, problem.tool.teeth
-    rows = [_mean_row(arc.entry, arc.exit, teeth, depth, x, names)[:mean.shape[1]] for x in f]
+    if problem.tool.corner_radius > 0:
+        rows = [_mean_of_slices(problem, float(x), depth, mean.shape[1]) for x in f]
+    else:
+        rows = [_mean_row(arc.entry, arc.exit, teeth, depth, x, names)[:mean.shape[1]] for x in f]
     matrix, right = np.concatenate(rows), mean.ravel()
     scale = np.linalg.norm(matrix, axis=0)
     solution, _, rank, _ = np.linalg.lstsq(matrix / scale, right, rcond=None)
@@ -116,8 +124,16 @@ def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float,
     return c * np.array([columns[name] for name in names], float).T
 
 
+def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directions: int) -> FloatArray:
+    """Mean force per unit of each coefficient over a revolution of a tool without run-out, by slices of its edge."""
+    turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
+    plain = replace(problem, tool=problem.tool.with_runout(0.0), feed_per_tooth=feed)
+    model = _linear_model(plain, depth, turn, directions, 40)
+    return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
+
+
 def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray, forces: FloatArray, depth: float,
-                  runout: bool = True, phase: bool = False, slices: int = 20) -> Calibration:
+                  runout: bool = True, phase: bool | str = False, slices: int = 20) -> Calibration:
     r"""Return coefficients and run-out from forces over rotation (nonlinear least squares).
 
     Parameters
@@ -134,8 +150,10 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
         m.
     runout : bool
         Fit offset and direction of the run-out (needs at least two teeth).
-    phase : bool
-        Fit the angle of tooth 0 at the first sample as well.
+    phase : bool or "each"
+        Fit the angle of tooth 0 at the first sample as well: one for all records, or with ``"each"`` one for each record,
+        found without a start; then `angle` must be equal steps over one revolution. The teeth are then named by the fit:
+        of a regular tool tooth 0 is the one nearest to angle zero in the first record.
     slices : int
         Axial slices of a helical tool.
 
@@ -146,36 +164,98 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
     """
     f = floats("feeds", np.atleast_1d(feeds))
     data = floats("forces", forces, (f.size, np.size(angle), None))
+    if data.shape[2] not in (2, 3):
+        fail("forces", f"{data.shape[2]} directions", "must be x, y or x, y, z")
     names = list(NAMES if data.shape[2] == 3 else ("kt", "kn", "edge_t", "edge_n"))
-    linear = len(names)
+    if phase not in (False, True, "each"):
+        fail("phase", repr(phase), "must be False, True or 'each'")
+    linear, shifts = len(names), f.size if phase == "each" else int(phase)
     runout = runout and problem.tool.teeth > 1
-    start = average_force(problem, f, data.mean(1), depth).values if np.unique(f).size > 1 else \
-        np.array([getattr(problem.coefficients, n) for n in names])
-    scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
-    turn = np.asarray(angle, float)
+    turn = floats("angle", np.atleast_1d(angle))
+    if phase == "each" and (turn.size < 3 or np.abs(np.diff(turn) - 2 * np.pi / turn.size).max() > 1e-6):
+        fail("angle", f"{turn.size} values from {turn[0]:g} to {turn[-1]:g} rad",
+             "must be equal steps over one revolution where the angle of each record is to be found",
+             "fold the records with `revolution`")
 
-    def matrix(offset: complex, shift: float) -> FloatArray:
-        tool = problem.tool.with_runout(abs(offset), float(np.angle(offset)), problem.tool.tilt)
-        return np.concatenate([_linear_model(replace(problem, tool=tool, feed_per_tooth=float(x)), depth, turn + shift,
-                                             data.shape[2], slices) for x in f])
+    courses = _Courses(problem, f, depth, data.shape[2], slices, turn, interpolated=shifts > 0)
+    matrix = courses.matrix
+    begin = np.zeros(f.size)
+    if phase == "each":
+        plain = matrix(0j, begin).reshape(*data.shape, linear)
+        begin = record_phases(plain, data, problem.tool, int(np.argmax(f)))
+    start = average_force(problem, f, data.mean(1), depth).values if np.unique(f).size > 1 else \
+        np.linalg.lstsq(matrix(0j, begin), data.ravel(), rcond=None)[0]
+    scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
 
     def residual(p: FloatArray) -> FloatArray:
         offset = complex(p[linear], p[linear + 1]) * UNIT if runout else 0j
-        return matrix(offset, p[-1] if phase else 0.0) @ (p[:linear] * scale) - data.ravel()
+        shift = np.broadcast_to(p[p.size - shifts:], f.shape) if shifts else begin
+        return matrix(offset, shift) @ (p[:linear] * scale) - data.ravel()
 
-    first = np.concatenate([start / scale, *_first_runout(matrix, data.ravel(), runout), [0.0] if phase else []])
+    first = np.concatenate([start / scale, *_first_runout(lambda offset: matrix(offset, begin), data.ravel(), runout),
+                            begin[:shifts]])
     fit = least_squares(residual, first, method="lm")
-    return _reported(fit, names, scale, runout, phase, data.size)
+    return _reported(fit, names, scale, runout, shifts, data.size)
 
 
-def _first_runout(matrix: Callable[[complex, float], FloatArray], data: FloatArray, runout: bool) -> list[FloatArray]:
+class _Courses:
+    """Forces per unit of each coefficient of all records, at a run-out and at shifts of their angles.
+
+    Entry and exit of the slices make the model jump from sample to sample; where angles are fitted it is computed on a finer
+    grid of the revolution and taken linearly between, so that its slope against the angle knows the jumps.
+    """
+
+    def __init__(self, problem: MillingProblem, feeds: FloatArray, depth: float, directions: int, slices: int,
+                 turn: FloatArray, interpolated: bool) -> None:
+        self.problem, self.feeds, self.depth, self.directions, self.slices, self.turn = (
+            problem, feeds, depth, directions, slices, turn)
+        self.fine = max(FINER * turn.size, 720) if interpolated else 0
+        self._last: tuple[complex, FloatArray] | None = None
+
+    def at(self, offset: complex, turn: FloatArray) -> FloatArray:
+        """Return (n, n_turn, d, p) at these angles."""
+        tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
+        parts = [_linear_model(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn, self.directions,
+                               self.slices) for x in self.feeds]
+        return np.stack(parts).reshape(self.feeds.size, turn.size, self.directions, -1)
+
+    def matrix(self, offset: complex, shift: FloatArray) -> FloatArray:
+        """Return the matrix (n * n_angle * d, p) of all samples; `shift` (n,) rad is not used where no angle is fitted."""
+        if not self.fine:
+            found = self.at(offset, self.turn)
+            return found.reshape(-1, found.shape[-1])
+        if self._last is None or self._last[0] != offset:
+            self._last = offset, self.at(offset, 2 * np.pi * np.arange(self.fine) / self.fine)
+        place = (self.turn + np.asarray(shift)[:, None]) / (2 * np.pi) * self.fine
+        low = np.floor(place).astype(int)
+        part, record = (place - low)[..., None, None], np.arange(self.feeds.size)[:, None]
+        table = self._last[1]
+        found = table[record, low % self.fine] * (1 - part) + table[record, (low + 1) % self.fine] * part
+        return found.reshape(-1, found.shape[-1])
+
+
+def fitted_forces(problem: MillingProblem, fit: Calibration, feeds: FloatArray, angle: FloatArray, depth: float,
+                  directions: int = 3, slices: int = 20) -> FloatArray:
+    """Return the forces (n, n_angle, directions) of the fitted model at the same feeds and angles, N; see `instantaneous`."""
+    found, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))
+    tool = problem.tool.with_runout(found.get("runout", problem.tool.runout),
+                                    found.get("runout_angle", problem.tool.runout_angle), problem.tool.tilt)
+    linear = fit.values[:len(NAMES) if directions == 3 else 4]
+    common = found.get("phase", 0.0)
+    parts = [_linear_model(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
+                           np.asarray(angle) + found.get(f"phase_{i + 1}", common), directions, slices) @ linear
+             for i, x in enumerate(f)]
+    return np.stack(parts).reshape(f.size, np.size(angle), directions)
+
+
+def _first_runout(matrix: Callable[[complex], FloatArray], data: FloatArray, runout: bool) -> list[FloatArray]:
     """Start of the run-out's components: of a few directions the one whose best coefficients fit best."""
     if not runout:
         return []
     guesses = [0.5 * UNIT * np.exp(2j * np.pi * k / 6) for k in range(6)]
     cost = []
     for guess in guesses:
-        m = matrix(complex(guess), 0.0)
+        m = matrix(complex(guess))
         cost.append(np.sum((m @ np.linalg.lstsq(m, data, rcond=None)[0] - data) ** 2))
     best = guesses[int(np.argmin(cost))] / UNIT
     return [np.array([best.real, best.imag])]
@@ -183,8 +263,8 @@ def _first_runout(matrix: Callable[[complex, float], FloatArray], data: FloatArr
 
 def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, directions: int, slices: int) -> FloatArray:
     """Forces per unit of each coefficient at given run-out, shape (n_angle * n_directions, n_names)."""
-    phi, h, share = chip_field(problem, depth, turn, slices)
-    s, c = np.sin(phi), np.cos(phi)
+    phi, h, kappa, _, share = edge_field(problem, depth, turn, slices)
+    s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kappa)[:, None], np.cos(kappa)[:, None]
     chip, edge = np.maximum(h, 0.0) * share, (h > 0) * share
     zero = np.zeros(turn.size)
 
@@ -193,14 +273,15 @@ def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, direc
 
     columns = []
     for g in (chip, edge):
-        columns += [np.stack([-over(g * c), over(g * s), zero]), np.stack([-over(g * s), -over(g * c), zero]),
-                    np.stack([zero, zero, over(g)])]
+        columns += [np.stack([-over(g * c), over(g * s), zero]),
+                    np.stack([-over(g * s * sk), -over(g * c * sk), over(g * ck)]),
+                    np.stack([over(g * s * ck), over(g * c * ck), over(g * sk)])]
     every = np.stack(columns)[:, :directions]  # (name, direction, angle)
     keep = every if directions == 3 else every[[0, 1, 3, 4]]
     return keep.transpose(2, 1, 0).reshape(-1, keep.shape[0])
 
 
-def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, phase: bool, size: int) -> Calibration:
+def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
     p, jacobian = fit.x, fit.jac  # type: ignore[attr-defined]
     linear, freedom = len(names), size - fit.x.size  # type: ignore[attr-defined]
     sigma2 = 2 * fit.cost / freedom  # type: ignore[attr-defined]
@@ -215,8 +296,7 @@ def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, ph
         turn[linear:linear + 2, linear:linear + 2] = [[UNIT * x / r, UNIT * y / r], [-y / r**2, x / r**2]]
         values[linear], values[linear + 1] = UNIT * r, np.arctan2(y, x)
         names = [*names, "runout", "runout_angle"]
-    if phase:
-        names = [*names, "phase"]
+    names = [*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)])]
     poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
     status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"  # type: ignore
     if fit.success and poor:  # type: ignore[attr-defined]

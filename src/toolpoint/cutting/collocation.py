@@ -70,12 +70,10 @@ class Collocation:
 
 
 def modal(plane: PlaneDynamics) -> PlaneDynamics:
-    """Refuse what time-domain methods cannot use."""
+    """Return the plane as modes alone, which methods that march in time need; refuse a measured FRF."""
     if not plane.is_modal:
         fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use FloquetDeterminant")
-    if np.abs(plane.static).max() > 0:
-        fail("dynamics", "an upper residual", "has no place in this method", "use FloquetDeterminant")
-    return plane
+    return plane.with_modal_residual()
 
 
 class Cut:

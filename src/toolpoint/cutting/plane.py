@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray, fail, floats
+from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointWarning, fail, floats
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.dof import dofs as as_dofs
+from toolpoint.vibration.frequency_response import modal
 
 Label = Dof | str | int | None
+RESIDUAL_ABOVE, RESIDUAL_DAMPING = 4.0, 0.9
+NEGLIGIBLE = 1e-6
+NOTICEABLE = 0.02  # share of a lower residual in the response that calls for a warning
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,6 +86,22 @@ class PlaneDynamics:
         values = None if self.values is None else self.values[:, :2, :2]
         return replace(self, residues=self.residues[:, :2, :2], static=self.static[:2, :2], values=values)
 
+    def with_modal_residual(self) -> PlaneDynamics:
+        r"""The response with its static part (upper residual) given by heavily damped modes far above the others.
+
+        :math:`G_u \omega_h^2/(s^2 + 2 \zeta_h \omega_h s + \omega_h^2)`: static below, gone above, without a resonance.
+        """
+        if not np.abs(self.static).max(initial=0.0):
+            return self
+        top = RESIDUAL_ABOVE * float(np.abs(self.poles).max())
+        damped = top * np.sqrt(1 - RESIDUAL_DAMPING**2)
+        pole = -RESIDUAL_DAMPING * top + 1j * damped
+        residue = (self.static * top**2 / (2j * damped))[None]
+        note = (f"upper residual given by a mode at {top / (2 * np.pi):.4g} Hz with a damping ratio of {RESIDUAL_DAMPING:g}: it "
+                "has no place of its own in this method")
+        return replace(self, poles=np.append(self.poles, pole), residues=np.concatenate([self.residues, residue]),
+                       static=np.zeros_like(self.static), notes=(*self.notes, note))
+
     @property
     def span(self) -> tuple[float, float]:
         """Lowest and highest frequency that matters, Hz: of the measured band, or of the poles."""
@@ -104,14 +125,13 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
     if modes.is_rigid.any():
         fail("dynamics", "a rigid-body mode", "cutting needs a tool and work that are held",
              "leave rigid-body modes out")
-    if modes.lower_residual is not None:
-        fail("dynamics", "a lower residual (infinite at 0 Hz)", "must be absent", "identify the modes below the band")
     if modes.scaling == "unscaled" and modes.participation is None:
         fail("dynamics", "unscaled mode shapes", "must carry a scale", "identify with a driving point")
     if (modes.damping_ratio <= 0).any():
         fail("dynamics", f"damping ratio {modes.damping_ratio.min():g}", "must be above zero in every mode",
              "without damping every depth is unstable at some speed")
     x, y, notes = _chosen(modes.dofs, x, y)
+    notes = (*notes, *_without_lower_residual(modes))
     wanted = (x, y) if z is None else (x, y, z)
     left = _signed(modes.shape, modes.dofs, wanted, 0)
     right = left if modes.participation is None else _signed(modes.participation, modes.input_dofs, wanted, 0)
@@ -127,6 +147,25 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
     if y == "same":
         residues, static = _same(residues), _same(static)
     return PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes))
+
+
+def _without_lower_residual(modes: Modes) -> tuple[str, ...]:
+    """Return the note on a lower residual that is left out; a warning too where it is a noticeable part of the response.
+
+    It stands for all below the measured band and goes with 1/f^2: without bound where the low harmonics of a cut are.
+    """
+    if modes.lower_residual is None:
+        return ()
+    lowest = float(modes.omega.min())
+    response = np.abs(modal(modes, np.array([lowest / (2 * np.pi)])).values[0])
+    share = float((np.abs(modes.lower_residual) / lowest**2).max() / max(float(response.max()), 1e-300))
+    if share < NEGLIGIBLE:
+        return ()
+    note = f"the lower residual of the modes is left out: {100 * share:.2g} % of the response at {lowest / (2 * np.pi):.4g} Hz"
+    if share > NOTICEABLE:
+        note += "; measure to lower frequencies and identify the modes there"
+        warnings.warn(note, ToolpointWarning, stacklevel=4)
+    return (note,)
 
 
 def _real_poles(modes: Modes) -> tuple[ComplexArray, ComplexArray, tuple[str, ...]]:

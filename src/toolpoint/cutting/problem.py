@@ -259,7 +259,7 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
     tooth = teeth * float(speeds.max()) / 60
     if size[-max(2, f.size // 100):].max() > 0.1 * size[inner].max():
         notes.append(f"the FRF ends at {f[-1]:g} Hz where its response is still above a tenth of the largest: "
-                     f"missing is the band above {f[-1]:g} Hz, to at least {2 * peak:.0f} Hz")
+                     f"missing is the band above {f[-1]:g} Hz, to at least {max(2 * peak, 1.2 * float(f[-1])):.0f} Hz")
     if f[-1] < peak + tooth:
         notes.append(f"the FRF ends at {f[-1]:g} Hz; missing is the band to {peak + tooth:.0f} Hz "
                      "(largest resonance plus tooth-passing frequency)")

@@ -12,6 +12,7 @@ from toolpoint.cutting.problem import MillingProblem, TurningProblem, checked_sp
 from toolpoint.cutting.zero_order import ZeroOrder
 
 Problem = MillingProblem | TurningProblem
+NEED_MODES = ("PanelArnoldi", "Collocation", "SemiDiscretization", "FullDiscretization")
 
 
 class Method(Protocol):
@@ -58,6 +59,8 @@ def chart(
     remarks = coverage(problem, n)
     if method is None:
         method = default_method(problem)
+    if isinstance(problem, MillingProblem) and problem.plane.is_modal and str(method).startswith(NEED_MODES):
+        remarks = (*remarks, *problem.plane.with_modal_residual().notes[len(problem.plane.notes):])
     return method.solve(problem, np.asarray(n), depth_max).noted(*remarks)
 
 
@@ -70,8 +73,8 @@ def default_method(problem: Problem) -> Method:
 
     if isinstance(problem, TurningProblem):
         return ZeroOrder()
-    if not problem.plane.is_modal or np.abs(problem.plane.static).max() > 0:
-        return FloquetDeterminant()  # the only one for a measured FRF or a residual; it says what it cannot do
+    if not problem.plane.is_modal:
+        return FloquetDeterminant()  # the only one for a measured FRF; it says what it cannot do
     if problem.tool.is_cylinder and problem.process_damping == 0 and problem.speed_variation is None:
-        return Automatic()
+        return FloquetDeterminant() if np.abs(problem.plane.static).max() > 0 else Automatic()
     return PanelArnoldi()

@@ -205,7 +205,9 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
              "problem.changed(feed_per_tooth=...)")
-    system = _Modal(modal(problem.plane_at(speed)))
+    plane = modal(problem.plane_at(speed))
+    notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
+    system = _Modal(plane)
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth
     clock = Clock.of(problem, speed, m)
@@ -218,7 +220,7 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
         status = f"stopped at {time[-1]:.4g} s: the vibration passed 1 m; the cut is unstable"
         warnings.warn(status, ToolpointWarning, stacklevel=2)
     return Simulation(problem, speed, depth, time, displacement, force, torque * problem.tool.radius, chip, m, status,
-                      problem.notes)
+                      notes)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,6 +1,6 @@
 """G-code: a subset of ISO 6983 and the common Siemens words -> path segments; every fault with its line; read.
 
-G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (lengths in inch, mm), G700/G710 (feed too), G60 and G9 (exact stop), G64,
+G0 G1 G2 G3, G17 G18 G19, G90 G91, G70/G71 (lengths in inch, mm), G20/G21 or G700/G710 (feed too), G60 and G9 (exact stop), G64,
 I J K with AC() and IC(), CR= or R radius, X Y Z with AC() and IC(), F (mm/min), S, T, M, N, D, comments ; and ( ).
 Unknown words are faults.
 """
@@ -20,11 +20,11 @@ from toolpoint.io.faults import Fault, FileFaults
 _WORD = re.compile(r"\s*(?:(CR)\s*=\s*|([A-Z]))\s*(?:=\s*)?(AC|IC)?\s*\(?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*\)?", re.IGNORECASE)
 _PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
 _GROUPS = {0: "motion", 1: "motion", 2: "motion", 3: "motion", 17: "plane", 18: "plane", 19: "plane", 90: "distance",
-           91: "distance", 60: "exact", 64: "exact", 9: "once", 70: "unit", 71: "unit", 700: "unit",
+           91: "distance", 60: "exact", 64: "exact", 9: "once", 20: "unit", 21: "unit", 70: "unit", 71: "unit", 700: "unit",
            710: "unit"}
 _AXES = {"X": 0, "Y": 1, "Z": 2}
 _CENTER = {"I": 0, "J": 1, "K": 2}
-_IGNORED = set("NSTMD")
+_IGNORED = set("NSTMDO")
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,7 +75,7 @@ def parse(text: str, rapid_feed: float = 0.5, start: tuple[float, float, float] 
     Parameters
     ----------
     text : str
-        Millimetres and mm/min unless G70 (inches) or G700 (inches and inch/min).
+        Millimetres and mm/min unless G70 (inches), G20 or G700 (inches and inch/min).
     rapid_feed : float
         Feed of G0, m/s.
     start : 3 floats
@@ -113,6 +113,7 @@ class _State:
     scale: float = 1e-3
     feed_scale: float = 1e-3
     feed: float = 0.0
+    feed_missed: bool = False
     ended: bool = False
     rows: list[tuple[float, ...]] = field(default_factory=list)
     words: list[tuple[int, str, float]] = field(default_factory=list)
@@ -158,7 +159,7 @@ class _State:
                 group = _GROUPS.get(int(value)) if value == int(value) else None
                 if group is None:
                     self.fault(number, column, f"G{value:g} is not in the subset "
-                               "(G0-G3, G9, G17-G19, G60, G64, G70, G71, G90, G91, G700, G710)")
+                               "(G0-G3, G9, G17-G21, G60, G64, G70, G71, G90, G91, G700, G710)")
                 elif group in groups:
                     self.fault(number, column, f"G{value:g} and G{groups[group]} in one block")
                 else:
@@ -181,8 +182,20 @@ class _State:
         self.modal(groups)
         if feed > 0:
             self.feed = feed * self.feed_scale / 60
-        if len(self.faults) == before and any(k in _AXES or k in _CENTER for k in places):
+        if len(self.faults) > before:
+            self.position = self.target(places)  # what follows is read from where the block was meant to end
+        elif any(k in _AXES or k in _CENTER for k in places):
             self.move(number, places, once)
+
+    def target(self, places: dict[str, tuple[str, float]]) -> list[float]:
+        """Return the position after a block."""
+        end = list(self.position)
+        for letter, i in _AXES.items():
+            if letter in places:
+                mode, value = places[letter]
+                relative = mode == "IC" or (self.incremental and mode != "AC")
+                end[i] = value * self.scale + (end[i] if relative else 0.0)
+        return end
 
     def modal(self, groups: dict[str, int]) -> None:
         """Keep the modal words."""
@@ -193,20 +206,18 @@ class _State:
         if "exact" in groups:
             self.exact = groups["exact"] == 60
         if "unit" in groups:
-            self.scale = 0.0254 if groups["unit"] in (70, 700) else 1e-3
-            if groups["unit"] >= 700:
+            self.scale = 0.0254 if groups["unit"] in (20, 70, 700) else 1e-3
+            if groups["unit"] in (20, 21, 700, 710):
                 self.feed_scale = self.scale
 
     def move(self, number: int, places: dict[str, tuple[str, float]], once: bool) -> None:
         """Add the segment of a block."""
-        start, end = self.position, list(self.position)
-        for letter, i in _AXES.items():
-            if letter in places:
-                mode, value = places[letter]
-                relative = mode == "IC" or (self.incremental and mode != "AC")
-                end[i] = value * self.scale + (start[i] if relative else 0.0)
+        start, end = self.position, self.target(places)
+        self.position = end
         if self.motion and self.feed == 0:
-            self.fault(number, 1, "no feed yet; program F in this or an earlier block")
+            if not self.feed_missed:
+                self.fault(number, 1, "no feed yet; program F in this or an earlier block")
+            self.feed_missed = True
             return
         center, sweep = start, 0.0
         if self.motion >= 2:
@@ -221,7 +232,6 @@ class _State:
         stop = self.exact or once or self.motion == 0
         feed = self.feed if self.motion else self.rapid_feed
         self.rows.append((self.motion >= 2, *start, *end, *center, sweep, a, b, feed, self.motion == 0, stop, number))
-        self.position = end
 
     def arc(self, number: int, places: dict[str, tuple[str, float]], start: list[float], end: list[float]
             ) -> tuple[list[float], float] | None:

@@ -24,6 +24,8 @@ Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace
 def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
     """Write one noun, or several by name, to a file; an old file is replaced only when the new one is whole."""
     path = Path(path)
+    if not path.parent.is_dir():
+        raise ToolpointError(f"{path}: the folder {path.parent} does not exist; create it first")
     items: dict[str, Any] = dict(nouns) if isinstance(nouns, Mapping) else {"": nouns}
     handle, part = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
     os.close(handle)

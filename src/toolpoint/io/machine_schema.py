@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
@@ -13,6 +14,8 @@ from toolpoint.io.units import Kind, UnitError
 from toolpoint.machine.description import InertiaDescription
 
 VERSION = 1
+EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
+PROCESS_DAMPING = replace(units.STIFFNESS, name="process damping", largest=1e9)
 _NUMBER_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string"}]}
 
 
@@ -44,6 +47,24 @@ def _v(kind: Kind, length: int = 3) -> Any:
     described = {"anyOf": [{"type": "array", "items": _NUMBER_SCHEMA, "minItems": length, "maxItems": length},
                            {"type": "string"}], "description": f"{length} of {kind.name}; bare numbers are in {kind.unit}"}
     return Annotated[tuple[float, ...], BeforeValidator(read), WithJsonSchema(described)]
+
+
+def _several(kind: Kind, one: bool = False) -> Any:
+    """Return the type of a field that holds any number of quantities; with `one` a single one stays a number."""
+    def read(value: object) -> float | tuple[float, ...]:
+        try:
+            if one and not isinstance(value, (list, tuple)) and not (isinstance(value, str) and "," in value):
+                return units.quantity(value, kind)
+            length = len(value) if isinstance(value, (list, tuple)) else str(value).count(",") + 1
+            return units.quantities(value, kind, length)
+        except UnitError as error:
+            raise _fault(error) from None
+
+    single = [{"type": "number"}] if one else []
+    described = {"anyOf": [{"type": "array", "items": _NUMBER_SCHEMA}, {"type": "string"}, *single],
+                 "description": f"{kind.name}, one for each tooth" + (" or one for all" if one else "")
+                 + f"; bare numbers are in {kind.unit}"}
+    return Annotated[Any, BeforeValidator(read), WithJsonSchema(described)]
 
 
 class Part(BaseModel):
@@ -168,16 +189,39 @@ class LoadModel(Part):
     moment: _v(units.MOMENT) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
 
 
+class SpeedVariationModel(Part):
+    amplitude: quantity_type(units.RATIO, gt=0, lt=0.9)  # type: ignore[valid-type]
+    revolutions: Annotated[int, Field(ge=1, le=1000, strict=True)] = 4
+    phase: quantity_type(units.ANGLE) = 0.0  # type: ignore[valid-type]
+
+
 class CuttingModel(Part):
     diameter: quantity_type(units.LENGTH, gt=0)  # type: ignore[valid-type]
     teeth: Annotated[int, Field(ge=1, le=1000, strict=True)]
-    immersion: quantity_type(units.RATIO, gt=0, le=1)  # type: ignore[valid-type]
-    tangential: quantity_type(units.PRESSURE, gt=0)  # type: ignore[valid-type]
-    normal: quantity_type(units.PRESSURE, ge=0)  # type: ignore[valid-type]
-    direction: Literal["up", "down", "slot"] = "down"
+    immersion: quantity_type(units.RATIO, gt=0, le=1) | None = None  # type: ignore[valid-type]
+    tangential: quantity_type(units.PRESSURE, gt=0) | None = None  # type: ignore[valid-type]
+    normal: quantity_type(units.PRESSURE, ge=0) | None = None  # type: ignore[valid-type]
+    direction: Literal["up", "down", "slot", "centred"] = "down"
     feed: Literal["x", "y", "-x", "-y"] = "x"
     speeds: _v(units.SPEED, 2) = (1000.0, 12000.0)  # type: ignore[valid-type]
     source: str = ""
+    entry: quantity_type(units.ANGLE, ge=0) | None = None  # type: ignore[valid-type]
+    exit: quantity_type(units.ANGLE, gt=0) | None = None  # type: ignore[valid-type]
+    helix: _several(units.ANGLE, one=True) = 0.0  # type: ignore[valid-type]
+    pitch: _several(units.ANGLE) = ()  # type: ignore[valid-type]
+    runout: quantity_type(units.LENGTH, ge=0, le=1e-3) = 0.0  # type: ignore[valid-type]
+    runout_angle: quantity_type(units.ANGLE) = 0.0  # type: ignore[valid-type]
+    tilt: quantity_type(units.ANGLE, ge=-0.1, le=0.1) = 0.0  # type: ignore[valid-type]
+    corner_radius: quantity_type(units.LENGTH, ge=0) = 0.0  # type: ignore[valid-type]
+    axial: quantity_type(units.PRESSURE, ge=0) | None = None  # type: ignore[valid-type]
+    edge_tangential: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
+    edge_normal: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
+    edge_axial: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
+    material: Annotated[str, Field(description="name in the table of literature coefficients")] = ""
+    process_damping: quantity_type(PROCESS_DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
+    damping_friction: quantity_type(units.RATIO, ge=0) = 0.3  # type: ignore[valid-type]
+    speed_variation: SpeedVariationModel | None = None
+    feed_per_tooth: quantity_type(units.LENGTH, ge=0, le=0.01) = 0.0  # type: ignore[valid-type]
 
 
 class ReferenceModel(Part):

@@ -12,6 +12,7 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from toolpoint._check import ToolpointError, suggestion
+from toolpoint.cutting.described import fault_of
 from toolpoint.io import machine_schema as schema
 from toolpoint.io import stl, units
 from toolpoint.io.faults import FileFaults
@@ -181,12 +182,22 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
                       for name, value in pose.items()})
     if document.faults:
         return None
-    cutting = _as(d.CuttingDescription, top.cutting)
+    cutting = None if top.cutting is None else _cutting(top.cutting, document)
+    if document.faults:
+        return None
     return d.MachineDescription(
         top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
         top.assumptions)
+
+
+def _cutting(part: schema.CuttingModel, document: Document) -> d.CuttingDescription:
+    values = {**part.model_dump(), "speed_variation": _as(d.SpeedVariationDescription, part.speed_variation)}
+    cut = d.CuttingDescription(**values)
+    if (fault := fault_of(cut)) is not None:
+        document.fault(("cutting", *fault[0]), fault[1])
+    return cut
 
 
 def _position(value: Any, axis: d.AxisDescription, key: Key, document: Document) -> float:
@@ -208,6 +219,15 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     data = {"toolpoint": schema.VERSION, **_lowered(description)}
     for joint in data["joints"].values():
         joint.update(joint.pop("frame", {}))
+    _dump(data, path)
+
+
+def write_cutting(cut: d.CuttingDescription, path: str | Path) -> None:
+    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file."""
+    _dump({"cutting": _lowered(cut)}, path)
+
+
+def _dump(data: Mapping[str, Any], path: str | Path) -> None:
     yaml = YAML(typ="safe", pure=True)
     yaml.default_flow_style = None
     yaml.width = 120

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from toolpoint._check import FloatArray
 from toolpoint.joint_identification.joint_fit import Fit
+from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 
 Z95 = 1.959964
@@ -43,6 +44,9 @@ class JointEstimate:
         Free twists (v, w) about the machine's origin, in the order of `freedoms`; of a general joint any basis.
     stiffness, stiffness_deviation : (f,) floats or None
         N m/rad or N/m for every freedom, with its standard deviation, where masses are known.
+    stiffness_matrix, stiffness_matrix_deviation : (f, f) floats or None
+        Of a general joint: the symmetric stiffness over its free twists `screws`, with the standard deviation of every entry
+        (against the true one over the nearest twists that are truly free), where masses are known and the data decide it.
     probability : float
         Of a misfit so large by noise alone.
     alternatives : tuple of str
@@ -67,6 +71,19 @@ class JointEstimate:
     stiffness: FloatArray | None = None
     stiffness_deviation: FloatArray | None = None
     doubts: tuple[str, ...] = ()
+    stiffness_matrix: FloatArray | None = None
+    stiffness_matrix_deviation: FloatArray | None = None
+
+    @property
+    def spatial_stiffness(self) -> FloatArray | None:
+        """Stiffness (6, 6) for twists (v, w) at `position` in the machine's axes; of six free twists only, else None.
+
+        With fewer, the other directions are rigid, and no finite matrix of six by six says so.
+        """
+        if self.stiffness_matrix is None or self.screws.shape[1] < 6:
+            return None
+        back = np.linalg.solve(self.screws, about(self.position, 1.0))
+        return np.asarray(back.T @ self.stiffness_matrix @ back)
 
     @property
     def directions(self) -> FloatArray:
@@ -128,6 +145,8 @@ class JointEstimate:
             "status": self.status}
         if self.stiffness is not None:
             result["stiffness"] = dict(zip(self.freedoms, self.stiffness.tolist(), strict=True))
+        if self.stiffness_matrix is not None:
+            result |= {"screws": self.screws.tolist(), "stiffness_matrix": self.stiffness_matrix.tolist()}
         return result
 
     def __repr__(self) -> str:
@@ -152,8 +171,6 @@ def estimated(motion: RelativeMotion, fits: list[Fit], doubts: tuple[str, ...]) 
 
 def free_twists(motion: RelativeMotion, fit: Fit, frame: FloatArray, names: tuple[str, ...]) -> FloatArray:
     """Return the free twists (6, f) about the origin: along and about the joint frame's axes, or a general basis."""
-    from toolpoint.joint_identification.measured import about
-
     if fit.kind == "general":
         basis = about(motion.centre, motion.size) @ fit.chart.basis(fit.theta)
         return np.asarray(np.linalg.qr(basis)[0])

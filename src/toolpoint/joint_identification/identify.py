@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimated
-from toolpoint.joint_identification.joint_fit import Criterion, Fit, candidates, stacked
+from toolpoint.joint_identification.joint_fit import Criterion, Fit, candidates, settled, stacked
 from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
@@ -132,6 +132,7 @@ def identify_joints(
     joints, fits = [], []
     for motion in relatives:
         found = candidates(stacked(motion, criterion), criterion)
+        found[0] = settled(motion, criterion, found[0])
         joints.append(estimated(motion, found, _doubts(motion, found, independent, flexible)))
         fits.append(found[0])
     doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]

@@ -8,6 +8,10 @@ For a kind with free twists :math:`B(\theta)` and the relative twists t of all c
 columns, f freedoms and n parameters. A kind is refused where so large a :math:`\chi^2` by noise alone is less probable
 than the significance. The freedoms are the fewest that pass; of the kinds with so many freedoms that pass the one with
 the fewest parameters is taken (the others are named); a general joint only where no other kind passes.
+
+The decision allows every component a motion of its own below a floor. The position and its interval do so only as far as
+the misfit asks for it: none where noise alone explains the twists, else the share at which chi-squared is what it should be
+(Paule, Mandel, J. Res. NBS 87 (1982) 377).
 """
 
 from __future__ import annotations
@@ -22,6 +26,11 @@ from toolpoint.joint_identification.kinds import Chart, charts, general
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 
+# A floor that only keeps the covariance of exact data regular, and the chance below which noise does not explain a misfit.
+_NO_FLOOR = 1e-8
+_UNLIKELY = 0.05
+_HALVINGS = 12
+
 
 @dataclass(frozen=True)
 class Criterion:
@@ -33,7 +42,8 @@ class Criterion:
         A kind is refused where noise alone exceeds its misfit with a smaller probability than this.
     floor : float
         Relative motion below this share of the components' own motion counts as none, whatever the noise: no casting
-        is perfectly rigid and no joint perfectly stiff in its locked directions.
+        is perfectly rigid and no joint perfectly stiff in its locked directions. It widens the intervals only where the
+        twists scatter more than their noise.
     """
 
     significance: float = 1e-4
@@ -104,6 +114,24 @@ def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
     raise AssertionError("six freedoms explain every motion")
 
 
+def settled(motion: RelativeMotion, criterion: Criterion, fit: Fit) -> Fit:
+    """Return the fit of the kind that was decided for, with no more of the floor than its misfit asks for."""
+    least, most = min(_NO_FLOOR, criterion.floor), criterion.floor
+    found = _with_floor(motion, least, fit)
+    if fit.freedom <= 0 or found.probability >= _UNLIKELY:
+        # Without a degree of freedom nothing tells how much of the floor there is.
+        return fit if fit.freedom <= 0 else found
+    for _ in range(_HALVINGS):
+        share = float(np.sqrt(least * most))
+        found = _with_floor(motion, share, fit)
+        least, most = (share, most) if found.chi2 > found.freedom else (least, share)
+    return found
+
+
+def _with_floor(motion: RelativeMotion, floor: float, fit: Fit) -> Fit:
+    return fitted(stacked(motion, Criterion(floor=floor)), fit.chart, fit.theta)
+
+
 def _at_infinity(fit: Fit) -> bool:
     """Return whether a joint is so far away that its rotation cannot be told from a translation.
 
@@ -138,14 +166,14 @@ def _span(stack: Stack, f: int) -> FloatArray:
     return np.asarray(np.linalg.qr(span)[0])
 
 
-def fitted(stack: Stack, chart: Chart) -> Fit:
+def fitted(stack: Stack, chart: Chart, start: FloatArray | None = None) -> Fit:
     """Return the fit of one kind."""
     count = len(stack.twists)
 
     def residual(theta: FloatArray) -> FloatArray:
         return projected(stack, chart.basis(theta))
 
-    theta, n = np.zeros(chart.parameters), chart.parameters
+    theta, n = np.zeros(chart.parameters) if start is None else start, chart.parameters
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
     if n:
         found = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)

@@ -4,7 +4,7 @@ With joint coordinates q, mass matrix M(q) of the rigid components in them and a
 :math:`K q_r = \omega_r^2 M q_r` (Ewins, Modal Testing, 2nd ed., section 2.3), line by line
 :math:`k_j q_{jr} = \omega_r^2 (M q_r)_j`. Each line is linear in one k_j and free of the scale of the mode; the lines of all
 modes are weighted by the variance of their misfit (effective variance: Orear, Am. J. Phys. 50 (1982) 912), less the bias
-that noise in q_jr brings.
+that noise in q_jr brings. A general joint has a full matrix over its free twists, see `stiffness_matrix`.
 """
 
 from __future__ import annotations
@@ -17,12 +17,16 @@ from numpy.typing import ArrayLike
 from scipy import stats
 
 from toolpoint._check import FloatArray, fail, floats, positive, symmetric
+from toolpoint.joint_identification import stiffness_matrix
 from toolpoint.joint_identification.estimate import JointEstimate, free_twists, joint_frame
 from toolpoint.joint_identification.joint_fit import Fit
 from toolpoint.joint_identification.measured import Component, about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion
 from toolpoint.vibration import Modes
+
+# Of the single lines (n, k), and of the matrices of general joints, (k, f, f) each.
+_Weights = tuple[FloatArray, list[FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +99,9 @@ def stiffnesses(
         np.stack([motions[name].whole for name in names]),
         np.stack([masses[name].matrix for name in names]), tuple(relatives), tuple(fits))
     value, weights = _value(data, data.twists, data.omega, None)
-    deviation = _deviation(data, value, weights, modes)
-    return _with(joints, value, deviation, _misfit(data, value, weights))
+    covariance = _covariance(data, weights, modes)
+    found = _with(joints, value, np.sqrt(np.diag(covariance)), _misfit(data, value, weights))
+    return _with_matrices(data, found, value, weights, covariance)
 
 
 def _check(modes: Modes, parts: Mapping[str, Component], joints: Sequence[JointEstimate],
@@ -117,9 +122,7 @@ def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatAr
         part = slice(at, at + joint.screws.shape[1])
         at = part.stop
         if joint.kind == "general":
-            text = ("stiffness not determined: the freedoms of a general joint are no directions of a frame, and a full matrix "
-                    "is not identified; those of the other joints do not need it")
-            result.append(replace(joint, doubts=(*joint.doubts, text)))
+            result.append(joint)
             continue
         k, spread = value[part], deviation[part]
         doubts = list(joint.doubts)
@@ -135,12 +138,36 @@ def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatAr
     return result
 
 
+def _with_matrices(data: _Data, joints: Sequence[JointEstimate], value: FloatArray, weights: _Weights, covariance: FloatArray
+                   ) -> list[JointEstimate]:
+    """Return the joints, general ones with their matrix where the data decide it."""
+    lines, result = _lines(data, data.twists, data.omega), list(joints)
+    at = lines.q.shape[1]
+    for j, (own, weight) in zip(_general(data), _blocks(data, lines, weights), strict=True):
+        entries = stiffness_matrix.symmetric_entries(own.q.shape[1])
+        part = slice(at, at + entries.shape[2])
+        at, joint, why = part.stop, joints[j], stiffness_matrix.fault(own)
+        if why:
+            result[j] = replace(joint, doubts=(*joint.doubts, why))
+            continue
+        matrix, spread = entries @ value[part], covariance[part, part]
+        doubts = stiffness_matrix.doubts(own, matrix, weight, spread)
+        result[j] = replace(joint, stiffness_matrix=matrix, stiffness_matrix_deviation=entries @ np.sqrt(np.diag(spread)),
+                            doubts=(*joint.doubts, *doubts))
+    return result
+
+
 def _bases(data: _Data, thetas: Sequence[FloatArray]) -> list[FloatArray]:
     result = []
     for motion, fit, theta in zip(data.relatives, data.fits, thetas, strict=True):
-        moved = replace(fit, theta=theta)
         frame, names = joint_frame(fit.kind, fit.chart.place(theta)[1])
-        result.append(free_twists(motion, moved, frame, names))
+        if fit.kind == "general":
+            # Of the span at theta the twists nearest to those that were found: a basis of its own would turn within it.
+            place = about(motion.centre, motion.size)
+            here, there = (np.linalg.qr(place @ fit.chart.basis(t))[0] for t in (fit.theta, theta))
+            result.append(there @ (there.T @ here))
+        else:
+            result.append(free_twists(motion, replace(fit, theta=theta), frame, names))
     return result
 
 
@@ -160,35 +187,59 @@ def _jacobians(data: _Data, bases: Sequence[FloatArray]) -> FloatArray:
     return result
 
 
-def _value(data: _Data, twists: FloatArray, omega: FloatArray, weights: FloatArray | None) -> tuple[FloatArray, FloatArray]:
-    """Return (stiffness (n,), weights (n, k)) for these twists; the weights are found where none are given."""
-    thetas = [_theta(data, twists, j) for j in range(len(data.fits))]
-    jacobians = _jacobians(data, _bases(data, thetas))
+def _general(data: _Data) -> list[int]:
+    return [j for j, fit in enumerate(data.fits) if fit.kind == "general"]
+
+
+def _lines(data: _Data, twists: FloatArray, omega: FloatArray) -> stiffness_matrix.Lines:
+    """Return the coordinates of all joints, the forces on them and their noise, for these twists."""
+    jacobians = _jacobians(data, _bases(data, [_theta(data, twists, j) for j in range(len(data.fits))]))
     q, spread = _coordinates(data, jacobians, twists)
     mass = np.einsum("cia,cij,cjb->ab", jacobians, data.matrices, jacobians)
-    force = omega[:, None] ** 2 * (q @ mass)
-    n = q.shape[1]
-    noise = np.einsum("kjj->kj", spread)
-    cross = omega[:, None] ** 2 * np.einsum("ja,kaj->kj", mass, spread)
-    wanted = weights is None
+    square = omega**2
+    return stiffness_matrix.Lines(q, square[:, None] * (q @ mass), spread, slice(0, q.shape[1]), mass, square)
+
+
+def _blocks(data: _Data, lines: stiffness_matrix.Lines, weights: _Weights) -> list[tuple[stiffness_matrix.Lines, FloatArray]]:
+    """Return the lines of every general joint and their weights."""
+    ends = np.cumsum([0, *(fit.chart.freedoms for fit in data.fits)])
+    parts = [slice(int(ends[j]), int(ends[j + 1])) for j in _general(data)]
+    own = [replace(lines, q=lines.q[:, p], force=lines.force[:, p], own=p, mass=lines.mass[p]) for p in parts]
+    return list(zip(own, weights[1], strict=True))
+
+
+def _value(data: _Data, twists: FloatArray, omega: FloatArray, weights: _Weights | None) -> tuple[FloatArray, _Weights]:
+    """Return (stiffnesses (n,) followed by the upper triangles of matrices, weights), weights found where none are given."""
+    lines = _lines(data, twists, omega)
+    k, weight = _diagonal(lines, None if weights is None else weights[0])
+    given = [np.zeros(0)] * len(_general(data)) if weights is None else weights[1]
+    values, found = [k], []
+    for own, one in _blocks(data, lines, (weight, given)):
+        matrix, new = stiffness_matrix.identified(own) if weights is None else (stiffness_matrix.solved(own, one), one)
+        values.append(matrix[np.triu_indices(len(matrix))])
+        found.append(new)
+    return np.concatenate(values), (weight, found)
+
+
+def _diagonal(lines: stiffness_matrix.Lines, weights: FloatArray | None) -> tuple[FloatArray, FloatArray]:
+    """Return (stiffness (n,), weights (n, k)), each line on its own; the weights are found where none are given."""
+    n, noise = lines.q.shape[1], np.einsum("kjj->kj", lines.spread)
+    cross = lines.square[:, None] * np.einsum("ja,kaj->kj", lines.mass, lines.spread)
     weight = 1 / np.maximum(noise.T, 1e-300) if weights is None else weights
-    for _ in range(4 if wanted else 1):
-        top = (weight.T * (q * force - cross)).sum(axis=0)
-        k = top / (weight.T * (q * q - noise)).sum(axis=0)
-        if wanted:
-            miss = omega[:, None, None] ** 2 * mass[None] - k[:, None] * np.eye(n)
-            weight = 1 / np.maximum(np.einsum("kja,kab,kjb->jk", miss, spread, miss), 1e-300)
+    for _ in range(4 if weights is None else 1):
+        top = (weight.T * (lines.q * lines.force - cross)).sum(axis=0)
+        k = top / (weight.T * (lines.q**2 - noise)).sum(axis=0)
+        if weights is None:
+            miss = lines.square[:, None, None] * lines.mass[None] - k[:, None] * np.eye(n)
+            weight = 1 / np.maximum(np.einsum("kja,kab,kjb->jk", miss, lines.spread, miss), 1e-300)
     return k, weight
 
 
-def _misfit(data: _Data, k: FloatArray, weights: FloatArray) -> FloatArray:
+def _misfit(data: _Data, value: FloatArray, weights: _Weights) -> FloatArray:
     """Return for every freedom the share of omega^2 M q that k q leaves; 0 where noise explains it or it is below 5 %."""
-    jacobians = _jacobians(data, _bases(data, [fit.theta for fit in data.fits]))
-    q, _ = _coordinates(data, jacobians, data.twists)
-    mass = np.einsum("cia,cij,cjb->ab", jacobians, data.matrices, jacobians)
-    force = data.omega[:, None] ** 2 * (q @ mass)
-    chi2 = (weights.T * (force - k * q) ** 2).sum(axis=0)
-    share = np.sqrt(chi2 / (weights.T * force**2).sum(axis=0))
+    lines, weight = _lines(data, data.twists, data.omega), weights[0]
+    chi2 = (weight.T * (lines.force - value[:lines.q.shape[1]] * lines.q) ** 2).sum(axis=0)
+    share = np.sqrt(chi2 / (weight.T * lines.force**2).sum(axis=0))
     chance = stats.chi2.sf(chi2, max(len(data.omega) - 1, 1))
     return np.where((share > 0.05) & (chance < 1e-6), share, 0.0)
 
@@ -212,7 +263,9 @@ def _coordinates(data: _Data, jacobians: FloatArray, twists: FloatArray) -> tupl
     return np.einsum("kab,kb->ka", spread, right), spread
 
 
-def _deviation(data: _Data, value: FloatArray, weights: FloatArray, modes: Modes) -> FloatArray:
+def _covariance(data: _Data, weights: _Weights, modes: Modes) -> FloatArray:
+    # Differences at the same weights: with them free, matrices would be a nonlinear search for every step.
+    value = _value(data, data.twists, data.omega, weights)[0]
     slope = np.zeros((len(value), *data.twists.shape))
     roots = np.linalg.cholesky(data.covariance)
     for c, k, j in np.ndindex(data.twists.shape):
@@ -222,10 +275,11 @@ def _deviation(data: _Data, value: FloatArray, weights: FloatArray, modes: Modes
     # Steps are standard deviations of one column; their covariance between columns in that measure.
     back = np.linalg.inv(roots)
     between = np.einsum("ckia,ckalb,cljb->ckilj", back, data.whole, back)
-    variance = np.einsum("ncki,ckilj,nclj->n", slope, between, slope, optimize=True)
+    result = np.einsum("ncki,ckilj,mclj->nm", slope, between, slope, optimize=True)
     if modes.covariance is not None:
         for k in range(modes.count):
             shift = np.zeros(modes.count)
             shift[k] = 2 * np.pi * np.sqrt(modes.covariance[k, 0, 0])
-            variance += (_value(data, data.twists, data.omega + shift, weights)[0] - value) ** 2
-    return np.sqrt(variance)
+            change = _value(data, data.twists, data.omega + shift, weights)[0] - value
+            result += np.outer(change, change)
+    return np.asarray(result)

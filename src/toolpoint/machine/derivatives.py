@@ -1,7 +1,8 @@
 r"""Exact derivatives of a machine's matrices to its parameters, addressed by path.
 
-A body's mass matrix is a polynomial of low degree in any one of its numbers (mass, centre, inertia, density, size), and
-a joint's matrices are affine in stiffness, damping and loss factor. A seven-point central difference is exact for
+A body's mass matrix is linear in its inertia tensor, whose derivative is written down: a step would leave what bodies can
+have where the body is a flat plate. It is a polynomial of low degree in any one of its other numbers (mass, centre, density,
+size), and a joint's matrices are affine in stiffness, damping and loss factor. A seven-point central difference is exact for
 polynomials up to degree six, so the derivative of a part is exact to rounding whatever the step; the rest of the chain
 (geometry, null-space basis) does not depend on these parameters and is linear.
 """
@@ -73,7 +74,8 @@ def _one(place: Placement, path: str) -> dict[str, FloatArray]:
     room, name, kind = [*path.split("."), "", "", ""][:3]
     if room == "bodies" and kind in _BODY_FIELDS and name in machine.body_names:
         link = machine.link(name)
-        slope = _exact(machine.description, path, value, lambda d: _body_mass(machine, d, name))
+        slope = _inertia_slope(path) if kind == "inertia" else _exact(
+            machine.description, path, value, lambda d: _body_mass(machine, d, name))
         own = body_coordinates(place, link)
         return {"mass": np.swapaxes(own, -1, -2) @ slope @ own}
     if room == "joints" and kind in _JOINT_FIELDS:
@@ -102,6 +104,14 @@ def _embedded(block: FloatArray, columns: list[int], size: int) -> FloatArray:
     matrix = np.zeros((size, size))
     matrix[np.ix_(columns, columns)] = block
     return matrix
+
+
+def _inertia_slope(path: str) -> FloatArray:
+    """Return the derivative (6, 6) of a body's spatial inertia to one entry of its tensor, both halves of a product."""
+    i, j = ("xyz".index(letter) for letter in path.rsplit(".", 1)[-1])
+    slope = np.zeros((6, 6))
+    slope[3 + i, 3 + j] = slope[3 + j, 3 + i] = 1.0
+    return slope
 
 
 def _body_mass(machine: Machine, description: MachineDescription, name: str) -> FloatArray:

@@ -14,13 +14,14 @@ BLIND = 0.02
 POOR_FIT = 0.9
 UNCERTAIN = 0.2
 SHARED = 4.0
+EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
 
 
 def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
             spread: float) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
-    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_shared_remarks(spread), *_mode_remarks(frf, modes),
-            *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_shared_remarks(spread, quality),
+            *_mode_remarks(frf, modes), *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
 
 
 def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
@@ -41,8 +42,8 @@ def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes:
     return found
 
 
-def _shared_remarks(spread: float) -> list[str]:
-    if spread < SHARED:
+def _shared_remarks(spread: float, quality: FloatArray) -> list[str]:
+    if spread < SHARED or quality.min() > EXACT:
         return []
     return [f"the residual is smooth over about {spread:.0f} lines: the model misses something (a mode, a structure that "
             "is not linear) or the data are smoothed; the intervals are widened for it"]

@@ -93,8 +93,8 @@ class Identification:
         """One paragraph: what was found, how well it fits, what to try next."""
         count = self.modes.count
         head = (f"{count} mode{'s' * (count != 1)} by {self.method} within {self.frf.frequency[0]:g} .. "
-                f"{self.frf.frequency[-1]:g} Hz; the synthesis explains {100 * self.fit:.4g} % of the responses "
-                f"(worst {100 * float(self.quality.min()):.3g} %).")
+                f"{self.frf.frequency[-1]:g} Hz; the synthesis explains {100 * self.fit:.5g} % of the responses "
+                f"(worst {100 * float(self.quality.min()):.5g} %).")
         return "\n".join([head, *(f"- {line}" for line in self.advice)])
 
     def table(self) -> str:

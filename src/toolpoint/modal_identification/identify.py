@@ -20,6 +20,7 @@ from toolpoint.modal_identification.rational_fraction import RationalFraction
 from toolpoint.modal_identification.selection import selected
 from toolpoint.modal_identification.start import Method, Start
 from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.modes import Modes
 
 
 @dataclass(frozen=True)
@@ -103,15 +104,31 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
              "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
     fitted = _estimate.estimated(inside, start.poles + inside.decay, start.participation, chosen.refine)
-    modes = _estimate.modes_of(fitted, chosen.refine)
+    every = _estimate.modes_of(fitted, chosen.refine)
+    modes, kept, unstable = _without_unstable(every, inside.decay)
     model = _estimate.synthesised(fitted.data, fitted.fit)
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
-    rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")
-    advice = (*dead, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread))
+    rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
+    advice = (*dead, *unstable, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
                           fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice)
+
+
+def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:
+    """Return the modes with damping, their places, and a remark on those without: a passive structure has none.
+
+    With a window's decay taken out all are kept: then it is the decay that is in question. So they are where all are such.
+    """
+    kept = np.flatnonzero(modes.damping_ratio > 0)
+    if decay != 0 or kept.size in (0, modes.count):
+        return modes, np.arange(modes.count), []
+    gone = ", ".join(f"{modes.frequency[i]:.4g} Hz ({100 * modes.damping_ratio[i]:.2g} %)"
+                     for i in np.setdiff1d(np.arange(modes.count), kept))
+    return modes.selected(kept.tolist()), kept, [
+        f"poles without positive damping stay in the synthesis but are no modes: {gone}; drift of integrated signals or noise "
+        "makes them, mostly at the ends of the band: narrow it"]
 
 
 def _transposed(frf: Frf) -> Frf:

@@ -43,7 +43,8 @@ def assembled(parts: Iterable[Frf]) -> Frf:
             weight = 1 / np.maximum(frf.variance, 1e-300)
         have = weights[at] > 0
         before = np.where(have, values[at] / np.where(have, weights[at], 1.0), frf.values)
-        change = np.sqrt((np.abs(frf.values - before) ** 2).mean(axis=0) / (np.abs(before) ** 2).mean(axis=0))
+        size = (np.abs(before) ** 2).mean(axis=0)
+        change = np.sqrt((np.abs(frf.values - before) ** 2).mean(axis=0) / np.where(size > 0, size, 1.0))
         spread[at[1][0], at[2][0]] = np.maximum(spread[at[1][0], at[2][0]], change)
         values[at] += frf.values * weight
         weights[at] += weight

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from toolpoint._check import fail
+from toolpoint._check import FloatArray, fail
 from toolpoint.joint_identification import JointEstimate, JointIdentification, MassProperties
-from toolpoint.machine.build import mass_properties
+from toolpoint.machine.build import build, mass_properties
 from toolpoint.machine.description import (
     BodyDescription,
     FrameDescription,
     JointDescription,
     MachineDescription,
-    PointDescription,
     ReferenceDescription,
 )
+from toolpoint.studies.model_correlation import with_measured_points
 from toolpoint.vibration import Modes
 
 
@@ -28,7 +28,7 @@ def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, MassPro
 
 def machine_of(
     name: str, joints: JointIdentification, bodies: Mapping[str, BodyDescription], modes: Modes,
-    points: Mapping[str, tuple[str, tuple[float, float, float]]] | None = None,
+    points: Mapping[str | int, FloatArray] | None = None, owner: Mapping[str, Sequence[str | int]] | None = None,
 ) -> MachineDescription:
     """Return the machine of identified joints: bodies of known mass, joints where they were found, measured modes beside.
 
@@ -39,7 +39,9 @@ def machine_of(
     bodies : mapping of component to BodyDescription
     modes : Modes
         The measured ones, kept as reference; their mean damping ratio becomes that of all modes.
-    points : mapping of name to (body, position in the machine frame, m), optional
+    points : mapping of name to (3,) position in the machine frame, m, optional
+        Measured points; those that `owner` (component to its points) names become points of the bodies, so that the machine
+        can be correlated with the test and updated to it as it is.
 
     Raises
     ------
@@ -51,19 +53,19 @@ def machine_of(
     if missing:
         fail("bodies", f"no mass properties of {missing[0]}", "every component of the chain needs them")
     ratio = float(np.mean(modes.damping_ratio))
-    return MachineDescription(
-        name, dict(bodies), described, points={key: PointDescription(body, at) for key, (body, at) in (points or {}).items()},
-        damping_ratio=ratio, reference=(ReferenceDescription("measured", tuple(float(f) for f in modes.frequency),
-                                                             tuple(float(z) for z in modes.damping_ratio), "measured"),),
+    measured = ReferenceDescription("measured", tuple(float(f) for f in modes.frequency),
+                                    tuple(float(z) for z in modes.damping_ratio), "measured")
+    found = MachineDescription(
+        name, dict(bodies), described, damping_ratio=ratio, reference=(measured,),
         description="Minimal model from measured mode shapes.", source="identified from measured modes",
         assumptions=(f"A damping ratio of {100 * ratio:.3g} %, the mean of the measured ones, is taken for every mode.",
                      *(f"{one.parent} - {one.child}: {one.status}" for one in joints.joints)))
+    return found if not owner else with_measured_points(build(found), points or {}, owner).description
 
 
 def _joint(one: JointEstimate) -> JointDescription:
     if one.kind == "general":
-        fail(f"joint {one.parent} - {one.child}", "a general joint", "its freedoms are no directions of one frame",
-             "measure more modes, or model it with a full stiffness matrix by hand")
+        return _general(one)
     if one.stiffness is None:
         fail(f"joint {one.parent} - {one.child}", "no stiffness", "the masses of the components must be known")
     stiffness = {way: float(k) for way, k in zip(one.freedoms, one.stiffness, strict=True)}
@@ -74,3 +76,18 @@ def _joint(one: JointEstimate) -> JointDescription:
     (x, y, z), (a, b, c) = one.position.tolist(), one.rotation.tolist()
     frame = FrameDescription((x, y, z), (a, b, c))
     return JointDescription(one.parent, one.child, frame, stiffness, source="measured")
+
+
+def _general(one: JointEstimate) -> JointDescription:
+    matrix, name = one.spatial_stiffness, f"joint {one.parent} - {one.child}"
+    if matrix is None:
+        fail(name, f"a general joint with {one.screws.shape[1]} freedoms" + (
+            "" if one.stiffness_matrix is not None else " and no stiffness matrix"),
+            "only six freedoms with a stiffness matrix, or directions of one frame, can be written as a machine",
+            "measure more modes, or model it by hand")
+    if np.linalg.eigvalsh(matrix)[0] <= 0:
+        fail(name, "a stiffness matrix that is not positive", "must be positive definite",
+             "check the masses; measure more modes")
+    rows = tuple(tuple(float(v) for v in row) for row in (matrix + matrix.T) / 2)
+    x, y, z = one.position.tolist()
+    return JointDescription(one.parent, one.child, FrameDescription((x, y, z)), stiffness_matrix=rows, source="measured")

@@ -205,6 +205,12 @@ def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose 
                        driven if frf else (), machine.description.damping_ratio)
 
 
+def default_targets(names: Sequence[str], modes: Modes | None, frf: Frf | None) -> Targets:
+    """Return what counts where nothing else is asked for: frequencies and MAC, and damping where `names` hold a damper."""
+    damped = any(".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
+    return Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
+
+
 def update(
     machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, frf: Frf | None = None,
     pose: Pose | Sequence[Pose | None] | None = None, targets: Targets | Sequence[Targets] | None = None,
@@ -236,9 +242,7 @@ def update(
         See `updating.fit_with_restarts`.
     """
     if targets is None:
-        names = [p if isinstance(p, str) else p.name for p in parameters]
-        damped = any(".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
-        targets = Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
+        targets = default_targets([p if isinstance(p, str) else p.name for p in parameters], modes, frf)
     elif modes is not None or frf is not None:
         fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose)

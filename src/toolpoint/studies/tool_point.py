@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
-from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, StabilityChart, Tool, ZeroOrder, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting.described import coefficients_of, engagement_of, tool_of, variation_of
 from toolpoint.cutting.stability import Method
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.description import CuttingDescription
@@ -92,11 +95,25 @@ def _lines(modes: Modes) -> FloatArray:
 
 def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | None = None, y: str | None = None
                     ) -> MillingProblem:
-    """Return the milling problem of a described cut on these dynamics; x, y label the machine axes of the cutting plane."""
+    """Return the milling problem of a described cut on these dynamics; x, y label the machine axes of the cutting plane.
+
+    Where the cut has an axial force or a rounded edge and the dynamics know the direction z of the same point, the response
+    is taken in space.
+    """
+    tool, material = tool_of(cut), coefficients_of(cut)
+    spatial = (material.ka > 0 or tool.corner_radius > 0) and y != "same"
     return MillingProblem(
-        Tool(cut.diameter, cut.teeth),
-        Engagement.slot() if cut.direction == "slot" else getattr(Engagement, cut.direction)(cut.immersion),
-        CuttingCoefficients(cut.tangential, cut.normal), dynamics, x, y, feed_angle=FEED_ANGLE[cut.feed])
+        tool, engagement_of(cut), material, dynamics, x, y, feed_angle=FEED_ANGLE[cut.feed],
+        feed_per_tooth=cut.feed_per_tooth, process_damping=cut.process_damping, damping_friction=cut.damping_friction,
+        speed_variation=variation_of(cut), z=_axial_label(dynamics, x) if spatial else None)
+
+
+def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:
+    """Return the label of the direction z of the point that is cut at, where the dynamics have it."""
+    known = dynamics.dofs if isinstance(dynamics, Modes) else [dof for dof in dynamics.outputs if dof in dynamics.inputs]
+    along = [dof for dof in known if dof.direction[1:] == "x" and dof.vector is None] if x is None else [Dof.parse(x)]
+    found = [dof for dof in known if dof.direction[1:] == "z" and dof.vector is None and dof.point in {d.point for d in along}]
+    return str(found[0]) if len(found) == 1 else None
 
 
 def lobes(
@@ -110,17 +127,18 @@ def lobes(
     cut : CuttingDescription, optional
         The machine's own where left out.
     speeds : (n,) floats, optional
-        rev/min; 400 over the cut's range where left out.
+        rev/min; 200 over the cut's range where left out.
     method : stability method, optional
-        `ZeroOrder` where left out: quick over many poses, its usual error is in the notes of the charts.
+        The exact engine where left out; `ZeroOrder` is quicker over many poses and says its usual error in the notes.
     """
     cut = cut or study.machine.description.cutting
     if cut is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
-    n = np.linspace(*cut.speeds, 400) if speeds is None else speeds
+    n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     x, y = f"{study.point}:+x", f"{study.point}:+y"
     problems = [milling_problem(cut, study.modes.at_pose(i), x, y) for i in range(len(study.poses))]
-    return tuple(stability.chart(problem, n, method or ZeroOrder(), depth_limit(problem)) for problem in problems)
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
+        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_limit(problem)), problems))
 
 
 def depth_limit(problem: MillingProblem) -> float:

@@ -253,6 +253,11 @@ def _check(problem: Problem, at: list[int], walkers: int, ensembles: int) -> Non
              "give prior_sd, or low and high")
 
 
+def require_emcee() -> None:
+    """Raise a ToolpointError that names the remedy where emcee is not installed."""
+    _emcee()
+
+
 def _emcee() -> Any:
     try:
         import emcee

@@ -1,0 +1,92 @@
+"""Force records of a cutting test: files of any format, one feed each or with a column of the feed, folded on a revolution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.cutting.calibration import revolution
+from toolpoint.io import hdf5, record_mat, record_text, uff
+from toolpoint.vibration import Record
+
+MOST = 360  # samples of a revolution that a fit takes
+FEW = 24
+
+
+def read(path: Path) -> Record:
+    """Return the Record of a text, MATLAB, universal or HDF5 file."""
+    kind = path.suffix.lower()
+    if kind == ".mat":
+        return record_mat.read(path)
+    if kind in (".uff", ".unv", ".uf"):
+        return uff.read_record(path)
+    if kind in (".h5", ".hdf5"):
+        found = hdf5.read(path)
+        if not isinstance(found, Record):
+            raise ToolpointError(f"{path}: holds {type(found).__name__}; needs a Record of forces")
+        return found
+    return record_text.read(path)
+
+
+def by_feed(files: Sequence[Path], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
+    """Return (feed per tooth in m, forces x, y and z where known, name) of every file or of every feed in its column."""
+    if feeds is not None and len(feeds) != len(files):
+        raise ToolpointError(f"--feed: {len(feeds)} feeds for {len(files)} files; must be one for each file, in their order")
+    result = []
+    for i, path in enumerate(files):
+        record = read(path)
+        forces = _forces(path, record)
+        if feeds is not None:
+            parts = [(feeds[i], forces)]
+        elif "feed" in record.quantities:
+            parts = _steps(path, forces, record.samples[:, record.quantities.index("feed")])
+        else:
+            raise ToolpointError(f"--feed: missing; {path} has no column 'feed' (m, or 'feed [mm]'); give the feed per tooth "
+                                 "of each file in mm, for example --feed 0.05,0.1")
+        for feed, part in parts:
+            if not 0 < feed <= 0.01:
+                raise ToolpointError(f"{path}: feed per tooth {1e3 * feed:g} mm; must be above 0 and at most 10 mm")
+            result.append((feed, part, path.name))
+    ways = min(part.samples.shape[1] for _, part, _ in result)
+    return [(feed, part.selected(range(ways)), name) for feed, part, name in result]
+
+
+def _forces(path: Path, record: Record) -> Record:
+    every = list(zip(record.channels, record.quantities, strict=True))
+    at = {dof.direction: i for i, (dof, kind) in enumerate(every) if kind == "force"}
+    missing = [way for way in "xy" if f"+{way}" not in at]
+    if missing:
+        held = ", ".join(f"{dof} {kind}" for dof, kind in every)
+        raise ToolpointError(f"{path}: no force along {' and '.join(missing)}; it holds {held}; name the columns Fx, Fy and Fz")
+    return record.selected([at[f"+{way}"] for way in "xyz" if f"+{way}" in at])
+
+
+def _steps(path: Path, forces: Record, feed: FloatArray) -> list[tuple[float, Record]]:
+    """Return the parts of a record over which the column of the feed stays the same."""
+    ends = [0, *(np.flatnonzero(np.diff(feed) != 0) + 1).tolist(), feed.size]
+    parts = []
+    for first, last in pairwise(ends):
+        if feed[first] > 0:
+            parts.append((float(feed[first]), Record(forces.samples[first:last], forces.sample_rate, forces.channels,
+                                                     forces.quantities, forces.units)))
+    if not parts:
+        raise ToolpointError(f"{path}: the column 'feed' is nowhere above zero; must be the feed per tooth, m, or 'feed [mm]'")
+    return parts
+
+
+def folded(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return feeds (n,), angle (n_angle,) rad from the first sample, and forces (n, n_angle, d) averaged over revolutions."""
+    samples = min(float(part.sample_rate) for _, part, _ in records) * 60 / speed
+    if samples < FEW:
+        raise ToolpointError(f"forces: {samples:.1f} samples in a revolution at {speed:g} rev/min; must be at least {FEW}; "
+                             "measure with a higher sample rate")
+    every = [revolution(part, speed) for _, part, _ in records]
+    count = min(MOST, *(angle.size for angle, _ in every))
+    angle = 2 * np.pi * np.arange(count) / count
+    courses = [np.stack([np.interp(angle, own, mean[:, k], period=2 * np.pi) for k in range(mean.shape[1])], axis=1)
+               for own, mean in every]
+    return np.array([feed for feed, _, _ in records]), angle, np.stack(courses)

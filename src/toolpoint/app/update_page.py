@@ -1,0 +1,134 @@
+"""The page of an update: parameters, modes, responses and shapes before and after, and the posterior where it was sampled."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint.app.measurements import Measurement
+from toolpoint.machine import Machine, assemble
+from toolpoint.plot import Chart, Listing, Notes, Report, ShapeView, Table
+from toolpoint.plot.correlation import mac_matrix
+from toolpoint.plot.frf import bode
+from toolpoint.plot.machine_scene import machine_shapes
+from toolpoint.plot.posterior import posterior_corner
+from toolpoint.plot.shape_pairs import partners, turned_alike
+from toolpoint.studies.machine_update import Agreement, MachineUpdate
+from toolpoint.updating import Fit
+from toolpoint.updating.sampler import Samples
+from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
+
+_CURVES = 4
+
+
+def page(before: Machine, found: MachineUpdate, measured: Sequence[Measurement], samples: Samples | None = None,
+         warnings: Sequence[str] = ()) -> Report:
+    """Return the page of an update of the machine `before` to measurements."""
+    free = f"{len(found.fit.free)} of {len(found.problem.parameters)} parameters moved"
+    report = Report(f"Updated: {before.name}", found.fit.status[:1].upper() + found.fit.status[1:] + ".", subtitle=free)
+    report = report.with_section("Parameters", _parameters(before, found),
+                                 Listing("Identifiability, fit report and agreement", found.report()))
+    for k, one in enumerate(measured):
+        of = f", measurement {k + 1}{' at ' + one.label if one.label else ''}" if len(measured) > 1 else ""
+        b, a = found.all_before[k], found.all_after[k]
+        if one.modes is not None:
+            report = report.with_section(f"Modes before and after{of}", _agreement(b, a),
+                                         *_mac(((before, b), (found.machine, a)), one.modes, one.pose))
+        if one.frf is not None:
+            report = report.with_section(f"Responses before and after{of}", *_frac(b, a),
+                                         *_responses(before, found.machine, one.frf, one.pose))
+    if samples is not None:
+        report = report.with_section("Posterior", *_posterior(found, samples))
+    report = report.with_section("Shapes before and after", _shapes(before, found, measured[0].pose))
+    return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+
+
+def as_assumed(fit: Fit) -> Fit:
+    """Return a fit with the covariance that the assumed deviations give, as samples see it, not scaled by the misfit."""
+    if not fit.scaled or not fit.reduced_chi_square > 0:
+        return fit
+    return replace(fit, covariance=fit.covariance / fit.reduced_chi_square, scaled=False)
+
+
+def _posterior(found: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
+    rows, fit = [], as_assumed(found.fit)
+    for k, name in enumerate(samples.names):
+        low, high = samples.interval(name)
+        least, most = fit.interval(name)
+        rows.append([name, f"{np.median(samples.values[:, k]):.6g}", f"{low:.6g} .. {high:.6g}", f"{least:.6g} .. {most:.6g}",
+                     f"{samples.r_hat[k]:.4f}", f"{samples.effective[k]:.0f}"])
+    header = ["parameter", "median", "95 % of the samples", "95 % of the normal posterior", "R-hat", "independent samples"]
+    table = Table(header, rows, "SI units; both intervals with the deviations of the data as they are given or assumed")
+    best = np.array([fit.values[name] for name in samples.names])
+    change = 100 * (samples.values / best - 1)
+    sd = 100 * np.array([fit.standard_error[name] for name in samples.names]) / np.abs(best)
+    short = [".".join(name.split(".")[1:]).replace(".stiffness", "") + ", %" for name in samples.names]
+    chart = posterior_corner(change, short, (np.zeros(len(best)), sd))
+    some = "" if len(best) <= 6 else f" The first 6 of {len(best)} parameters."
+    return [samples.status[:1].upper() + samples.status[1:] + ".", table, Chart(
+        chart, "Difference from the value found, per cent. Bars: samples; line: the fit's normal posterior." + some)]
+
+
+def _parameters(before: Machine, found: MachineUpdate) -> Table:
+    rows = []
+    for path in (p.name for p in found.problem.parameters):
+        old, new = before.value(path), found.machine.value(path)
+        moved = path in found.fit.free
+        error = f"± {found.fit.standard_error[path]:.2g}" if moved else ""
+        verdict = ("moved, at a bound" if path in found.fit.at_bounds else "moved") if moved else (
+            "left alone: " + found.fit.left_alone.get(path, ""))
+        rows.append([path, f"{old:.6g}", f"{new:.6g}", error, f"{100 * (new / old - 1):+.2f}" if old else "", verdict])
+    return Table(["parameter", "before", "after", "standard error", "change %", "verdict"], rows, "SI units")
+
+
+def _agreement(b: Agreement, a: Agreement) -> Table:
+    rows = [[r + 1, f"{b.measured[r]:.3f}", f"{b.predicted[r]:.3f}", f"{100 * b.frequency_error[r]:+.2f}", f"{b.mac[r]:.3f}",
+             f"{a.predicted[r]:.3f}", f"{100 * a.frequency_error[r]:+.2f}", f"{a.mac[r]:.3f}"] for r in range(b.measured.size)]
+    return Table(["mode", "measured Hz", "before Hz", "before %", "before MAC", "after Hz", "after %", "after MAC"], rows)
+
+
+def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Mapping[str, float] | None) -> list[Chart]:
+    charts = []
+    for words, (machine, agreed) in zip(("before", "after"), pair, strict=True):
+        count = max(int(agreed.modes.max()) + 1, min(measured.count + 2, machine.size))
+        modes = eigen.undamped(assemble(machine, pose, measured.dofs, modal_damping=False), count)
+        pairs = np.stack([np.arange(agreed.modes.size), agreed.modes], axis=1)
+        charts.append(Chart(mac_matrix(
+            correlation.mac(measured.shape, modes.shape), measured, modes, row_title="Measured mode",
+            column_title="Mode of the model", title=f"MAC {words}", pairs=pairs), "Paired modes are framed."))
+    return charts
+
+
+def _frac(b: Agreement, a: Agreement) -> list[Table]:
+    if b.frac is None or a.frac is None:
+        return []
+    rows = [[name, f"{one.min():.4f}", f"{one.mean():.4f}"] for name, one in (("before", b.frac), ("after", a.frac))]
+    return [Table(["FRAC", "lowest", "mean"], rows, "Over all measured responses and lines")]
+
+
+def _shapes(before: Machine, found: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:
+    scene, shapes = machine_shapes(before, pose, before.size)
+    other, moved = machine_shapes(found.machine, pose, before.size)
+    if found.before.modes.size:
+        shapes, moved = shapes.selected(found.before.modes.tolist()), moved.selected(found.after.modes.tolist())
+    else:
+        shapes = shapes.selected(range(min(12, shapes.count)))
+        moved = moved.selected(partners(shapes, moved))
+    return ShapeView(scene, shapes, "pair", "before", "Shapes that belong to one measured mode, or else look alike.",
+                     (other, turned_alike(moved, shapes), "after"))
+
+
+def _responses(before: Machine, after: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:
+    lines = measured if measured.frequency[0] > 0 else measured.between(float(measured.frequency[1]), np.inf)
+    lines = lines.converted_to("receptance")
+    charts = []
+    for k in range(min(_CURVES, len(lines.outputs))):
+        single = replace(lines.selected([k], [0]), coherence=None)
+        named = {"measured": single}
+        for words, machine in (("before", before), ("after", after)):
+            system = assemble(machine, pose, single.outputs, single.inputs)
+            named[words] = frequency_response.direct(system, single.frequency)
+        charts.append(Chart(bode(named, title=f"{single.outputs[0]} / {single.inputs[0]}")))
+    return charts

@@ -1,0 +1,95 @@
+"""Stiffness matrices of general joints: found from modes and masses, or said not to be decided."""
+
+import warnings
+
+import numpy as np
+import pytest
+
+from toolpoint._check import ToolpointError
+from toolpoint.joint_identification import MassProperties, identify_joints
+from toolpoint.machine import assemble, build
+from toolpoint.machine.description import BodyDescription, InertiaDescription
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.joint_machine import machine_of
+from toolpoint.vibration import Dof, Modes, eigen
+
+WAYS = ("+x", "+y", "+z")
+BODIES = {"first": (40.0, (0.1, 0.2, 0.5), (3.0, 4.0, 5.0)), "second": (25.0, (0.3, -0.1, 1.5), (1.0, 2.0, 1.5))}
+
+
+def case(rng, f, share=0.002, modes=None, repeated=None):
+    """Two bodies on a joint of f free twists with a full matrix and a hinge; (result arguments, free twists, matrix)."""
+    masses = {name: MassProperties(m, at, np.diag(i)) for name, (m, at, i) in BODIES.items()}
+    first = np.linalg.qr(rng.normal(size=(6, 6)))[0][:, :f]
+    second = np.array([0.0, 1.2, 0.0, 1.0, 0.0, 0.0])[:, None]
+    jacobian = {"first": np.hstack([first, np.zeros((6, 1))]), "second": np.hstack([first, second])}
+    mass = sum(j.T @ masses[name].matrix @ j for name, j in jacobian.items())
+    root = rng.normal(size=(f, f))
+    stiff = np.zeros((f + 1, f + 1))
+    stiff[:f, :f], stiff[f, f] = 1e6 * (root @ root.T + 4 * np.eye(f)), 4e5
+    lower = np.linalg.cholesky(mass)
+    squares, vectors = np.linalg.eigh(np.linalg.solve(lower, np.linalg.solve(lower, stiff).T))
+    q = np.linalg.solve(lower.T, vectors)
+    at = {i: rng.uniform(-1, 1, 3) + np.array([0, 0, 0.5 if i < 20 else 1.5]) for i in range(40)}
+    shape = np.concatenate([tf.point_velocity(at[i]) @ jacobian["first" if i < 20 else "second"] @ q for i in at])
+    spread = share * np.sqrt((shape**2).mean(axis=0)) * np.ones_like(shape)
+    measured = Modes(np.sqrt(squares) / (2 * np.pi), 0.01, shape + spread * rng.normal(size=shape.shape),
+                     [Dof(i, way) for i in at for way in WAYS], shape_variance=spread**2)
+    measured = measured if modes is None else measured.selected(range(modes))
+    parts = {"first": list(range(20)), "second": list(range(20, 40))}
+    return (measured, at, parts, ("ground", "first", "second")), masses, first, stiff[:f, :f]
+
+
+def found(arguments, masses):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        return identify_joints(*arguments, masses=masses)
+
+
+def in_basis(joint, free, matrix):
+    """The true matrix over the free twists that were found, which span the true ones but for noise."""
+    turn = np.linalg.lstsq(free, joint.screws, rcond=None)[0]
+    return turn.T @ matrix @ turn
+
+
+@pytest.mark.parametrize(("f", "share"), [(4, 0.002), (6, 0.002), (6, 0.02)])
+def test_the_matrix_is_found_and_its_intervals_hold(f, share):
+    z, names = [], []
+    for seed in range(3):
+        arguments, masses, free, matrix = case(np.random.default_rng(100 + seed), f, share)
+        joint = found(arguments, masses).joint("first")
+        assert joint.kind == "general" and joint.stiffness is None
+        if joint.stiffness_matrix is None:
+            names += [d for d in joint.doubts if "not determined" in d]
+            continue
+        np.testing.assert_array_equal(joint.stiffness_matrix, joint.stiffness_matrix.T)
+        error = joint.stiffness_matrix - in_basis(joint, free, matrix)
+        z += list((error / joint.stiffness_matrix_deviation)[np.triu_indices(f)])
+    assert not names
+    z = np.array(z)
+    assert (np.abs(z) < 1.96).mean() >= 0.85 and 0.4 < (z**2).mean() < 2.2
+
+
+def test_six_freedoms_become_a_machine_with_the_frequencies_of_the_test():
+    arguments, masses, _, _ = case(np.random.default_rng(3), 6)
+    result = found(arguments, masses)
+    bodies = {name: BodyDescription(m, at, InertiaDescription(*i)) for name, (m, at, i) in BODIES.items()}
+    machine = machine_of("two", result, bodies, arguments[0], arguments[1], arguments[2])
+    modes = eigen.undamped(assemble(build(machine), outputs=[f"{d.point}:{d.direction}" for d in arguments[0].dofs]))
+    np.testing.assert_allclose(modes.frequency, arguments[0].frequency, rtol=5e-3)
+
+
+def test_too_few_modes_do_not_decide():
+    arguments, masses, _, _ = case(np.random.default_rng(4), 6, modes=4)
+    result = found(arguments, masses)
+    joint = result.joint("first")
+    assert joint.stiffness_matrix is None and any("stiffness matrix not determined" in d for d in joint.doubts)
+    with pytest.raises(ToolpointError, match="general joint"):
+        machine_of("two", result, {n: BodyDescription(m, a, InertiaDescription(*i)) for n, (m, a, i) in BODIES.items()},
+                   arguments[0])
+
+
+def test_wrong_masses_do_not_go_unseen():
+    arguments, masses, _, _ = case(np.random.default_rng(5), 6)
+    wrong = {**masses, "first": MassProperties(40.0, (0.1, -0.8, 0.5), np.diag([3.0, 1.0, 3.5]))}
+    assert any("unexplained" in d or "not positive" in d for d in found(arguments, wrong).joint("first").doubts)

@@ -1,0 +1,33 @@
+"""The page of a calibration in a browser: measured points and fitted lines over rotation, and the table."""
+
+import numpy as np
+
+from toolpoint.app.calibrate import Calibrated, CuttingTest, _page
+from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
+from toolpoint.cutting.calibration import average_force, fitted_forces, instantaneous
+from toolpoint.cutting.described import engagement_of
+from toolpoint.cutting.forces import rigid_forces
+from toolpoint.cutting.plane import PlaneDynamics
+from toolpoint.machine.description import CuttingDescription
+
+
+def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
+    cut = CuttingDescription(0.016, 4, 0.5, 7e8, 2e8, helix=0.5)
+    rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
+    problem = MillingProblem(Tool(0.016, 4, helix=0.5), engagement_of(cut), CuttingCoefficients(7e8, 2e8), rigid)
+    feeds, angle = np.array([0.5e-4, 1e-4]), np.linspace(0, 2 * np.pi, 90, endpoint=False)
+    force = np.array([rigid_forces(problem.changed(feed_per_tooth=f), 2e-3, angle).force for f in feeds])
+    force = force + np.random.default_rng(0).standard_normal(force.shape)
+    fit = instantaneous(problem, feeds, angle, force, 2e-3)
+    fitted = fitted_forces(problem, fit, feeds, angle, 2e-3)
+    average = average_force(problem, feeds, force.mean(1), 2e-3)
+    found = Calibrated(cut, average, fit, feeds, angle, force, fitted, ("slow <b>.csv", "fast.csv"))
+    seen = opened(_page(found, CuttingTest({}, 3000.0, 2e-3)).html(), reduced_motion="reduce")
+    seen.wait("['means', 'forces0', 'forces1'].every(name => name in (window.toolpointCharts || {}))")
+    drawn = seen.page.evaluate("Array.from(window.toolpointCharts.forces1.data, trace => trace.name)")
+    assert drawn == [f"F{way} {kind}" for way in "xyz" for kind in ("measured", "fitted")]
+    values = seen.page.evaluate("window.toolpointCharts.forces1.calcdata[1].map(point => point.y)")
+    np.testing.assert_allclose(values, fitted[1, :, 0], rtol=1e-6)
+    shown = seen.page.content()
+    assert "K_te" in shown and "95 % interval" in shown and "Fit of the mean forces" in shown
+    assert seen.errors == [] and len(seen.requests) == 1
