@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from toolpoint.app import maps
 from toolpoint.app.main import main
+from toolpoint.studies.pose_map import PoseMap
 
 ROOT = Path(__file__).resolve().parents[2]
 MACHINE = str(ROOT / "src/toolpoint/app/machines/three_axis_vertical.yaml")
@@ -109,3 +111,9 @@ def test_the_installed_program_runs_without_a_display():
     done = subprocess.run(command, capture_output=True, text=True, env=environment)
     assert done.returncode == 0
     assert "58." in done.stdout or "57.9" in done.stdout
+
+
+def test_poses_that_fail_in_a_map_are_told_with_their_reason():
+    found = PoseMap({"X": np.array([0.0, 0.1])}, np.array([[20.0, 30.0], [np.nan, np.nan]]), {(1,): "no equilibrium"})
+    assert maps.failures(found) == ["X 0.1: no equilibrium"]
+    assert json.loads(json.dumps(maps.plain(found), allow_nan=False))["frequency_hz"][1] == [None, None]

@@ -172,3 +172,12 @@ def test_wrong_input(arguments, words, capsys):
     assert stopped.value.code == 2
     shown = capsys.readouterr().err
     assert words in shown and "Traceback" not in shown
+
+
+def test_values_taken_from_the_example_are_named_and_only_those(folder, tmp_path, capsys):
+    modes = ["--modes", str(folder / "modes.h5"), "--speeds", "9000:12000:2", "-o", str(tmp_path)]
+    main(["lobes", *modes, *CUT, "--direction", "slot"])
+    assert "example" not in capsys.readouterr().out
+    main(["lobes", *modes, "--diameter", "12", "--kt", "600", "--direction", "slot"])
+    shown = " ".join(capsys.readouterr().out.split())
+    assert "taken from an example: 4 teeth, kn" in shown

@@ -24,6 +24,7 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
+from toolpoint.cutting.best_speed import from_chart
 from toolpoint.cutting.location import location_error
 from toolpoint.cutting.materials import literature, materials
 from toolpoint.cutting.stability import Method
@@ -38,7 +39,7 @@ from toolpoint.plot.cutting import (
     surface_location,
     with_simulations,
 )
-from toolpoint.plot.lobes import stability_chart
+from toolpoint.plot.lobes import StabilityCurve, stability_chart
 from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
 from toolpoint.vibration import Modes
 
@@ -72,12 +73,12 @@ def _problem(source: Source, given: Mapping[str, Any]) -> tuple[MillingProblem, 
     notes: list[str] = []
     if source.machine is not None:
         machine = machine_yaml.read(source.machine)
-        base = machine.description.cutting or _example(notes)
+        base = machine.description.cutting or _example(given, notes)
         study = tool_point(machine, [dict(source.pose)] if source.pose else [{}])
         used = changed(base, given)
         labels = (f"{study.point}:+x", f"{study.point}:+y")
         return milling_problem(used, study.modes.at_pose(0), *labels), used, notes
-    used = changed(_example(notes), given)
+    used = changed(_example(given, notes), given)
     if source.modes is not None:
         modes = hdf5.read(source.modes)
         if not isinstance(modes, Modes):
@@ -90,9 +91,19 @@ def _problem(source: Source, given: Mapping[str, Any]) -> tuple[MillingProblem, 
     return milling_problem(used, frf, str(frf.outputs[0]), "same"), used, notes
 
 
-def _example(notes: list[str]) -> CuttingDescription:
-    notes.append(f"No cut was given; values not named are those of an {measured_page.EXAMPLE_CUT.source}.")
-    return measured_page.EXAMPLE_CUT
+def _example(given: Mapping[str, Any], notes: list[str]) -> CuttingDescription:
+    """Return the example's cut; a note says which of its values are used."""
+    cut = measured_page.EXAMPLE_CUT
+    slot, material = given.get("direction") == "slot", "material" in given
+    values = {"diameter": f"diameter {1e3 * cut.diameter:g} mm", "teeth": f"{cut.teeth} teeth",
+              "direction": f"direction {cut.direction}", "immersion": f"immersion {cut.immersion:g}",
+              "tangential": f"kt {1e-6 * (cut.tangential or 0):g} N/mm^2", "normal": f"kn {1e-6 * (cut.normal or 0):g} N/mm^2"}
+    needless = {"immersion"} if slot else {"direction", "immersion"} if "entry" in given else set()
+    needless |= {"tangential", "normal"} if material else set()
+    taken = [words for name, words in values.items() if name not in given and name not in needless]
+    if taken:
+        notes.append(f"Not given and taken from an example: {', '.join(taken)} ({cut.source}).")
+    return cut
 
 
 def lobes(
@@ -200,7 +211,9 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
                 runs: Sequence[Simulation] = ()) -> Report:
     report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
-    made = stability_chart(intervals_of(chart))
+    best = from_chart(chart)
+    made = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
+                           points=[(best.speed, best.depth, "best cut, with some margin")])
     if runs:
         report = report.with_section("Chart", words, Chart(with_simulations(made, runs), name="stability"),
                                      clicked_simulations(runs, "stability"))

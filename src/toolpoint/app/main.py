@@ -68,7 +68,7 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 @cli.command()
 @click.argument("machine", type=click.Path(path_type=Path))
 @_POSE
-@click.option("--count", default=12, show_default=True, help="How many of the lowest modes.")
+@click.option("--count", type=click.IntRange(1), default=12, show_default=True, help="How many of the lowest modes.")
 @_JSON
 def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
     """Natural frequencies of a machine file at a pose."""
@@ -103,7 +103,7 @@ def check(machine: Path, as_json: bool) -> None:
 @click.argument("machine", type=click.Path(path_type=Path))
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-0.3:0.3:21",
               help="Axis with first position, last position and number of positions; may be given several times.")
-@click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
+@click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
 @click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--folder", type=click.Path(path_type=Path), help="Keep finished parts here and resume from them.")
 @_OUTPUT
@@ -115,10 +115,11 @@ def map_(machine: Path, axes: Sequence[str], count: int, workers: int, folder: P
 
     found = maps.frequency_map(machine, axes, count, workers, folder, quiet=as_json)
     if as_json:
-        click.echo(json.dumps({"axes": {k: v.tolist() for k, v in found.axes.items()},
-                               "frequency_hz": found.frequency.tolist()}))
+        click.echo(json.dumps(maps.plain(found)))
         return
     path = maps.page(found, machine).save(output)
+    for words in maps.failures(found):
+        console.ERR.print("warning: " + words, markup=False, style="yellow")
     console.table(repr(found), ["mode", "spread Hz"], [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(found.spread())])
     console.OUT.print(f"Page written: {path}")
 

@@ -42,6 +42,21 @@ def _positions(text: str) -> tuple[str, np.ndarray]:
         raise ToolpointError(f"--axis: {text!r}; write AXIS=FIRST:LAST:NUMBER, for example X=-0.3:0.3:21") from None
 
 
+def failures(found: PoseMap) -> list[str]:
+    """Return a line on every pose that failed: where it is, and why."""
+    names = list(found.axes)
+    return [", ".join(f"{name} {found.axes[name][i]:g}" for name, i in zip(names, place, strict=True)) + f": {reason}"
+            for place, reason in found.failures.items()]
+
+
+def plain(found: PoseMap) -> dict[str, object]:
+    """Return a map as plain numbers and text, None where a pose failed."""
+    values = found.frequency.astype(object)
+    values[np.isnan(found.frequency)] = None
+    return {"axes": {name: v.tolist() for name, v in found.axes.items()}, "frequency_hz": values.tolist(),
+            "failures": failures(found)}
+
+
 def page(found: PoseMap, machine: Path) -> Report:
     """Return a page with the map of every mode over the first two axes (the others at their first position)."""
     report = Report(f"Natural frequencies over the workspace: {machine.stem}", repr(found))
@@ -57,5 +72,5 @@ def page(found: PoseMap, machine: Path) -> Report:
     if len(names) > 2:
         report = report.with_section("Cut", f"Axes {', '.join(names[2:])} stand at their first position.")
     if found.failures:
-        report = report.with_section("Failed poses", Notes([f"{k}: {v}" for k, v in found.failures.items()], "warning"))
+        report = report.with_section("Failed poses", Notes(failures(found), "warning"))
     return report
