@@ -125,3 +125,8 @@ def test_an_accelerance_frf_is_integrated_and_a_single_direction_serves_both() -
     assert np.allclose(one.values[:, 0, 0], one.values[:, 1, 1]) and not one.values[:, 0, 1].any()  # type: ignore[index]
     bad = Frf(f, np.full((f.size, 1, 1), 1j), ("tool:+x",), ("tool:+x",))
     assert "Frf" in repr(bad)
+
+
+def test_coefficients_in_newton_per_square_millimetre_are_doubted() -> None:
+    with pytest.warns(ToolpointWarning, match="multiply those in N/mm"):
+        CuttingCoefficients(600, 200)

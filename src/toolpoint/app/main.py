@@ -227,5 +227,5 @@ def main(arguments: Sequence[str] | None = None) -> None:
         error.show()
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
-        console.error("interrupted; what was finished is kept where a folder was given")
+        console.error("interrupted; finished parts of a study are kept where it was given a --folder")
         sys.exit(130)

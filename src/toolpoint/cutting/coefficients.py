@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, scalar
+from toolpoint._check import FloatArray, ToolpointWarning, fail, scalar
 
+SMALLEST = 1e6
 
 @dataclass(frozen=True)
 class CuttingCoefficients:
@@ -42,6 +44,9 @@ class CuttingCoefficients:
             object.__setattr__(self, name, value)
         if self.kt <= 0:
             fail("CuttingCoefficients.kt", f"{self.kt:g}", "must be above zero")
+        if self.kt < SMALLEST:
+            warnings.warn(f"CuttingCoefficients.kt: {self.kt:g} Pa is below 1 N/mm^2, less than any work material has; "
+                          "coefficients are in Pa: multiply those in N/mm^2 by 1e6", ToolpointWarning, stacklevel=3)
 
     @property
     def cutting(self) -> FloatArray:
