@@ -170,7 +170,7 @@ def lobe_parts(results: MachineResults) -> list[Chart | Table | str]:
     rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]
             for name, chart in zip(names, results.charts, strict=True)]
     return [words, Chart(stability_chart(curves)),
-            Table(["pose", "lowest limit mm", "at rev/min"], rows, "Depth that is stable at every speed")]
+            Table(["pose", "lowest limit mm", "at rev/min"], rows, "Depth that is stable at every charted speed")]
 
 
 def _lowest(chart: StabilityChart) -> object:

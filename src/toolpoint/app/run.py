@@ -120,7 +120,7 @@ def _show_limits(results: machine_page.MachineResults, warnings: Sequence[str]) 
     for pose, chart in zip(results.study.poses if results.study else (), results.charts, strict=False):
         limit = float(np.min(chart.limit))
         words = f"{1e3 * limit:.3f} mm" if np.isfinite(limit) else f"above {1e3 * chart.depth_max:.3g} mm"
-        console.OUT.print(f"Stable at every speed, {machine_page.pose_name(pose)}: {words}", markup=False)
+        console.OUT.print(f"Stable at every charted speed, {machine_page.pose_name(pose)}: {words}", markup=False)
     for text in warnings:
         console.ERR.print("warning: " + text, markup=False, style="yellow")
 
@@ -149,6 +149,6 @@ def _show_measured(results: measured_page.MeasuredResults) -> None:
         console.table("Modes by quadrature picking", ["mode", "frequency Hz", "damping %"], rows)
     if results.chart is not None:
         limit = float(np.min(results.chart.limit))
-        console.OUT.print(f"Lobes from the measured FRF: stable at every speed below {1e3 * limit:.3f} mm", markup=False)
+        console.OUT.print(f"Lobes from the measured FRF: stable at every charted speed below {1e3 * limit:.3f} mm", markup=False)
     for note in results.notes:
         console.OUT.print("note: " + note, markup=False)
