@@ -149,6 +149,7 @@ def _show_measured(results: measured_page.MeasuredResults) -> None:
         console.table("Modes by quadrature picking", ["mode", "frequency Hz", "damping %"], rows)
     if results.chart is not None:
         limit = float(np.min(results.chart.limit))
-        console.OUT.print(f"Lobes from the measured FRF: stable at every charted speed below {1e3 * limit:.3f} mm", markup=False)
+        console.OUT.print(f"Lobes from the measured FRF: stable at every charted speed below {1e3 * limit:.3f} mm",
+                          markup=False)
     for note in results.notes:
         console.OUT.print("note: " + note, markup=False)
