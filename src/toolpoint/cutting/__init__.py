@@ -11,6 +11,7 @@ from toolpoint.cutting.multi_frequency import MultiFrequency
 from toolpoint.cutting.panel_arnoldi import PanelArnoldi
 from toolpoint.cutting.problem import MillingProblem, SpeedVariation, TurningProblem
 from toolpoint.cutting.tool import Engagement, Tool
+from toolpoint.cutting.warm_start import WarmStart
 from toolpoint.cutting.zero_order import ZeroOrder
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "StabilityChart",
     "Tool",
     "TurningProblem",
+    "WarmStart",
     "ZeroOrder",
     "stability",
 ]

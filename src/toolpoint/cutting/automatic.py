@@ -11,6 +11,7 @@ from toolpoint.cutting.chart import StabilityChart, assembled
 from toolpoint.cutting.floquet import FloquetDeterminant, checked, rows_of
 from toolpoint.cutting.panel_arnoldi import PanelArnoldi
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.warm_start import WarmStart
 
 SECONDS = 4e-9  # of FloquetDeterminant, for each theta node and q^2 (q + 30), q rows; one core of 2024
 
@@ -38,15 +39,24 @@ class Automatic:
 
     def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Return the chart; see `stability.chart`."""
+        return self._solved(problem, speeds, depth_max, None)
+
+    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                   warm: WarmStart) -> StabilityChart:
+        """Return the chart, each method beginning with what a near problem left."""
+        return self._solved(problem, speeds, depth_max, warm)
+
+    def _solved(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                warm: WarmStart | None) -> StabilityChart:
         checked(problem)
         assert isinstance(problem, MillingProblem)
         slow = np.array([estimated_seconds(problem, float(n)) > self.patience for n in speeds])
         if not slow.any():
-            return FloquetDeterminant().solve(problem, speeds, depth_max)
+            return _of(FloquetDeterminant(), problem, speeds, depth_max, warm)
         if slow.all():
-            return PanelArnoldi().solve(problem, speeds, depth_max)
-        first = FloquetDeterminant().solve(problem, speeds[~slow], depth_max)
-        second = PanelArnoldi().solve(problem, speeds[slow], depth_max)
+            return _of(PanelArnoldi(), problem, speeds, depth_max, warm)
+        first = _of(FloquetDeterminant(), problem, speeds[~slow], depth_max, warm)
+        second = _of(PanelArnoldi(), problem, speeds[slow], depth_max, warm)
         places = (np.flatnonzero(~slow)[first.index], np.flatnonzero(slow)[second.index])
         names = ("depth", "theta", "frequency", "change", "error")
         columns = (np.concatenate(places), *(np.concatenate([getattr(first, n), getattr(second, n)]) for n in names))
@@ -54,6 +64,13 @@ class Automatic:
                                f"{speeds[slow].max():g} rev/min, FloquetDeterminant at the others"))
         return assembled(speeds, depth_max, columns, method="FloquetDeterminant, PanelArnoldi", notes=tuple(notes),
                          status=first.status if first.status != "complete" else second.status)
+
+
+def _of(method: FloquetDeterminant | PanelArnoldi, problem: MillingProblem, speeds: FloatArray, depth_max: float,
+        warm: WarmStart | None) -> StabilityChart:
+    if warm is None:
+        return method.solve(problem, speeds, depth_max)
+    return method.solve_warm(problem, speeds, depth_max, warm)
 
 
 def estimated_seconds(problem: MillingProblem, speed: float) -> float:

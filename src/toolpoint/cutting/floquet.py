@@ -14,6 +14,7 @@ from toolpoint.cutting.chart import StabilityChart, assembled
 from toolpoint.cutting.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.warm_start import WarmStart
 
 STATUS = ("complete", "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max",
           "some speeds have more boundary points than can be kept: lower depth_max",
@@ -21,6 +22,8 @@ STATUS = ("complete", "the largest depths of some speeds are beyond double preci
 
 
 LARGEST = 700  # rows of the matrix
+ATTEMPTS = 5  # with more and more arc nodes
+EASY = 1e-4  # share of the tolerance below which a near problem is tried with fewer arc nodes
 
 
 @dataclass(frozen=True)
@@ -69,11 +72,17 @@ class FloquetDeterminant:
 
     def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Return the chart; see `stability.chart`."""
+        return self.solve_warm(problem, speeds, depth_max, WarmStart())
+
+    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                   warm: WarmStart) -> StabilityChart:
+        """Return the chart, beginning with the theta nodes, boundary points and arc nodes that a near problem needed."""
         checked(problem)
         assert isinstance(problem, MillingProblem)
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
-        found = [self._group(problem, speeds, group, depth_max) for group in _alike(problem, speeds)]
+        warm.fit(problem, depth_max)
+        found = [self._group(problem, speeds, group, depth_max, warm) for group in _alike(problem, speeds)]
         columns = [np.concatenate(c) for c in zip(*[f[:-1] for f in found])]
         index, depth, theta, change, error = columns
         frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
@@ -100,26 +109,25 @@ class FloquetDeterminant:
         return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "
                 f"narrower than about {2e3 * depth_max / self.levels:.2g} mm can be missed at large depths")
 
-    def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float) -> tuple:  # type: ignore
+    def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float,
+               warm: WarmStart) -> tuple:  # type: ignore
         plane = problem.plane_at(float(speeds[group[0]]))
         density = 1.05 * _highest(plane) / (2 * np.pi * speeds[group].min() / 60)
         rest, least, parts, state = group, self.nodes, [], 0
-        for _ in range(4):
-            done, part, state_now = self._attempt(problem, plane, speeds, rest, depth_max, density, least)
-            parts.append(part)
-            state = max(state, state_now)
-            rest = rest[~done]
-            if rest.size == 0:
-                break
+        for attempt in range(ATTEMPTS):
+            final = attempt == ATTEMPTS - 1
+            now = rest if final else np.array([i for i in rest if warm.attempts.get(float(speeds[i]), 0) <= attempt], int)
+            if now.size:
+                done, part, state_now, easy = self._attempt(problem, plane, speeds, now, depth_max, density, least, warm, final)
+                warm.keep_attempts(speeds[now], np.maximum(attempt - easy, 0))
+                parts.append(part)
+                state = max(state, state_now)
+                rest = np.setdiff1d(rest, now[done])
             density, least = 1.3 * density, least + 4
-        if rest.size:
-            _, part, state_now = self._attempt(problem, plane, speeds, rest, depth_max, density, least, final=True)
-            parts.append(part)
-            state = max(state, state_now)
         return (*(np.concatenate(c) for c in zip(*parts)), state)
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
-                 density: float, least: int, final: bool = False) -> tuple[Array, tuple[Array, ...], int]:
+                 density: float, least: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
         second, tool = _second(plane), problem.tool
         period, pitch = float(problem.tooth_period(speeds[group].min())), 2 * np.pi / tool.teeth
         if not plane.is_modal:  # nodes only serve the Fourier coefficients of the cut: two of them a wave
@@ -130,26 +138,34 @@ class FloquetDeterminant:
             _affordable(nodes, plane, period, float(speeds[group].min()))
             sets.append(green_set(nodes, plane, band, period, pitch))
         n = speeds[group]
-        points, found, status = self.scanned(problem, plane, n, sets, depth_max)
+        points, found, status = self.scanned(problem, plane, n, sets, depth_max, warm)
         used = np.arange(points.shape[1]) < found[:, None]
         tight = np.array([_tight(points[i, :found[i]], self.tolerance) for i in range(n.size)])
+        easy = np.array([_tight(points[i, :found[i]], EASY * self.tolerance) for i in range(n.size)])
         done = np.ones(n.size, bool) if final else tight
         at = np.nonzero(used & done[:, None])
         p = points[at]
         part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
-        return done, part, int(status[done].max(initial=0))
+        return done, part, int(status[done].max(initial=0)), easy
 
     def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Any, ...]],
-                depth_max: float) -> tuple[FloatArray, Array, Array]:
+                depth_max: float, warm: WarmStart | None = None) -> tuple[FloatArray, Array, Array]:
         """Return (points, number of points, status) of these speeds from the kernels."""
         from toolpoint.cutting.floquet_kernels import MAX_POINTS
+        from toolpoint.cutting.floquet_nodes import MOST_KEPT
         from toolpoint.cutting.floquet_scan import scan_many
 
         points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
         top = np.zeros(n.size)
+        remembering = warm is not None and plane.is_modal
+        room = (MOST_KEPT, plane.poles.size, MAX_POINTS) if remembering else (0, 0, 0)
+        empty = np.zeros(room[0]), np.array([0, -1]), np.zeros((room[1], 4)), np.zeros((room[2], 6))
+        memory = (warm or WarmStart()).begin(n, empty)
         scan_many(  # type: ignore[call-arg]
             problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, *_hints(plane),
-            (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top)
+            (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top, memory)
+        if warm is not None and remembering:
+            warm.keep(n, memory)
         for i in np.flatnonzero(top < 1).tolist():
             _capped(points[i], found, i, float(top[i]))
         return points, found, status

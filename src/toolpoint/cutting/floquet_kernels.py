@@ -242,7 +242,7 @@ def root(c, degree, guess):
         if abs(step) > 0.3 * (abs(s) + 1e-3):
             step *= 0.3 * (abs(s) + 1e-3) / abs(step)
         s -= step
-        if abs(step) < 1e-15 * (abs(s) + 1e-6):
+        if abs(step) < 1e-14 * (abs(s) + 1e-6):
             break
     return s
 
@@ -267,7 +267,7 @@ def polished(theta_a, theta_b, theta, guess, w_max, period, factors, green, work
         step = -s1.imag / slope
         if abs(step) > 0.5 * span:
             step *= 0.5 * span / abs(step)
-        if abs(s1.imag) < 3e-16 * abs(s1) or abs(step) < 1e-15:
+        if abs(s1.imag) < 1e-12 * abs(s1) or abs(step) < 1e-15:
             break
         t0, s0 = t1, s1
         t1 = t1 + step

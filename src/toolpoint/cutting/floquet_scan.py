@@ -9,46 +9,10 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint.cutting.floquet_counts import BEFORE, BEYOND, agreed, count_at, split
 from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root, size_of
-
-LARGEST_STEP = 0.3624  # cosine of 1.2 rad
-
-
-@nb.njit(cache=True, nogil=True)
-def plain_step(a, b):
-    """Whether the phase step from a to b is below 1.2 rad."""
-    dot = a.real * b.real + a.imag * b.imag
-    size = (a.real * a.real + a.imag * a.imag) * (b.real * b.real + b.imag * b.imag)
-    return dot > 0.0 and dot * dot >= LARGEST_STEP * LARGEST_STEP * size
-
-
-@nb.njit(cache=True, nogil=True)
-def first_nodes(base, hint_w, hint_s, period):
-    """Sorted theta nodes: an even base, and nodes about every pole's own theta."""
-    out = np.empty(base + 1 + 5 * hint_w.size)
-    for i in range(base + 1):
-        out[i] = math.pi * i / base
-    n = base + 1
-    for r in range(hint_w.size):
-        half = hint_s[r] * period
-        if half > 0.3:  # wider than the even base already resolves
-            continue
-        t = (hint_w[r] * period) % (2 * math.pi)
-        for x in (-3.0, -1.0, 0.0, 1.0, 3.0):
-            y = t + x * half
-            y = y % (2 * math.pi)
-            if y > math.pi:
-                y = 2 * math.pi - y
-            out[n] = y
-            n += 1
-    out = np.sort(out[:n])
-    keep = 1
-    for i in range(1, n):
-        if out[i] - out[keep - 1] > 1e-9:
-            out[keep] = out[i]
-            keep += 1
-    out[keep - 1] = math.pi
-    return out[:keep]
+from toolpoint.cutting.floquet_nodes import begun, far, first_bad, kept, loops
+from toolpoint.cutting.floquet_track import tracked
 
 
 @nb.njit(cache=True, nogil=True)
@@ -61,35 +25,6 @@ def values_at(c, degree, levels, out):
             re = re * s + c[d].real
             im = im * s + c[d].imag
         out[l] = complex(re, im)
-
-
-@nb.njit(cache=True, nogil=True)
-def first_bad(a, b, usable, last):
-    """The first level at which the phase step is not plain, -1 if none (the value at theta = pi is real)."""
-    for l in range(usable):
-        end = complex(b[l].real, 0.0) if last else b[l]
-        if not plain_step(a[l], end):
-            return l
-    return -1
-
-
-@nb.njit(cache=True, nogil=True)
-def count_at(order, used, c, degrees, s):
-    """(N, place of the largest phase step) at s: N = -(phase of D from 0 to pi)/pi, always a whole number."""
-    total, worst, place = 0.0, -1.0, 0
-    before = 1.0 + 0.0j
-    for k in range(used):
-        i = order[k]
-        now, _ = horner(c[i], degrees[i], s)
-        if k == used - 1:
-            now = complex(now.real, 0.0)
-        if k > 0:
-            step = math.atan2(before.real * now.imag - before.imag * now.real, before.real * now.real + before.imag * now.imag)
-            total += step
-            if abs(step) > worst:
-                worst, place = abs(step), k - 1
-        before = now
-    return int(np.round(-total / math.pi)), place
 
 
 @nb.njit(cache=True, nogil=True)
@@ -117,15 +52,24 @@ def real_root(c, degree, a, b):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points):
+def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, memory):
     """Boundary points of one speed.
 
     coarse, fine = (pairs, weights, partial, angle, static, lines of a measured FRF). points (MAX_POINTS, 4): s, theta, change,
-    error. Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1,
-    2 points ran out, 3 a point unpolished.
+    error. memory = (nodes, numbers, seen, known): what a near problem left, brought up to date: theta nodes, the numbers of
+    nodes and of points (-1: none known), poles as last seen, boundary points; of no length where nothing is to be kept.
+    Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1, 2 points ran out, 3 a
+    point unpolished.
     """
+    nodes, numbers, seen, known = memory
+    warm = nodes.size > 0
     pairs, weights, partial, angle, static, lines = coarse
     period = speed_period
+    loop = np.zeros(hint_w.size, np.complex128)
+    if warm:
+        loops(pairs, weights, hint_s, period, omega, w_max, loop)
+        if far(hint_w, hint_s, loop, period, seen):
+            numbers[0], numbers[1] = 0, -1
     factors = np.exp(poles * period)
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
     green = (wrapped, direct, lines)
@@ -133,9 +77,9 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     theta = np.empty(MAX_NODES)
-    start = first_nodes(base, hint_w, hint_s, period)
+    start = begun(base, hint_w, hint_s, loop, period, nodes[:numbers[0]].copy(), seen)
     used = start.size
-    c = np.zeros((MAX_NODES, q + 1), np.complex128)
+    c = np.empty((MAX_NODES, q + 1), np.complex128)
     degrees = np.zeros(MAX_NODES, np.int64)
     order = np.zeros(MAX_NODES, np.int64)
     at_levels = np.empty((MAX_NODES, levels.size), np.complex128)
@@ -164,23 +108,41 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
         values_at(c[used], degrees[used], levels, at_levels[used])
         inserted(order, used, used, k)
         used += 1
-    found, used, state = boundaries(theta, order, used, c, degrees, levels[:usable], w_max, period, factors, green, work,
-                                    minors, points)
-    status = max(status, state)
-    if found > 0:
-        improve(points, found, fine, poles, factors, w_max, period, omega)
-    top = levels[usable - 1] if usable > 0 else 0.0
-    return found, status, top
+    levels = levels[:usable]
+    counts = np.zeros(usable, np.int64)
+    for l in range(usable):
+        counts[l], _ = count_at(order, used, c, degrees, levels[l])
+    if warm:
+        numbers[0] = kept(theta, order, used, at_levels, usable, base, nodes) if status == 0 else 0
+    slopes = np.zeros(MAX_POINTS, np.complex128)
+    found = -1
+    if warm and numbers[1] >= 0 and status == 0:
+        found = tracked(known[:numbers[1]], green, (work, minors, c[MAX_NODES - 1]), fine, poles, factors, w_max, period, omega,
+                        points, slopes)
+        if found >= 0 and not agreed(points, found, counts, levels, order, used, c, degrees):
+            found = -1
+    if found < 0:
+        slopes[:] = 0.0
+        found, used, state = boundaries(theta, order, used, c, degrees, levels, counts, w_max, period, factors, green, work,
+                                        minors, points)
+        status = max(status, state)
+        if found > 0:
+            improve(points, found, fine, poles, factors, w_max, period, omega)
+    if warm:
+        numbers[1] = found if status == 0 else -1
+        for p in range(found):
+            known[p, :4], known[p, 4], known[p, 5] = points[p], slopes[p].real, slopes[p].imag
+    return found, status, levels[usable - 1] if usable > 0 else 0.0
 
 
 @nb.njit(cache=True, nogil=True)
-def boundaries(theta, order, used, c, degrees, levels, w_max, period, factors, green, work, minors, points):
+def boundaries(theta, order, used, c, degrees, levels, counts, w_max, period, factors, green, work, minors, points):
     """Every change of the count between levels, narrowed by bisection and polished."""
     stack = np.empty((400, 4))
     top, found, status = 0, 0, 0
     s0, n0 = 0.0, 0
     for l in range(levels.size):
-        n, _ = count_at(order, used, c, degrees, levels[l])
+        n = counts[l]
         if n != n0:
             stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, n0, levels[l], n
             top += 1
@@ -206,9 +168,8 @@ def boundaries(theta, order, used, c, degrees, levels, w_max, period, factors, g
                 high, low = (nb_, na) if abs(nb_ - na) == 1 else (na + 1, na)
             points[found, 2] = high - low
             found += 1
-            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, s * (1 - 1e-9), low
-            stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2], stack[top + 1, 3] = s * (1 + 1e-9), high, b, nb_
-            top += 2
+            top = split(stack, top, a, na, s * (1 - 1e-9), low, BEFORE, order, used, c, degrees)
+            top = split(stack, top, s * (1 + 1e-9), high, b, nb_, BEYOND, order, used, c, degrees)
             continue
         ta, tb = theta[order[place]], theta[order[place + 1]]
         end = tb
@@ -236,12 +197,8 @@ def boundaries(theta, order, used, c, degrees, levels, w_max, period, factors, g
             high, _ = count_at(order, used, c, degrees, s * (1 + 1e-7))
             if high - low != sense:
                 points[found - 1, 2] = high - low
-            if a < s * (1 - 1e-7):
-                stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, s * (1 - 1e-7), low
-                top += 1
-            if s * (1 + 1e-7) < b:
-                stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s * (1 + 1e-7), high, b, nb_
-                top += 1
+            top = split(stack, top, a, na, s * (1 - 1e-7), low, BEFORE, order, used, c, degrees)
+            top = split(stack, top, s * (1 + 1e-7), high, b, nb_, BEYOND, order, used, c, degrees)
             continue
         if b - a < 1e-7 * b:
             points[found, 0], points[found, 1] = m, 0.5 * (ta + tb)
@@ -286,9 +243,12 @@ def improve(points, found, fine, poles, factors, w_max, period, omega):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan_many(periods, omegas, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, found, status,
-              top):
-    """Scan all speeds; points (n, MAX_POINTS, 4), found, status and top (n,)."""
+def scan_many(periods, omegas, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, found, status, top, memory):
+    """Scan all speeds; points (n, MAX_POINTS, 4), found, status and top (n,).
+
+    memory = (nodes (n, MOST_KEPT), numbers (n, 2), seen (n, poles, 4), known (n, MAX_POINTS, 6)), see `scan`.
+    """
+    nodes, numbers, seen, known = memory
     for i in range(periods.size):
-        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, hint_w, hint_s, levels,
-                                           w_max, base, points[i])
+        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, hint_w, hint_s, levels, w_max, base,
+                                           points[i], (nodes[i], numbers[i], seen[i], known[i]))

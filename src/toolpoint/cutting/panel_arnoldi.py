@@ -10,6 +10,7 @@ from toolpoint._check import ComplexArray, FloatArray, count, fail, positive
 from toolpoint.cutting.chart import StabilityChart, assembled
 from toolpoint.cutting.collocation import modal
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.warm_start import WarmStart
 
 BEYOND = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
 
@@ -53,18 +54,24 @@ class PanelArnoldi:
 
     def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Return the chart; see `stability.chart`."""
+        return self.solve_warm(problem, speeds, depth_max, WarmStart())
+
+    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                   warm: WarmStart) -> StabilityChart:
+        """Return the chart, beginning with the panels and the roots of a near problem."""
         if isinstance(problem, TurningProblem):
             fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
-        from toolpoint.cutting.panel_search import Layers, Search
+        from toolpoint.cutting.panel_search import Search
 
         modal(problem.plane)
+        warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []
-        layers: Layers = {}
         overflow = False
         settings = (self.nodes, self.levels, self.tolerance)
         for i, speed in enumerate(speeds.tolist()):
-            one = Search(settings, problem, speed, depth_max, layers)
+            one = Search(settings, problem, speed, depth_max, warm.store, warm.roots.get(speed))
             rows += [(i, *row) for row in one.rows()]
+            warm.keep_roots(speed, one.slopes)
             overflow |= one.overflow
         columns = np.array(rows, float).reshape(-1, 6).T
         note = (f"largest multipliers of the one-period map; error of each point from two discretisations; bands narrower "
@@ -78,7 +85,8 @@ class PanelArnoldi:
         The period is the tooth period for a regular tool, else a revolution, with speed variation its revolutions.
         """
         from toolpoint.cutting.panel_search import PeriodMap, waves_of
+        from toolpoint.cutting.panel_store import PanelStore
 
         plane = modal(problem.plane_at(speed))
-        one = PeriodMap(problem, plane, speed, self.nodes + 3, 6, {})
+        one = PeriodMap(problem, plane, speed, self.nodes + 3, 6, PanelStore())
         return one.multipliers(depth, waves_of(plane, problem, speed), 1e-11)

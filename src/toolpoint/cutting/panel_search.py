@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.collocation import _Modal, modal
 from toolpoint.cutting.panel_kernels import extended, inverses, responses, ritz
+from toolpoint.cutting.panel_store import PanelStore
 from toolpoint.cutting.panels import CutPanels, rising_table
 from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem
@@ -16,22 +17,21 @@ from toolpoint.cutting.search import mean_period
 
 FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
 FIRST = 14  # Arnoldi vectors before the first look at the residual
+BEFORE, BEYOND = 3, 2  # parts in which the depths before and beyond a root are looked at once more
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
-Layers = dict[tuple[int, int], dict[float, CutPanels]]
 
 
 class PeriodMap:
     """The one-period map of the vibration at one spindle speed, for any depth: multipliers by Arnoldi's method."""
 
     def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
-                 kept: dict[float, CutPanels]) -> None:
+                 store: PanelStore) -> None:
         self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
         self.system = _Modal(plane)
         # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
         size = np.linalg.norm(self.system.left, axis=0)
         self.left, self.right = self.system.left / size, self.system.right * size[:, None]
-        self.least, self.points, self.kept = least, points, kept
-        self.plain = not problem.tool.has_helix and problem.tool.corner_radius == 0
+        self.least, self.points, self.store = least, points, store
         self.damped = problem.process_damping > 0
         self.of: CutPanels | None = None
         self.vector, self.enough = np.zeros(0), 0
@@ -43,14 +43,6 @@ class PeriodMap:
         if variation is None:
             return angle / self.omega, np.full(angle.shape, 1 / self.omega)
         return variation.clock(angle, self.omega), 1 / (self.omega * variation.factor(angle))
-
-    def _panels(self, depth: float, waves: float) -> CutPanels:
-        key = 0.0 if self.plain else depth
-        if key not in self.kept:
-            if len(self.kept) > 60:
-                self.kept.clear()
-            self.kept[key] = CutPanels(self.problem, depth, waves, self.least, self.points)
-        return self.kept[key]
 
     def _set(self, panels: CutPanels) -> None:
         """Responses of the panels at this speed."""
@@ -78,7 +70,7 @@ class PeriodMap:
     def multipliers(self, depth: float, waves: float, wanted: float) -> ComplexArray:
         """Return the largest multipliers, largest first; the first's residual is below `wanted`, or below a twentieth of its
         distance from the unit circle when `wanted` is not met and the distance is all that matters (wanted negative)."""
-        panels = self._panels(depth, waves)
+        panels = self.store.panels(self.problem, depth, waves, self.least, self.points)
         if panels.empty:
             values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
             return values[np.argsort(-np.abs(values))]
@@ -90,7 +82,7 @@ class PeriodMap:
         most = min(size - 1, 160)
         basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
         basis[0] = self._start(size)
-        have, step, vector = 0, min(most, max(FIRST, self.enough - 8)), np.zeros(size)
+        have, step, vector = 0, min(most, max(FIRST, self.enough - 2)), np.zeros(size)
         while True:
             now = extended(basis, h, have, step, scale, self.layout, self.waves, self.solved, self.damped)
             if now < 0:
@@ -126,28 +118,27 @@ def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> flo
 
 
 Level = tuple[float, float]  # depth, growth
+Start = tuple[float, float]  # depth of a root, slope of the growth there
 
 
 class Search:
     """Boundary points of one speed: levels of the spectral radius, roots between them, each solved again more finely."""
 
     def __init__(self, settings: tuple[int, int, float], problem: MillingProblem, speed: float, depth_max: float,
-                 layers: Layers) -> None:
+                 store: PanelStore, near: FloatArray | None = None) -> None:
         self.nodes, self.levels, self.tolerance = settings
-        self.problem, self.speed, self.top, self.layers = problem, speed, depth_max, layers
+        self.problem, self.speed, self.top, self.store = problem, speed, depth_max, store
+        self.near = np.zeros((0, 2)) if near is None else near
+        self.slopes: list[tuple[float, float]] = []
         self.plane = modal(problem.plane_at(speed))
-        # Speeds within a factor share their panels: the number of nodes is that of the slowest of them.
-        self.group = int(np.floor(8 * np.log2(speed)))
-        self.waves = waves_of(self.plane, problem, 2 ** (self.group / 8))
+        self.waves = waves_of(self.plane, problem, speed)
         self.maps: dict[int, PeriodMap] = {}
 
     def map(self, more: int) -> PeriodMap:
         """The map with `more` extra nodes on every panel."""
         if more not in self.maps:
-            group = -round(1e6 * self.speed) if self.problem.depends_on_speed else self.group
-            kept = self.layers.setdefault((group, more), {})
             points = 4 + (2 if more else 0)
-            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, kept)
+            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, self.store)
         return self.maps[more]
 
     @property
@@ -155,7 +146,7 @@ class Search:
         """Whether a depth was beyond double precision."""
         return any(one.overflow for one in self.maps.values())
 
-    def growth(self, depth: float, more: int = 0, wanted: float = 1e-10) -> tuple[float, complex]:
+    def growth(self, depth: float, more: int = 0, wanted: float = -1e-10) -> tuple[float, complex]:
         """(log of the spectral radius, critical multiplier)."""
         value = self.map(more).multipliers(depth, self.waves * (1 + 0.1 * more), wanted)[0]
         return float(np.log(max(abs(value), 1e-300))), complex(value)
@@ -164,13 +155,31 @@ class Search:
         """Rows (depth, theta, frequency, change, error)."""
         n = self.levels
         grid = (self.top * (np.arange(1, n + 1) / n) ** 1.5).tolist()
+        self.store.levels.update(grid)
         levels: list[Level] = [(w, self.growth(w, wanted=-1e-6)[0]) for w in grid]
         levels = [self._least(levels[0]), *levels]
         found = []
         for (a, ga), (b, gb) in pairwise(self._between(levels)):
             if (ga > 0) != (gb > 0):
-                found.append(self._boundary(a, b, gb > 0))
+                found += self._boundaries(a, b, gb > 0)
         return found
+
+    def _boundaries(self, a: float, b: float, rising: bool, again: int = 3) -> list[tuple[float, ...]]:
+        """Rows of all roots in a bracket: before and beyond the one found it is looked once more, for a band can open and
+        close beside it (a flip lobe before a Hopf lobe)."""
+        row = self._boundary(a, b, rising)
+        w, near = row[0], 1e-6 * row[0] + 2 * row[-1]
+        before = [a + (w - a) * k / BEFORE for k in range(1, BEFORE)]
+        beyond = [w + (b - w) * k / BEYOND for k in range(1, BEYOND)]
+        if again == 0 or w - near <= a or w + near >= b:
+            return [row]
+        left = [(a, not rising), *((x, self._above(x)) for x in before), (w - near, not rising)]
+        right = [(w + near, rising), *((x, self._above(x)) for x in beyond), (b, rising)]
+        parts = [part for side in (left, right) for part in pairwise(side)]
+        return [row] + [r for (x, gx), (y, gy) in parts if gx != gy for r in self._boundaries(x, y, gy, again - 1)]
+
+    def _above(self, depth: float) -> bool:
+        return self.growth(depth, wanted=-1e-6)[0] > 0
 
     def _least(self, first: Level) -> Level:
         """A depth so small that the cut is stable, from the first level down."""
@@ -217,23 +226,42 @@ class Search:
         return w if reach > near else None
 
     def _boundary(self, a: float, b: float, rising: bool) -> tuple[float, ...]:
+        best, error, mu, slope = self._solved(a, b, self._known(a, b, rising), rising)
+        if not error < b - a:  # also where there was nothing near, or it led astray
+            best, error, mu, slope = self._solved(a, b, self._crossed(a, b), rising)
+        self.slopes.append((best, slope))
+        theta = abs(float(np.angle(mu)))
+        if abs(mu.imag) < 1e-7 * abs(mu):
+            theta = np.pi if mu.real < 0 else 0.0
+        single = 1 if theta in (0.0, np.pi) else 2
+        return best, theta, self._frequency(theta), single if rising else -single, error
+
+    def _known(self, a: float, b: float, rising: bool) -> Start | None:
+        """Root and slope that a near problem had in this bracket."""
+        inside = [(w, slope) for w, slope in self.near.tolist() if a < w < b and (slope > 0) == rising]
+        return inside[0] if len(inside) == 1 else None
+
+    def _crossed(self, a: float, b: float) -> Start:
+        """Root to a few parts in ten thousand, and the slope there."""
         from scipy.optimize import brentq
 
-        w = float(brentq(lambda x: self.growth(x, wanted=1e-7)[0], a, b, xtol=3e-4 * b, rtol=3e-4, disp=False))
+        w = float(brentq(lambda x: self.growth(x, wanted=-1e-7)[0], a, b, xtol=3e-4 * b, rtol=3e-4, disp=False))
         delta = 1e-4 * (w if w + 1e-4 * w < b else -w)
-        slope = (self.growth(w + delta)[0] - self.growth(w)[0]) / delta
-        best, error, mu = w, b - a, 0j
+        return w, (self.growth(w + delta)[0] - self.growth(w)[0]) / delta
+
+    def _solved(self, a: float, b: float, start: Start | None, rising: bool) -> tuple[float, float, complex, float]:
+        """(root, error, multiplier, slope) from a start near it; the error is the bracket's width where there is no root."""
+        if start is None:
+            return a, b - a, 0j, 0.0
+        w, slope = best, _ = start
+        error, mu = b - a, 0j
         for more in (3, 6):
             w, slope, mu, sure = self._polished(w, slope if (slope > 0) == rising else 0.0, more, a, b)
             shift = abs(self.growth(w, more - 3)[0] / slope) if sure and slope else b - a
             error, best = min(shift * (1 + shift / (b - a)) + FLOOR * w, b - a), w
             if error <= self.tolerance * w:
                 break
-        theta = abs(float(np.angle(mu)))
-        if abs(mu.imag) < 1e-7 * abs(mu):
-            theta = np.pi if mu.real < 0 else 0.0
-        single = 1 if theta in (0.0, np.pi) else 2
-        return best, theta, self._frequency(theta), single if rising else -single, error
+        return best, error, mu, slope
 
     def _polished(self, w: float, slope: float, more: int, a: float, b: float) -> tuple[float, float, complex, bool]:
         """Root of the growth with `more` nodes near w by the secant rule, in the bracket where that fails; its slope, the

@@ -166,3 +166,8 @@ class CutPanels:
     def nodes(self) -> int:
         """Number of nodes."""
         return int(self.count.sum())
+
+    @property
+    def nbytes(self) -> int:
+        """Memory taken, bytes."""
+        return 0 if self.empty else sum(part.nbytes for part in self.layout)

@@ -12,7 +12,10 @@ from toolpoint._check import Array, FloatArray, ToolpointError, count, fail, flo
 from toolpoint.cutting.chart import StabilityChart
 from toolpoint.cutting.problem import MillingProblem
 from toolpoint.cutting.stability import Method, chart
+from toolpoint.cutting.warm_start import WarmStart
 from toolpoint.vibration import Frf, Modes
+
+CHAIN, CHAINS = 10, 8  # most poses that follow each other warm; least number of chains, for workers to share
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,7 +58,7 @@ class PoseCharts:
 
 def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes | Frf], speeds: FloatArray,
                 depth_max: float = 0.01, feed_angles: FloatArray | Sequence[float] = (0.0,), method: Method | None = None,
-                workers: int = 1) -> PoseCharts:
+                workers: int = 1, warm: bool = True) -> PoseCharts:
     """Return the charts of one cut over poses and feed directions.
 
     Parameters
@@ -69,28 +72,41 @@ def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes 
         rad from x towards y.
     workers : int
         Threads; the kernels run without the interpreter's lock.
+    warm : bool
+        Let each chart begin with what its neighbour left (`WarmStart`): the feed directions of a pose after each other, then
+        the next pose. A chain of poses has an eighth of them, ten at most, whatever the number of workers, so that charts do
+        not hang on it. List poses so that neighbours in the list are near in space.
 
     A pose that fails is kept as None with its reason in `failures`, and the others go on.
     """
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     every = list(poses_of(dynamics))
-    jobs = [(i, j, pose, float(a)) for i, pose in enumerate(every) for j, a in enumerate(angles)]
+    length = max(1, min(CHAIN, -(-len(every) // CHAINS)))
+    chains = [every[i:i + length] for i in range(0, len(every), length)]
 
-    def one(job: tuple[int, int, Modes | Frf, float]) -> StabilityChart | str:
-        try:
-            return chart(problem.changed(dynamics=job[2], feed_angle=job[3]), speeds, method, depth_max)
-        except ToolpointError as error:
-            return str(error)
+    def follow(chain: list[Modes | Frf]) -> list[StabilityChart | str]:
+        memory = WarmStart() if warm else None
+        return [_charted(problem, pose, float(a), speeds, method, depth_max, memory) for pose in chain for a in angles]
 
     if count("workers", workers) == 1:
-        found = [one(job) for job in jobs]
+        found = [f for chain in chains for f in follow(chain)]
     else:
         with ThreadPoolExecutor(workers) as pool:
-            found = list(pool.map(one, jobs))
+            found = [f for part in pool.map(follow, chains) for f in part]
+    jobs = [(i, j) for i in range(len(every)) for j in range(angles.size)]
     failures = tuple((job[0], job[1], f) for job, f in zip(jobs, found) if isinstance(f, str))
     table = [None if isinstance(f, str) else f for f in found]
     rows = tuple(tuple(table[i * angles.size:(i + 1) * angles.size]) for i in range(len(every)))
     return PoseCharts(rows, floats("speeds", np.atleast_1d(speeds)), angles, depth_max, failures)
+
+
+def _charted(problem: MillingProblem, dynamics: Modes | Frf, angle: float, speeds: FloatArray, method: Method | None,
+             depth_max: float, memory: WarmStart | None) -> StabilityChart | str:
+    """The chart of one pose and direction, or why there is none."""
+    try:
+        return chart(problem.changed(dynamics=dynamics, feed_angle=angle), speeds, method, depth_max, memory)
+    except ToolpointError as error:
+        return str(error)
 
 
 def poses_of(dynamics: Modes | Frf | Sequence[Modes | Frf]) -> Iterator[Modes | Frf]:

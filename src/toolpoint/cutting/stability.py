@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.cutting.chart import StabilityChart
 from toolpoint.cutting.problem import MillingProblem, TurningProblem, checked_speeds, coverage
+from toolpoint.cutting.warm_start import WarmMethod, WarmStart
 from toolpoint.cutting.zero_order import ZeroOrder
 
 Problem = MillingProblem | TurningProblem
@@ -24,7 +25,8 @@ class Method(Protocol):
 
 
 def chart(
-    problem: Problem, speeds: FloatArray, method: Method | None = None, depth_max: float = 0.01
+    problem: Problem, speeds: FloatArray, method: Method | None = None, depth_max: float = 0.01,
+    warm: WarmStart | None = None,
 ) -> StabilityChart:
     """Return the stable depth intervals at every spindle speed.
 
@@ -37,6 +39,9 @@ def chart(
         `ZeroOrder` and others; chosen to suit the problem where left out (`default_method`).
     depth_max : float
         Largest depth of cut looked at, m.
+    warm : WarmStart, optional
+        What the chart of a near problem left (a neighbouring pose, say), for this one to begin with and to bring up to
+        date. Methods that cannot use it begin cold.
 
     Returns
     -------
@@ -61,6 +66,8 @@ def chart(
         method = default_method(problem)
     if isinstance(problem, MillingProblem) and problem.plane.is_modal and str(method).startswith(NEED_MODES):
         remarks = (*remarks, *problem.plane.with_modal_residual().notes[len(problem.plane.notes):])
+    if warm is not None and isinstance(method, WarmMethod):
+        return method.solve_warm(problem, np.asarray(n), depth_max, warm).noted(*remarks)
     return method.solve(problem, np.asarray(n), depth_max).noted(*remarks)
 
 

@@ -43,6 +43,7 @@ class ChatterMap:
 def chatter_map(
     machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, speeds: ArrayLike | None = None,
     feed_angles: ArrayLike = (0.0,), cut: CuttingDescription | None = None, method: Method | None = None, workers: int = 1,
+    warm: bool = True,
 ) -> ChatterMap:
     """Return stability charts of a cut over poses and feed directions.
 
@@ -61,6 +62,8 @@ def chatter_map(
         The exact default engine where left out.
     workers : int
         Threads.
+    warm : bool
+        Let each chart begin with what its neighbour left, see `chart_poses`.
     """
     cut = cut or machine.description.cutting
     if cut is None:
@@ -70,4 +73,5 @@ def chatter_map(
     problems = [milling_problem(cut, study.modes.at_pose(i), f"{study.point}:+x", f"{study.point}:+y")
                 for i in range(len(study.poses))]
     depth = max(depth_limit(problem) for problem in problems)
-    return ChatterMap(study, chart_poses(problems[0], study.modes, n, depth, np.atleast_1d(feed_angles), method, workers), cut)
+    charts = chart_poses(problems[0], study.modes, n, depth, np.atleast_1d(feed_angles), method, workers, warm)
+    return ChatterMap(study, charts, cut)
