@@ -164,6 +164,27 @@ def test_wrong_input(tmp_path, capsys, text, more, words):
     assert words in shown and "Traceback" not in shown
 
 
+def test_a_speed_that_is_not_that_of_the_record_is_told_with_the_one_it_shows(folder, tmp_path, capsys):
+    """Four teeth at 3000 rev/min pass 200 times a second."""
+    record = [str(folder / "f2.csv"), *OPTIONS, "--feed", "0.12", "-o", str(tmp_path)]
+    main(["calibrate", *record])
+    assert "repeat with a revolution" not in capsys.readouterr().err
+    main(["calibrate", *[word if word != "3000" else "3470" for word in record]])
+    told = " ".join(capsys.readouterr().err.split())
+    assert "line at 200 Hz is the tooth passing of 3000 rev/min: check --speed" in told
+
+
+@pytest.mark.parametrize(("more", "words"), [
+    (["--depth", "nan"], "--depth: nan mm"), (["--depth", "-2"], "above zero and at most 500 mm"),
+    (["--yaml", "/nowhere/at/all.yaml"], "the folder /nowhere/at does not exist")])
+def test_wrong_numbers_are_told_before_any_work(folder, more, words, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["calibrate", str(folder / "f2.csv"), *OPTIONS, "--feed", "0.12", *more])
+    assert stopped.value.code == 2
+    shown = capsys.readouterr().err
+    assert words in shown and "Traceback" not in shown
+
+
 def test_forces_on_the_work_taken_for_those_on_the_tool_are_refused(folder, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["calibrate", *files(folder), *OPTIONS, "--feed", EVERY, "--force-on", "work", "-o", str(tmp_path)])

@@ -118,3 +118,58 @@ def test_poses_that_fail_in_a_map_are_told_with_their_reason():
     found = PoseMap({"X": np.array([0.0, 0.1])}, np.array([[20.0, 30.0], [np.nan, np.nan]]), {(1,): "no equilibrium"})
     assert maps.failures(found) == ["X 0.1: no equilibrium"]
     assert json.loads(json.dumps(maps.plain(found), allow_nan=False))["frequency_hz"][1] == [None, None]
+
+
+def frequencies(capsys, *arguments):
+    assert run(["modes", *arguments, "--json"]) == 0
+    return json.loads(capsys.readouterr().out)["frequency_hz"]
+
+
+@pytest.fixture
+def turning_table(tmp_path):
+    """One body on a rotary axis, held by a spring fixed in the machine's x: its stiffness in x and y changes with the angle."""
+    (tmp_path / "turn.yaml").write_text("""toolpoint: 1
+name: turning table
+bodies:
+  bed: {mass: 500 kg, centre: [0, 0, 0], shape: {kind: box, size: [1, 1, 1]}}
+  top: {mass: 100 kg, centre: [0.3, 0, 0.5], shape: {kind: box, size: [1, 0.2, 0.1]}}
+joints:
+  feet: {parent: ground, child: bed, stiffness: {x: 4e7, y: 9e7, z: 1e8, rx: 2e7, ry: 1e7, rz: 3e7}}
+  pivot: {parent: bed, child: top}
+axes:
+  C: {joint: pivot, direction: rz, limits: [-180 deg, 180 deg]}
+  X: {joint: feet, direction: x, limits: [-0.2, 0.2]}
+""")
+    return str(tmp_path / "turn.yaml")
+
+
+def test_positions_of_axes_carry_units(turning_table, capsys):
+    """30 deg are pi/6 rad, 0.2 m are 200 mm; a bare number is in m or rad."""
+    plain = frequencies(capsys, MACHINE, "--pose", "X=0.2,Y=-0.1")
+    for same in ("X=0.2,Y=-100mm", "X=200 mm, Y=-0.1m", "X=200000um,Y=-10cm"):
+        assert frequencies(capsys, MACHINE, "--pose", same) == pytest.approx(plain, rel=1e-12)
+    turned = frequencies(capsys, turning_table, "--pose", "C=30deg,X=10mm")
+    assert turned == pytest.approx(frequencies(capsys, turning_table, "--pose", f"C={np.pi / 6!r},X=0.01"), rel=1e-9)
+    assert turned != pytest.approx(frequencies(capsys, turning_table), rel=1e-3)
+
+
+@pytest.mark.parametrize(("pose", "words"), [
+    ("X=200mms", "did you mean 'mm'?"), ("X=3inch", "1 inch is 25.4 mm"), ("X=2kg", "no unit of length or angle"),
+    ("X=3furlong", "known: m, mm, um"), ("X=10deg", "linear (m, mm, um)"), ("C=10mm", "rotary (rad, deg)"),
+    ("C=200deg", "must be within"), ("X=0.1,X=0.2", "twice"), ("X", "AXIS=VALUE"), ("X=nan", "begin with a number"),
+    ("X=1,5mm", "decimal point"), ("W=1mm", "no axis 'W'")])
+def test_wrong_positions_are_told(turning_table, pose, words, capsys):
+    assert run(["modes", turning_table, "--pose", pose]) == 2
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_a_grid_takes_units_too(turning_table, tmp_path, capsys):
+    assert run(["map", MACHINE, "--axis", "X=-300mm:0.3m:3", "-o", str(tmp_path), "--json"]) == 0
+    in_mm = json.loads(capsys.readouterr().out)
+    assert in_mm["axes"]["X"] == pytest.approx([-0.3, 0, 0.3])
+    for axis, words in (("X=0:10deg:3", "linear"), ("X=0.1:-0.1:3", "above the first"), ("X=0.1m:0.2:3", "write both"),
+                        ("X=0:1mmm:3", "did you mean 'mm'")):
+        assert run(["map", turning_table, "--axis", axis, "-o", str(tmp_path)]) == 2
+        assert words in " ".join(capsys.readouterr().err.split())
+    assert run(["map", turning_table, "--axis", "X=0:0.1:2", "--axis", "X=0:0.1:2"]) == 2
+    assert "twice" in capsys.readouterr().err

@@ -72,13 +72,19 @@ def test_identified_modes_go_straight_into_lobes_and_a_simulated_cut(tmp_path, c
     cut = ["--diameter", "12", "--teeth", "2", "--direction", "slot", "--kt", "600", "--kn", "200", "-o", str(tmp_path),
            "--json"]
     capsys.readouterr()
-    main(["lobes", "--modes", str(tmp_path / "modes.h5"), *cut, "--speeds", "6000:16000:5"])
+    main(["lobes", "--modes", str(tmp_path / "modes.h5"), *cut, "--speeds", "6000:16000:5", "--y", "rigid"])
     found = [rows[0][1] for rows in json.loads(capsys.readouterr().out)["stable_intervals_m"]]
     problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes)
     truth = stability.chart(problem, np.linspace(6000, 16000, 5), depth_max=0.02).limit
     np.testing.assert_allclose(found, np.minimum(truth, max(found)), rtol=0.05)  # the chart ends at some depth
+    # Without --y the response across is that along, as for the measured lines themselves.
+    main(["lobes", "--modes", str(tmp_path / "modes.h5"), *cut, "--speeds", "6000:16000:5"])
+    alike = [rows[0][1] for rows in json.loads(capsys.readouterr().out)["stable_intervals_m"]]
+    both = stability.chart(problem.changed(y="same"), np.linspace(6000, 16000, 5), depth_max=0.02).limit
+    np.testing.assert_allclose(alike, np.minimum(both, max(alike)), rtol=0.05)
     assert sum(depth < 0.99 * max(found) for depth in found) >= 3
-    main(["mill", "--modes", str(tmp_path / "modes.h5"), *cut, "--speed", "9000", "--depth", str(5e2 * truth.min())])
+    main(["mill", "--modes", str(tmp_path / "modes.h5"), *cut, "--y", "rigid", "--speed", "9000",
+          "--depth", str(5e2 * truth.min())])
     assert not json.loads(capsys.readouterr().out)["chatter"]
 
 

@@ -5,8 +5,12 @@ import json
 import numpy as np
 import pytest
 
+from conftest import MACHINES
+from toolpoint import ToolpointError
+from toolpoint.app.geometry import read_geometry
 from toolpoint.app.main import main
 from toolpoint.io import machine_yaml, uff
+from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.virtual_test import MeasuringPoints, surface_points, true_modes
 from toolpoint.vibration import Frf, frequency_response
@@ -43,6 +47,26 @@ def measured_machine(vertical, tmp_path_factory):
 def arguments(folder, *more):
     return ["joints", str(folder / "test.uff"), "--geometry", str(folder / "test.uff"), "--components",
             str(folder / "components.yaml"), *more]
+
+
+def test_geometry_is_read_from_a_machine_file_too():
+    found = read_geometry(MACHINES / "three_axis_vertical.yaml")
+    machine = machine_yaml.read(MACHINES / "three_axis_vertical.yaml")
+    assert set(found.points) == set(machine.description.points)
+    place = placed(machine)
+    for name, at in found.points.items():
+        np.testing.assert_allclose(at, place.position(machine.description.points[name])[0])
+
+
+@pytest.mark.parametrize(("name", "content", "words"), [
+    ("g.csv", b"1,2,3\n", "g.csv:1: '1,2,3'; read as CSV"), ("g.txt", b"point x y z\n1 0 0 0\n", "or a machine file (.yaml)"),
+    ("g.h5", b"\x89HDF\x00\xff", "binary file of another kind"),
+    ("g.yaml", b"components: {a: {points: [1]}}\n", "points of a machine"), ("g.json", b"", "no points")])
+def test_geometry_of_another_format_is_told_which_are_read(tmp_path, name, content, words):
+    (tmp_path / name).write_bytes(content)
+    with pytest.raises(ToolpointError, match="point,x,y,z in m") as raised:
+        read_geometry(tmp_path / name)
+    assert words in str(raised.value)
 
 
 def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_path, capsys, vertical):

@@ -11,7 +11,7 @@ from toolpoint.app.main import main
 from toolpoint.io import hdf5, machine_yaml
 from toolpoint.machine import assemble
 from toolpoint.machine.description import parameters
-from toolpoint.vibration import eigen
+from toolpoint.vibration import Modes, eigen
 from toolpoint.vibration import frequency_response as fr
 
 MACHINE = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/three_axis_vertical.yaml"
@@ -53,6 +53,17 @@ def test_wrong_input(measurement, arguments, words, capsys):
     assert stopped.value.code == 2
     shown = capsys.readouterr().err
     assert words in shown and "Traceback" not in shown
+
+
+def test_measured_points_that_the_machine_lacks_are_told_with_the_file_to_write_them_in(tmp_path, capsys):
+    hdf5.write(Modes([20.0], 0.02, np.ones((2, 1)), ("tool:+x", "17:+x")), tmp_path / "test.h5")
+    with pytest.raises(SystemExit):
+        main(["update", str(MACHINE), "--modes", str(tmp_path / "test.h5")])
+    shown = " ".join(capsys.readouterr().err.split())
+    for words in ("test.h5: measured at 17;", "three_axis_vertical.yaml has no such points", "section 'points:'", "17: {body: ",
+                  "toolpoint joints --machine"):
+        assert words in shown
+    assert "at tool" not in shown
 
 
 @pytest.fixture(scope="module")

@@ -43,6 +43,18 @@ def test_bode_has_log_magnitude_unit_phase_and_mode_marks():
     assert {shape.x0 for shape in made.layout.shapes} == {40.0}  # the mode outside the band has no mark
 
 
+def test_labels_of_close_modes_are_one_label_and_none_overlap():
+    """A label turned upright is about 14 px wide; the axis is some 700 px wide, so labels stand 2 % of it apart."""
+    low = [10.3, 10.9, 11.2, 30.0, 60.0, 60.5, 61.0, 61.5, 62.0, 99.5]
+    made = bode(one_mode(), modes=Modes(low, 0.02, np.ones((1, 10)), TIP))
+    words = {float(note.x): note.text for note in made.layout.annotations}
+    assert words == {11.2: "10.3, 10.9, 11.2 Hz", 30.0: "30 Hz", 62.0: "60 .. 62 Hz, 5 modes", 99.5: "99.5 Hz"}
+    assert made.layout.annotations[-1].xanchor == "right"  # it would leave the chart
+    assert {shape.x0 for shape in made.layout.shapes} == set(low)  # every mode has its line
+    single = bode(one_mode(), modes=Modes(low, 0.02, np.ones((1, 10)), TIP), log_frequency=True)
+    assert 1.0 <= single.layout.annotations[0].x <= 2.0  # decades on a logarithmic axis
+
+
 def test_measured_and_synthesised_differ_in_line_and_carry_their_names():
     made = bode({"measured": one_mode(), "synthesised": one_mode(41.0)})
     shown = [trace for trace in made.data if trace.showlegend]

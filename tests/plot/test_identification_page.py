@@ -30,3 +30,21 @@ def test_click_on_a_pole_animates_its_shape(opened):
         seen.wait(f"window.toolpointViews.poles.mode === {number}")
     assert seen.errors == []
     assert len(seen.requests) == 1
+
+
+def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opened):
+    rng = np.random.default_rng(0)
+    modes = Modes([2.1, 2.4, 6.2, 8.4, 8.6, 9.5, 55.0], 0.01, rng.normal(size=(1, 7)), ("tip:+x",))
+    frf = frequency_response.modal(modes, np.arange(0.5, 100, 0.05), ["tip:+x"], ["tip:+x"])
+    noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
+    found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), band=(1, 99))
+    html = page(found, None, ["low.txt"]).html()
+    assert "AutoMAC" not in html and "worst fit" not in html  # of one response both say nothing
+    seen = opened(html, reduced_motion="reduce")
+    seen.wait("document.querySelectorAll('.annotation-text-g').length >= 3")
+    boxes = seen.page.evaluate("Array.from(document.querySelectorAll('.annotation-text-g'), e => {"
+                               "const b = e.getBoundingClientRect(); return [b.left, b.right, b.top, b.bottom]})")
+    for i, a in enumerate(boxes):
+        for b in boxes[:i]:
+            assert a[0] >= b[1] or b[0] >= a[1] or a[2] >= b[3] or b[2] >= a[3], (a, b)
+    assert seen.errors == []

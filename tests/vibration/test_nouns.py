@@ -7,7 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from toolpoint import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
+from toolpoint import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace, ToolpointWarning
+from toolpoint.vibration import eigen, frequency_response
 from toolpoint.vibration.frf import joined, relative
 
 F = np.linspace(1, 10, 10)
@@ -114,6 +115,34 @@ def test_relative_response_is_the_quadratic_form():
 def test_wrong_input_names_the_argument(make, words):
     with pytest.raises(ValueError, match=words):
         make()
+
+
+def test_a_mode_that_does_not_vibrate_is_marked_once_or_refused():
+    """A ratio of 3 is 3 % written wrongly, or two real poles: with a scaling of poles it is no mode at all."""
+    with pytest.warns(ToolpointWarning, match=r"3 in mode 2, 300 % of critical.*3 % is written 0\.03"):
+        doubtful = Modes([10.0, 20.0], [0.02, 3.0], np.eye(2), ("a:+x", "b:+x"))
+    assert len(doubtful.notes) == 1
+    assert doubtful.selected([1]).notes == doubtful.notes  # no second warning: it would be an error here
+    with pytest.warns(ToolpointWarning, match="no vibration mode"):
+        Modes([10.0], 0.02, np.eye(1), ("a:+x",)).with_damping(2.0)
+    for scaling in ("modal A", "unscaled"):
+        with pytest.raises(ValueError, match="two modes of ratio 1, a real pole each"):
+            Modes([10.0], 3.0, np.eye(1), ("a:+x",), scaling)
+        assert Modes([10.0, 12.0], [1.0, -1.0], np.eye(2), ("a:+x", "b:+x"), scaling).notes == ()  # real poles
+    assert Modes([0.0], 0.0, np.eye(1), ("a:+x",)).is_rigid.all()
+
+
+def test_an_overdamped_model_has_the_response_of_its_equation_and_says_so():
+    """m x'' + c x' + k x = f with c three times critical: 1/(k - m w^2 + i c w), from modes too."""
+    m, k = 2.0, 800.0
+    c = 3 * 2 * np.sqrt(k * m)
+    modes = eigen.undamped(SecondOrderSystem([[m]], [[k]], [[c]]))
+    assert modes.damping_ratio[0] == pytest.approx(3) and "no vibration mode" in modes.notes[-1]
+    w = 2 * np.pi * F
+    np.testing.assert_allclose(frequency_response.modal(modes, F).values[:, 0, 0], 1 / (k - m * w**2 + 1j * c * w), rtol=1e-12)
+    real = eigen.complex_modes(SecondOrderSystem([[m]], [[k]], [[c]]))
+    np.testing.assert_allclose(real.damping_ratio, [1, 1])
+    np.testing.assert_allclose(frequency_response.modal(real, F).values[:, 0, 0], 1 / (k - m * w**2 + 1j * c * w), rtol=1e-10)
 
 
 def test_modes_are_selected_with_all_they_carry():

@@ -73,12 +73,18 @@ def calibrate(files: Sequence[Path], test: CuttingTest, output: str | Path = "to
               yaml_file: Path | None = None, quiet: bool = False) -> Calibrated:
     """Fit coefficients and run-out to measured forces, print them, and write the page and the section of a machine file."""
     positive("--speed", test.speed)
+    if not 0 < test.depth <= 0.5:
+        raise ToolpointError(f"--depth: {1e3 * test.depth:g} mm; must be above zero and at most 500 mm")
+    if yaml_file is not None and not Path(yaml_file).parent.is_dir():
+        raise ToolpointError(f"--yaml {yaml_file}: the folder {Path(yaml_file).parent} does not exist; create it first")
     with console.collected_warnings() as warnings, console.steps(3, quiet) as step:
         step("forces")
         problem, cut = _problem(test)
         records = force_records.by_feed(files, test.feeds)
         step("fit")
+        warnings += force_records.doubts(records, test.speed, problem.tool.teeth)
         found = _fitted(problem, cut, test, records)
+        warnings += _negative(found.fit)
         step("page")
         page = _page(found, test)
         path = (page if not warnings else page.with_section("Remarks", Notes(warnings, "warning"))).save(output)
@@ -86,6 +92,8 @@ def calibrate(files: Sequence[Path], test: CuttingTest, output: str | Path = "to
         machine_yaml.write_cutting(found.description, yaml_file)
     if not quiet:
         _print(found, test, yaml_file)
+        for text in warnings:
+            console.ERR.print("warning: " + text, markup=False, style="yellow")
         console.OUT.print(f"Page written: {path}", markup=False)
     return found
 
@@ -124,6 +132,12 @@ def _check_sign(fit: Calibration | None) -> None:
     if fit is not None and fit.values[0] <= 0:
         raise ToolpointError(f"forces: the fitted K_t is {fit.values[0] / 1e6:.4g} N/mm^2; must be above zero; forces measured "
                              "on the workpiece need --force-on work; check the axes (x along the feed), --direction and --feed")
+
+
+def _negative(fit: Calibration) -> list[str]:
+    found = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    return ["K_n is below zero, which no usual edge has: check the directions of the forces (x along the feed), --direction, "
+            "--immersion and --speed"] if found.get("kn", 0.0) < 0 else []
 
 
 def rows(fit: Calibration) -> list[list[str]]:

@@ -14,18 +14,33 @@ from rich.table import Table
 
 from toolpoint._check import ToolpointWarning
 
-OUT = Console(highlight=False)
-ERR = Console(stderr=True, highlight=False)
+
+class _Lines(Console):
+    """A console that leaves the wrapping of plain lines to the terminal: paths and tables in a log stay whole."""
+
+    def print(self, *objects: Any, **options: Any) -> None:
+        if all(isinstance(one, str) for one in objects):
+            options.setdefault("soft_wrap", True)
+        super().print(*objects, **options)
+
+
+# Emoji codes are off: 'machine.yaml:100:7' names a place.
+OUT = _Lines(highlight=False, emoji=False)
+ERR = _Lines(stderr=True, highlight=False, emoji=False)
 
 
 def table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; the first column to the left, the others to the right."""
+    """Print a table; words and the first column to the left, numbers to the right."""
     made = Table(title=title, title_justify="left", title_style="bold")
     for i, name in enumerate(header):
-        made.add_column(name, justify="left" if i == 0 else "right")
+        made.add_column(name, justify="left" if i == 0 or _is_words([row[i] for row in rows]) else "right")
     for row in rows:
         made.add_row(*row)
     OUT.print(made)
+
+
+def _is_words(cells: Sequence[str]) -> bool:
+    return any(len(cell) > 1 and " " in cell and cell[0].isalpha() for cell in cells)
 
 
 def error(message: str) -> None:
@@ -37,7 +52,7 @@ def error(message: str) -> None:
 def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show progress through a number of named steps; call the given function at the start of each."""
     with Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
-                  TimeElapsedColumn(), console=ERR, transient=True, disable=quiet) as progress:
+                  TimeElapsedColumn(), console=ERR, transient=True, disable=quiet or not interactive()) as progress:
         task = progress.add_task("", total=total)
         done = -1
 

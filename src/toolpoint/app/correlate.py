@@ -8,9 +8,11 @@ from typing import Any
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
-from toolpoint.app.correlation_page import CorrelationRun, Point, Test, page, positions
-from toolpoint.app.identify import read_frf, read_geometry
-from toolpoint.io import components_yaml, hdf5, machine_yaml
+from toolpoint.app.correlation_page import CorrelationRun, Point, Test, page
+from toolpoint.app.geometry import positions, read_geometry
+from toolpoint.app.identify import read_frf
+from toolpoint.app.poses import machine_at
+from toolpoint.io import components_yaml, hdf5
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.model_correlation import ModelCorrelation, correlate, with_measured_points
@@ -34,8 +36,8 @@ def correlate_files(
         step("reading")
         test = _test(files, geometry, components, band)
         step("correlation")
-        now, drawn = _correlated(machine_yaml.read(machine), test, known, furthest, pose, lowest_mac)
-        old = None if before is None else _correlated(machine_yaml.read(before), test, known, furthest, pose, lowest_mac)[0]
+        now, drawn = _correlated(machine_at(machine, pose), test, known, furthest, pose, lowest_mac)
+        old = None if before is None else _correlated(machine_at(before, pose), test, known, furthest, pose, lowest_mac)[0]
         step("page")
         path = page(CorrelationRun(now, old), drawn, test, warnings, pose).save(output)
     if not quiet:

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.app.identify import Geometry
+from toolpoint.app.geometry import Geometry, positions
 from toolpoint.machine import Machine
-from toolpoint.machine.placement import placed
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.bands import frac_bands
 from toolpoint.plot.correlation import mac_matrix
@@ -43,12 +42,6 @@ class CorrelationRun:
 
     now: ModelCorrelation
     before: ModelCorrelation | None
-
-
-def positions(machine: Machine, pose: Mapping[str, float] | None) -> dict[Point, FloatArray]:
-    """Return the machine's named points at a pose, m."""
-    place = placed(machine, pose)
-    return {name: np.array(place.position(point)[0]) for name, point in machine.description.points.items()}
 
 
 def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[str] = (),

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 import click
-
-from toolpoint.app.options import POSE, band
 
 
 def numbers(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, ...] | None:
@@ -35,15 +32,6 @@ def _variation(ctx: click.Context, parameter: click.Parameter, value: str | None
     except ValueError:
         raise click.BadParameter(f"{value!r}: write SHARE,REVOLUTIONS or SHARE,REVOLUTIONS,PHASE (degrees), for example 0.1,4"
                                  ) from None
-
-
-def dynamics_options(command: Any) -> Any:
-    """Add the options that say where the dynamics of a cut come from."""
-    return _added(command, (
-        click.argument("machine", required=False, type=click.Path(path_type=Path)), POSE,
-        click.option("--frf", multiple=True, type=click.Path(path_type=Path), help="Measured tool-tip FRF (text), receptance."),
-        click.option("--modes", "modes_file", type=click.Path(path_type=Path), help="Modes saved by identify (HDF5)."),
-        click.option("--band", callback=band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz.")))
 
 
 def tool_options(command: Any) -> Any:
@@ -93,6 +81,7 @@ _SCALE = {"diameter": 1e-3, "corner_radius": 1e-3, "runout": 1e-6, "runout_angle
           "edge_tangential": 1e3, "edge_normal": 1e3, "edge_axial": 1e3}
 _NAMES = {"exit_": "exit", "kt": "tangential", "kn": "normal", "ka": "axial", "kte": "edge_tangential", "kne": "edge_normal",
           "kae": "edge_axial", "feed": "feed_per_tooth"}
+HIGHEST = 3e10  # Pa
 COEFFICIENTS = ("tangential", "normal", "axial", "edge_tangential", "edge_normal", "edge_axial")
 
 
@@ -113,6 +102,21 @@ def in_si(given: dict[str, Any]) -> dict[str, Any]:
         else:
             found[name] = _SCALE[name] * value if name in _SCALE else value
     return found
+
+
+def doubts(cut: Any) -> list[str]:
+    """Return remarks on values of a CuttingDescription that hint at another unit; the options' units are named."""
+    lines = []
+    if not 2e-4 <= cut.diameter <= 0.5:
+        lines.append(f"diameter {1e3 * cut.diameter:g} mm: doubtful; --diameter is in mm")
+    if cut.feed_per_tooth > 0.2 * cut.diameter:
+        lines.append(f"feed {1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * cut.diameter:g} mm: doubtful; --feed "
+                     "is in mm per tooth")
+    for option, value in (("kt", cut.tangential), ("kn", cut.normal), ("ka", cut.axial)):
+        if value is not None and value > HIGHEST:
+            lines.append(f"{option} {value / 1e6:g} N/mm^2: above that of any work material; --{option} is in N/mm^2 (1 N/mm^2 "
+                         "is 1e6 Pa)")
+    return lines
 
 
 def changed(base: Any, given: Mapping[str, Any]) -> Any:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, one_of
 from toolpoint.app import console, measured_page
-from toolpoint.app.cut_options import changed
+from toolpoint.app.cut_options import changed, doubts
+from toolpoint.app.dynamics import dynamics_of, identified
+from toolpoint.app.source import Source
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import (
     Collocation,
@@ -29,21 +32,20 @@ from toolpoint.cutting.location import location_error
 from toolpoint.cutting.materials import literature, materials
 from toolpoint.cutting.stability import Method
 from toolpoint.cutting.time_domain import Simulation, simulate
-from toolpoint.io import hdf5, machine_yaml
 from toolpoint.machine.description import CuttingDescription
-from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.cutting import (
     clicked_simulations,
     intervals_of,
-    simulation_charts,
     surface_location,
     with_simulations,
 )
 from toolpoint.plot.lobes import StabilityCurve, stability_chart
-from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
-from toolpoint.vibration import Modes
+from toolpoint.studies.tool_point import depth_limit, milling_problem
+from toolpoint.vibration import Frf
 
 DEEPER = 4
+THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 METHODS: dict[str, Method | None] = {
     "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "zero-order": ZeroOrder(),
@@ -51,47 +53,34 @@ METHODS: dict[str, Method | None] = {
     "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
 
 
-@dataclass(frozen=True)
-class Source:
-    """Where the dynamics of a cut come from: a machine file at a pose, FRF files, or saved modes."""
+def problem_of(source: Source, cut: Mapping[str, Any], in_time: bool = False
+               ) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+    """Return the milling problem, its cut, and remarks; `cut` holds values that replace those of the file or the example.
 
-    machine: Path | None = None
-    pose: Mapping[str, float] | None = None
-    frf: tuple[Path, ...] = ()
-    modes: Path | None = None
-    band: tuple[float, float] | None = None
-
-
-def problem_of(source: Source, cut: Mapping[str, Any]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
-    """Return the milling problem, its cut, and remarks; `cut` holds values that replace those of the file or the example."""
+    With `in_time` measured lines are replaced by their modes, which a simulation steps through.
+    """
     given = {name: value for name, value in cut.items() if value is not None}
-    problem, used, notes = _problem(source, given)
+    problem, used, notes = _problem(source, given, in_time)
     return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.material else notes
 
 
-def _problem(source: Source, given: Mapping[str, Any]) -> tuple[MillingProblem, CuttingDescription, list[str]]:
-    notes: list[str] = []
-    if source.machine is not None:
-        machine = machine_yaml.read(source.machine)
-        base = machine.description.cutting or _example(given, notes)
-        study = tool_point(machine, [dict(source.pose)] if source.pose else [{}])
-        used = changed(base, given)
-        labels = (f"{study.point}:+x", f"{study.point}:+y")
-        return milling_problem(used, study.modes.at_pose(0), *labels), used, notes
-    used = changed(_example(given, notes), given)
-    if source.modes is not None:
-        modes = hdf5.read(source.modes)
-        if not isinstance(modes, Modes):
-            raise ToolpointError(f"{source.modes}: holds {type(modes).__name__}; needs Modes")
-        return milling_problem(used, modes), used, notes
-    if not source.frf:
-        raise ToolpointError("dynamics: none given; name a machine file, --frf files, or --modes")
-    frf = measured_page.read(source.frf, "receptance", source.band).selected([0], [0])
-    notes += [*frf.notes, "the response across is taken as that along"]
-    return milling_problem(used, frf, str(frf.outputs[0]), "same"), used, notes
+def _problem(source: Source, given: Mapping[str, Any], in_time: bool) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+    found = dynamics_of(source)
+    notes = list(found.notes)
+    own = None if found.machine is None else found.machine.description.cutting
+    used = changed(own or example_cut(given, notes), given)
+    notes += doubts(used)
+    response = found.response
+    if in_time and isinstance(response, Frf):
+        response, told = identified(response, source)
+        notes += told
+    problem = milling_problem(used, response, found.x, found.y)
+    if problem.coefficients.ka > 0 and problem.z is None:
+        notes.append("the response along z is not known: the axial force moves nothing here")
+    return problem, used, notes
 
 
-def _example(given: Mapping[str, Any], notes: list[str]) -> CuttingDescription:
+def example_cut(given: Mapping[str, Any], notes: list[str]) -> CuttingDescription:
     """Return the example's cut; a note says which of its values are used."""
     cut = measured_page.EXAMPLE_CUT
     slot, material = given.get("direction") == "slot", "material" in given
@@ -120,10 +109,11 @@ def lobes(
     uncertainty = uncertainty or Uncertainty()
     with console.collected_warnings() as warnings:
         problem, used, notes = problem_of(source, cut)
+        timed = problem_of(source, cut, True)[0] if simulations and not problem.plane.is_modal else problem
         n = np.linspace(*used.speeds, 200) if speeds is None else speeds
         chosen = METHODS[method]
         chart = _charted(problem, n, chosen, quiet)
-        runs = _simulated(problem, chart, quiet) if simulations else []
+        runs = _simulated(timed, chart, quiet) if simulations else []
         found = None
         if uncertainty.samples:
             found, more = sampled(problem, chart, uncertainty, chosen or stability.default_method(problem), quiet)
@@ -131,11 +121,13 @@ def lobes(
         advice = advice_rows(chart, found, uncertainty)
         report = with_advice(_lobes_page(problem, used, chart, runs), advice)
         report = report if found is None else with_probability(report, found, uncertainty)
-        path = _remarked(report, [*notes, *chart.notes, *warnings]).save(output)
+        notes += _doubtful(chart)
+        chart = replace(chart, notes=tuple(dict.fromkeys([*notes, *chart.notes, *warnings])))
+        path = remarked(report, chart.notes).save(output)
     if not quiet:
         _print_chart(chart)
         console.table("Cuts to make", ["", "rev/min", "depth mm", "why"], advice)
-        for text in dict.fromkeys([*notes, *chart.notes, *warnings]):
+        for text in chart.notes:
             console.OUT.print("note: " + text, markup=False)
         console.OUT.print(f"Page written: {path}", markup=False)
     return chart, advice
@@ -159,7 +151,7 @@ def print_materials() -> None:
                       "and --feed with them.", markup=False)
 
 
-def _remarked(report: Report, remarks: Sequence[str]) -> Report:
+def remarked(report: Report, remarks: Sequence[str]) -> Report:
     lines = list(dict.fromkeys(remarks))
     return report.with_section("Remarks", Notes(lines, "assumed")) if lines else report
 
@@ -167,15 +159,37 @@ def _remarked(report: Report, remarks: Sequence[str]) -> Report:
 def _charted(problem: MillingProblem, speeds: FloatArray, method: Method | None, quiet: bool) -> StabilityChart:
     """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
     depth = depth_limit(problem)
-    with console.steps(1, quiet) as step:
+    with console.steps(1, quiet) as step, _for_lines(problem):
         step(f"stability at {len(speeds)} speeds")
         chart = stability.chart(problem, speeds, method, depth)
         for _ in range(DEEPER):
             if np.isfinite(chart.limit).mean() >= 0.5:
                 break
-            depth *= 2
+            depth = min(2 * depth, 1.0)  # m
             chart = stability.chart(problem, speeds, method, depth)
         return chart
+
+
+def _doubtful(chart: StabilityChart) -> list[str]:
+    """Return a remark on limits that no machine has."""
+    least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
+    if THINNEST < least < THICKEST:
+        return []
+    return [f"a lowest limit of {1e3 * least:.3g} mm is doubtful: check the units of the responses (m/N), --quantity, and the "
+            "coefficients (N/mm^2)"]
+
+
+@contextmanager
+def _for_lines(problem: MillingProblem) -> Iterator[None]:
+    """Say how to go on where a method wants modes and the dynamics are measured lines."""
+    try:
+        yield
+    except ToolpointError as error:
+        if problem.plane.is_modal:
+            raise
+        raise ToolpointError(f"{error}\nThe dynamics are measured lines, which this cut or method cannot take; identify "
+                             "their modes first:\n  toolpoint identify FILE -m modes.h5, then give --modes modes.h5 instead of "
+                             "the FRF") from None
 
 
 def _print_chart(chart: StabilityChart) -> None:
@@ -191,9 +205,7 @@ def _depth(value: float, chart: StabilityChart) -> str:
 
 
 def _simulated(problem: MillingProblem, chart: StabilityChart, quiet: bool) -> list[Simulation]:
-    """Simulate cuts at ten speeds and five depths around the limit; a measured response has no modes to step through."""
-    if not problem.plane.is_modal:
-        raise ToolpointError("--simulate: the dynamics are measured lines; identify modes first and give them with --modes")
+    """Simulate cuts at ten speeds and five depths around the limit."""
     fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=FEED)
     finite = chart.limit[np.isfinite(chart.limit)]
     top = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
@@ -212,7 +224,8 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
     report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
     best = from_chart(chart)
-    made = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")],
+    top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
+    made = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")], max_depth=top,
                            points=[(best.speed, best.depth, "best cut, with some margin")])
     if runs:
         report = report.with_section("Chart", words, Chart(with_simulations(made, runs), name="stability"),
@@ -226,47 +239,3 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
             report = report.with_section("Surface location error", f"At a depth of {1e3 * depth:.4g} mm.",
                                          Chart(surface_location(chart.speeds, error)))
     return report
-
-
-def mill(
-    source: Source, cut: Mapping[str, Any], speed: float, depth: float, feed_per_tooth: float | None = None,
-    revolutions: int = 60, output: str | Path = "toolpoint-report", quiet: bool = False,
-) -> Simulation:
-    """Simulate a cut in time, print forces and whether it chatters, and write the page.
-
-    The feed per tooth is that of the cut, 0.1 mm where it has none.
-    """
-    with console.collected_warnings() as warnings:
-        problem, _, notes = problem_of(source, cut)
-        with console.steps(2, quiet) as step:
-            step("simulation")
-            feed = feed_per_tooth or problem.feed_per_tooth or FEED
-            run = simulate(problem.changed(feed_per_tooth=feed), speed, depth, revolutions)
-            step("page")
-            path = _mill_page(run, [*notes, *warnings]).save(output)
-    if not quiet:
-        for name, value in _mill_rows(run):
-            console.OUT.print(f"{name:32s} {value}", markup=False)
-        for text in dict.fromkeys([*notes, *run.notes, *warnings]):
-            console.OUT.print("note: " + text, markup=False)
-        console.OUT.print(f"Page written: {path}", markup=False)
-    return run
-
-
-def _mill_rows(run: Simulation) -> list[tuple[str, str]]:
-    tail = run.force[-10 * run.steps_per_revolution:]
-    moved = run.peak_to_peak()
-    return [("state", "chatter" if run.is_chattering() else "stable"), ("status", run.status),
-            ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
-            ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
-            ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
-            ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"),
-            ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
-
-
-def _mill_page(run: Simulation, notes: Sequence[str]) -> Report:
-    report = Report("Simulated cut", f"{run.problem!r}", subtitle=f"{run.speed:g} rev/min, depth {1e3 * run.depth:g} mm")
-    report = report.with_section("Result", Table(["quantity", "value"], _mill_rows(run)))
-    for name, made in simulation_charts(run).items():
-        report = report.with_section(name, Chart(made))
-    return _remarked(report, [*notes, *run.notes])

@@ -1,16 +1,20 @@
-"""Commands about cuts: lobes, mill, speeds, calibrate."""
+"""Commands about cuts: lobes, turn, mill, map-chatter, speeds, calibrate."""
 
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import click
 
-from toolpoint.app.cut_options import coefficient_options, dynamics_options, in_si, numbers, tool_options
+from toolpoint.app.cut_options import coefficient_options, in_si, numbers, tool_options
 from toolpoint.app.options import JSON, OUTPUT
+from toolpoint.app.source import Source, dynamics_options
+
+HIGHEST_LOBE = 10
 
 
 def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
@@ -20,9 +24,13 @@ def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 
     try:
         first, last, number = value.split(":")
-        return np.linspace(float(first), float(last), int(number))
+        low, high, count = float(first), float(last), int(number)
     except ValueError:
         raise click.BadParameter(f"{value!r}: write FIRST:LAST:NUMBER in rev/min, for example 3000:20000:200") from None
+    if not (0 < low < high < 1e6 and count >= 2) and not (0 < low <= high < 1e6 and count == 1):
+        raise click.BadParameter(f"{value!r}: the first speed must be above zero, the last above the first, and the number at "
+                                 "least 2 (or one speed: 9000:9000:1)")
+    return np.linspace(low, high, count)
 
 
 def _percentages(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Any]:
@@ -78,10 +86,8 @@ def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> N
               help="A cut already made: rev/min, mm, stable or chatter; sharpens P(stable).")
 @OUTPUT
 @JSON
-def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-          band: tuple[float, float] | None, speeds: Any, method: str, simulate: bool, samples: int | None,
-          uncertainty: dict[str, Any], tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool,
-          **cut: Any) -> None:
+def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int | None, uncertainty: dict[str, Any],
+          tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool, **cut: Any) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     from toolpoint.app import cutting
     from toolpoint.app.uncertain_cut import Uncertainty
@@ -89,7 +95,6 @@ def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, 
     if (tried or uncertainty) and samples is None:
         raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
     known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
-    source = cutting.Source(machine, pose, frf, modes_file, band)
     chart, advice = cutting.lobes(source, in_si(cut), method, speeds, output, as_json, simulate, known)
     if as_json:
         intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
@@ -97,9 +102,57 @@ def lobes(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, 
                                "advice": advice, "notes": list(chart.notes)}))
 
 
+def _direction(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float, float] | None:
+    """Return the vector of x, -z, 30deg (from x towards y), or 1,0,0.5."""
+    if value is None:
+        return None
+    text = value.strip()
+    name = text.lstrip("+-")
+    if name in ("x", "y", "z"):
+        sign = -1.0 if text.startswith("-") else 1.0
+        return (sign * (name == "x"), sign * (name == "y"), sign * (name == "z"))
+    try:
+        if "," in text:
+            x, y, z = (float(part) for part in text.split(","))
+            return x, y, z
+        angle = math.radians(float(text.removesuffix("deg")))
+        return math.cos(angle), math.sin(angle), 0.0
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write x, y, z, an angle from x towards y like 30deg, or a vector like 1,0,0.5"
+                                 ) from None
+
+
+@click.command()
+@dynamics_options
+@click.option("--kf", type=float, required=True, help="Cutting coefficient along the thickness of the chip, N/mm^2.")
+@click.option("--direction", callback=_direction, metavar="x|y|z|30deg|1,0,0.5",
+              help="Direction in which the chip is thick, from the work into the tool: an axis, an angle from x towards y, or "
+                   "a vector; x where left out.")
+@click.option("--kt", type=float, help="Coefficient along the cutting speed, N/mm^2; it matters where the structure bends from "
+                                       "one direction into the other.")
+@click.option("--cutting-direction", callback=_direction, metavar="x|y|z|...",
+              help="Way of the work past the edge, for --kt; y where left out.")
+@click.option("--speeds", callback=_speeds, metavar="300:6000:400", help="Spindle speeds, rev/min.")
+@click.option("--process-damping", type=float, default=0.0, help="Process damping, N/m; with --diameter or --cutting-speed.")
+@click.option("--diameter", type=float, help="Diameter of the work, mm: the cutting speed grows with the spindle speed.")
+@click.option("--cutting-speed", type=float, help="Cutting speed held at every spindle speed, m/min.")
+@OUTPUT
+@JSON
+def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_direction: Any, speeds: Any,
+         process_damping: float, diameter: float | None, cutting_speed: float | None, output: Path, as_json: bool) -> None:
+    """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
+    from toolpoint.app import turning
+
+    cut = turning.TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
+                             cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
+    run = turning.turn(source, cut, speeds, output, as_json)
+    if as_json:
+        click.echo(json.dumps(run.as_dict()))
+
+
 @click.command()
 @click.option("--chatter", type=float, required=True, help="Chatter frequency, Hz, from a microphone or a spectrum.")
-@click.option("--teeth", type=int, required=True)
+@click.option("--teeth", type=int, required=True, help="Number of teeth.")
 @click.option("--highest", type=float, required=True, help="Highest spindle speed, rev/min.")
 @click.option("--lowest", type=float, default=0.0, help="Lowest spindle speed, rev/min.")
 @JSON
@@ -108,12 +161,18 @@ def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: b
     from toolpoint.app import console
     from toolpoint.cutting.best_speed import from_chatter_frequency
 
+    if not 0 <= lowest < highest:
+        raise click.UsageError(f"--lowest {lowest:g} and --highest {highest:g}: must be 0 <= lowest < highest")
     advice = from_chatter_frequency(chatter, teeth, highest, lowest)
     if as_json:
         click.echo(json.dumps([{"speed_rpm": one.speed, "reason": one.reason} for one in advice]))
         return
     console.table(f"Speeds to try against chatter at {chatter:g} Hz", ["rev/min", "why"],
                   [[f"{one.speed:.0f}", one.reason] for one in advice])
+    first = round(60 * chatter / (teeth * advice[0].speed))
+    if first > HIGHEST_LOBE:
+        console.OUT.print(f"note: the fastest of them is lobe {first}; beyond lobe {HIGHEST_LOBE} or so the stable pockets are "
+                          "too narrow to be of use: a higher --highest, fewer teeth, or unequal pitch help more", markup=False)
 
 
 @click.command()
@@ -122,21 +181,68 @@ def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: b
 @coefficient_options
 @click.option("--speed", type=float, required=True, help="Spindle speed, rev/min.")
 @click.option("--depth", type=float, required=True, help="Axial depth of cut, mm.")
-@click.option("--revolutions", default=60, show_default=True)
+@click.option("--revolutions", type=click.IntRange(1), help="As many as the start-up needs to die out where left out.")
 @OUTPUT
 @JSON
-def mill(machine: Path | None, pose: dict[str, float] | None, frf: tuple[Path, ...], modes_file: Path | None,
-         band: tuple[float, float] | None, speed: float, depth: float, revolutions: int, output: Path, as_json: bool,
+def mill(source: Source, speed: float, depth: float, revolutions: int | None, output: Path, as_json: bool,
          **cut: Any) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
-    from toolpoint.app import cutting
+    from toolpoint.app import simulated_cut
 
-    run = cutting.mill(cutting.Source(machine, pose, frf, modes_file, band), in_si(cut), speed, 1e-3 * depth, None,
-                       revolutions, output, as_json)
+    found = simulated_cut.mill(source, in_si(cut), speed, 1e-3 * depth, revolutions, output, as_json)
     if as_json:
-        click.echo(json.dumps({"chatter": run.is_chattering(), "peak_to_peak_m": run.peak_to_peak().tolist(),
-                               "power_w": float(run.power.mean()), "status": run.status}))
+        run = found.run
+        click.echo(json.dumps({"chatter": run.is_chattering() if found.decided else None, "state": found.state,
+                               "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()),
+                               "status": run.status}))
 
+
+def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
+    """Return angles in rad of the text 0,45,90 or FIRST:LAST:NUMBER, degrees."""
+    if value is None:
+        return None
+    import numpy as np
+
+    text = value.replace("deg", "")
+    try:
+        if ":" in text:
+            first, last, number = text.split(":")
+            return np.radians(np.linspace(float(first), float(last), int(number)))
+        return np.radians([float(part) for part in text.split(",")])
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write angles in degrees, 0,45,90 or FIRST:LAST:NUMBER, for example 0:135:4"
+                                 ) from None
+
+
+@click.command("map-chatter")
+@click.argument("machine", type=click.Path(path_type=Path))
+@click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:5",
+              help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
+@click.option("--feed-directions", callback=_angles, metavar="0,45,90|0:135:4",
+              help="Angles of the feed from x towards y, degrees; that of the cut where left out.")
+@tool_options
+@coefficient_options
+@click.option("--speeds", callback=_speeds, metavar="3000:20000:60", help="Spindle speeds, rev/min; 60 of the cut's where left "
+                                                                          "out.")
+@click.option("--method", default="auto", show_default=True, help="As of lobes; zero-order is quicker by far, and rougher.")
+@click.option("--workers", type=click.IntRange(0), default=0, show_default=True,
+              help="Worker processes (extra 'cluster'); 0 is this process.")
+@click.option("--folder", type=click.Path(path_type=Path), help="Keep finished poses here and resume from them.")
+@OUTPUT
+@JSON
+def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, speeds: Any, method: str, workers: int,
+                folder: Path | None, output: Path, as_json: bool, **cut: Any) -> None:
+    """Chatter limits over a grid of axis positions and feed directions: where in the workspace a cut may be how deep.
+
+    The cut is that of the machine file, with the options given here in its place. With --folder an interrupted map goes on
+    where it stopped.
+    """
+    from toolpoint.app import chatter_maps
+
+    study = chatter_maps.Study(axes, feed_directions, speeds, method, workers, folder)
+    found = chatter_maps.chatter(machine, study, in_si(cut), output, as_json)
+    if as_json:
+        click.echo(json.dumps(chatter_maps.plain(found)))
 
 
 @click.command()

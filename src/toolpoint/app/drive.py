@@ -12,6 +12,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning
 from toolpoint.app import console
 from toolpoint.app.drive_servo import servo_of, servo_on
+from toolpoint.app.poses import machine_at
 from toolpoint.drives import JerkLimits, Path, Servo, circular_test, contour_error, loops, planned, simulate
 from toolpoint.drives.command import Command
 from toolpoint.drives.contour import ContourError
@@ -20,7 +21,7 @@ from toolpoint.drives.metrology import CircularTest
 from toolpoint.drives.moving_nut import simulate_moving_nut
 from toolpoint.drives.planner import smoothed
 from toolpoint.drives.simulate import ServoResult
-from toolpoint.io import drive_yaml, fmu, gcode, machine_yaml
+from toolpoint.io import drive_yaml, fmu, gcode
 from toolpoint.io.drive_schema import Drives
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
 from toolpoint.plot.drives import enlarged_path, histories, loop_bode
@@ -62,7 +63,7 @@ def drive(
     with console.steps(4, quiet) as step, console.collected_warnings() as warned:
         step("reading")
         described = drive_yaml.read(drives)
-        servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
+        servo = servo_of(described, None if machine is None else machine_at(machine, pose), pose)
         path = circle_path(*circle) if circle is not None else Path(**gcode.read(program).path_arrays)  # type: ignore[arg-type]
         step("set points")
         command = _command(path, described, servo)
@@ -97,7 +98,7 @@ def export(drives: str | FilePath, unit: str | FilePath, machine: str | FilePath
     """Write the servo of a drive file as a functional mock-up unit (FMI 2.0, co-simulation)."""
     described = drive_yaml.read(drives)
     with console.collected_warnings() as warned:
-        servo = servo_of(described, None if machine is None else machine_yaml.read(machine), pose)
+        servo = servo_of(described, None if machine is None else machine_at(machine, pose), pose)
     if any(axis.mechanics.nut_moves for axis in described.axes.values()):
         warned.append("nut_moves: the unit keeps every nut at its nut_position")
     fmu.write(servo, unit, described.name, substeps=described.substeps, binary=not sources_only)

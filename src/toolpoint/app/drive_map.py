@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
 from toolpoint.app.drive_servo import held_on, servo_on
+from toolpoint.app.poses import grid as grid_of
 from toolpoint.io import drive_yaml, machine_yaml
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.pose_map import frequency_curves, frequency_map
@@ -38,10 +39,12 @@ def drive_map(drives: Path, machine: Path | None, axes: Sequence[str], circle: t
     """
     if machine is None:
         raise ToolpointError("--map: a map needs the machine; give --machine FILE")
-    grid = dict(_positions(text) for text in axes)
+    described, built = drive_yaml.read(drives), machine_yaml.read(machine)
+    grid = grid_of(built, axes, "--map")
     if len(grid) > 2:
         raise ToolpointError(f"--map: {len(grid)} axes; a map has one or two")
-    described, built = drive_yaml.read(drives), machine_yaml.read(machine)
+    if min(at.size for at in grid.values()) < 2:
+        raise ToolpointError(f"--map: {' '.join(axes)}; needs two positions or more of each axis")
     free, boundaries, tools = held_on(described, built)
     poses = [dict(zip(grid, values, strict=True)) for values in product(*grid.values())]
     with console.collected_warnings() as warnings:
@@ -56,18 +59,6 @@ def drive_map(drives: Path, machine: Path | None, axes: Sequence[str], circle: t
             console.ERR.print("warning: " + words, markup=False, style="yellow")
         console.OUT.print(f"Page written: {saved}", markup=False)
     return found
-
-
-def _positions(text: str) -> tuple[str, FloatArray]:
-    name, _, rest = text.partition("=")
-    try:
-        first, last, number = rest.split(":")
-        at = np.linspace(float(first), float(last), int(number))
-    except ValueError:
-        raise ToolpointError(f"--map: {text!r}; write AXIS=FIRST:LAST:NUMBER in m, for example X=-0.3:0.3:7") from None
-    if at.size < 2 or not at[-1] > at[0]:
-        raise ToolpointError(f"--map: {text!r}; needs two positions or more, rising")
-    return name.strip(), at
 
 
 def _values(found: ServoMap, key: str, factor: float) -> tuple[FloatArray, tuple[str, ...]]:

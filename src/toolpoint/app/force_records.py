@@ -15,6 +15,7 @@ from toolpoint.vibration import Record
 
 MOST = 360  # samples of a revolution that a fit takes
 FEW = 24
+REPEATING = 0.5  # least share of the forces that follows the revolution
 
 
 def read(path: Path) -> Record:
@@ -76,6 +77,24 @@ def _steps(path: Path, forces: Record, feed: FloatArray) -> list[tuple[float, Re
     if not parts:
         raise ToolpointError(f"{path}: the column 'feed' is nowhere above zero; must be the feed per tooth, m, or 'feed [mm]'")
     return parts
+
+
+def doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
+    """Return a remark on every record whose forces do not repeat with the revolution: its speed is another one."""
+    lines = []
+    for _, part, name in records:
+        moving = part.samples - part.samples.mean(axis=0)
+        bins = (np.arange(len(moving)) / part.sample_rate * speed / 60 % 1 * FEW).astype(int)
+        count = np.maximum(np.bincount(bins, minlength=FEW), 1)
+        means = np.stack([np.bincount(bins, moving[:, k], FEW) / count for k in range(moving.shape[1])], axis=1)
+        share = float((means[bins] ** 2).sum() / max(float((moving**2).sum()), 1e-300))
+        if share < REPEATING and len(moving) * speed / 60 > 3 * part.sample_rate:
+            power = (np.abs(np.fft.rfft(moving, axis=0)) ** 2).sum(axis=1)
+            strongest = float(np.fft.rfftfreq(len(moving), 1 / part.sample_rate)[int(np.argmax(power))])
+            lines.append(f"{name}: only {100 * share:.0f} % of the forces repeat with a revolution at {speed:g} rev/min; the "
+                         f"strongest line at {strongest:.4g} Hz is the tooth passing of {60 * strongest / teeth:.4g} rev/min: "
+                         "check --speed and --teeth")
+    return lines
 
 
 def folded(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:

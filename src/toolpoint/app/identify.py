@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
-from dataclasses import dataclass
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._check import ToolpointError
 from toolpoint.app import console
+from toolpoint.app.geometry import UNIVERSAL, Geometry, read_geometry
 from toolpoint.io import frf_text, hdf5, mat, uff
 from toolpoint.modal_identification import Identification, cmif, identify, residues
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
@@ -21,16 +19,6 @@ from toolpoint.plot.stabilization import indicators, stabilization
 from toolpoint.signals.setups import assembled
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import auto_mac
-
-_UNIVERSAL = (".uff", ".unv", ".uf")
-
-
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """Measured points, m, and the lines drawn between them."""
-
-    points: dict[str | int, FloatArray]
-    lines: list[tuple[str | int, str | int]]
 
 
 def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
@@ -51,7 +39,7 @@ def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
 
 def _one(path: Path, quantity: str | None) -> Frf:
     kind = path.suffix.lower()
-    if kind in _UNIVERSAL:
+    if kind in UNIVERSAL:
         return uff.read_frf(path, quantity)
     if kind in (".h5", ".hdf5"):
         found = hdf5.read(path)
@@ -63,42 +51,6 @@ def _one(path: Path, quantity: str | None) -> Frf:
     output, _, struck = path.stem.partition("__")
     label = (lambda text: Dof.parse(text.replace("=", ":")) if "=" in text else Dof(text, "+x"))
     return frf_text.read(path, label(output), label(struck or output), quantity or "receptance")
-
-
-def read_geometry(path: str | Path) -> Geometry:
-    """Return the geometry of a universal file (sets 15 or 2411, 82) or of a CSV file with columns point, x, y, z (m)."""
-    path = Path(path)
-    if path.suffix.lower() in _UNIVERSAL:
-        found = uff.read_geometry(path)
-        pairs: list[tuple[str | int, str | int]] = [pair for line in found.lines for pair in pairwise(line)]
-        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), pairs)
-    return Geometry(_csv_points(path), [])
-
-
-def _csv_points(path: Path) -> dict[str | int, FloatArray]:
-    points: dict[str | int, FloatArray] = {}
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            for number, row in enumerate(csv.reader(file), start=1):
-                if not row or row[0].lstrip().startswith("#") or (number == 1 and not _is_number(row[-1])):
-                    continue
-                if len(row) != 4 or not all(_is_number(v) for v in row[1:]):
-                    raise ToolpointError(f"{path}:{number}: {','.join(row)!r}; a line must be point,x,y,z in m")
-                name = row[0].strip()
-                points[int(name) if name.lstrip("-").isdigit() else name] = np.array([float(v) for v in row[1:]])
-    except OSError as error:
-        raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
-    if not points:
-        raise ToolpointError(f"{path}: no points; lines must be point,x,y,z in m")
-    return points
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def identify_files(
@@ -152,7 +104,8 @@ def page(found: Identification, geometry: Geometry | None, names: Sequence[str],
         report = report.with_section("Stabilization diagram", chart, *parts)
     report = report.with_section("Mode indicator", Chart(indicators(cmif(found.frf))))
     report = report.with_section("Measured and synthesised", *_fits(found))
-    report = report.with_section("AutoMAC", Chart(mac_matrix(auto_mac(found.modes.shape), found.modes, found.modes)))
+    if len(found.modes.dofs) > 1:  # of one response every MAC is 1
+        report = report.with_section("AutoMAC", Chart(mac_matrix(auto_mac(found.modes.shape), found.modes, found.modes)))
     notes = [*warnings, *found.frf.notes]
     return report.with_section("Remarks", Notes(notes, "warning")) if notes else report
 
@@ -162,24 +115,29 @@ def _table(found: Identification) -> Table:
     header = ["mode", "frequency Hz", "damping %", "fit %"]
     if modes.covariance is not None:
         header += ["+- Hz (95 %)", "+- % (95 %)"]
+    header += ["share %", ""]
+    words = np.where(found.doubtful, "doubtful", "").astype(object)
+    words[found.dominant] = "stands out"
     rows = []
     for i in range(modes.count):
         row: list[object] = [i + 1, round(float(modes.frequency[i]), 4), round(100 * float(modes.damping_ratio[i]), 4),
                              round(100 * float(found.mode_quality[i]), 3)]
         if modes.covariance is not None:
             row += [float(modes.frequency_interval[i]), 100 * float(modes.damping_interval[i])]
-        rows.append(row)
-    return Table(header, rows, f"Method: {found.method}", digits=6)
+        rows.append([*row, round(100 * float(found.share[i]), 1), words[i]])
+    caption = (f"Method: {found.method}. Share: of the responses at its frequency that a mode moves, together with neighbours "
+               "that overlap and look like it; the strongest of those that move more than half stand out.")
+    return Table(header, rows, caption, digits=6)
 
 
 def _fits(found: Identification) -> list[Chart]:
     worst = np.unravel_index(int(np.argmin(found.quality)), found.quality.shape)
     best = np.unravel_index(int(np.argmax(found.quality)), found.quality.shape)
     charts = []
-    for words, (row, column) in (("worst", worst), ("best", best)):
+    for words, (row, column) in (("worst ", worst), ("best ", best))[:1 if worst == best else 2]:
         pair = {"measured": found.frf.selected([int(row)], [int(column)]),
                 "synthesised": found.synthesis.selected([int(row)], [int(column)])}
-        title = f"{found.frf.outputs[int(row)]} / {found.frf.inputs[int(column)]}: {words} fit, "
+        title = f"{found.frf.outputs[int(row)]} / {found.frf.inputs[int(column)]}: {'' if worst == best else words}fit, "
         charts.append(Chart(bode(pair, modes=found.modes, title=title + f"{100 * found.quality[row, column]:.2f} %")))
     return charts
 

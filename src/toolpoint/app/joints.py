@@ -8,7 +8,8 @@ from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
-from toolpoint.app.identify import Geometry, read_frf, read_geometry
+from toolpoint.app.geometry import Geometry, read_geometry
+from toolpoint.app.identify import read_frf
 from toolpoint.io import components_yaml, hdf5, machine_yaml
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import MachineDescription, build

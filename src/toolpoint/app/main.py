@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,7 +36,8 @@ def cli() -> None:
 
 
 for _command in (model_commands.joints, model_commands.update, model_commands.correlate, model_commands.sensitivity,
-                 cutting_commands.lobes, cutting_commands.mill, cutting_commands.speeds, cutting_commands.calibrate):
+                 cutting_commands.lobes, cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter,
+                 cutting_commands.speeds, cutting_commands.calibrate):
     cli.add_command(_command)
 
 
@@ -52,12 +54,13 @@ def demo(output: Path) -> None:
 @click.argument("machine", required=False, type=click.Path(path_type=Path))
 @_POSE
 @click.option("--frf", multiple=True, type=click.Path(path_type=Path),
-              help="Measured FRF, text columns Hz, real, imaginary; may be given several times, driving point first.")
-@click.option("--quantity", default="receptance", show_default=True,
-              type=click.Choice(["receptance", "mobility", "accelerance"]), help="What the FRF files hold.")
+              help="Measured FRFs: universal, HDF5, MATLAB, or text (Hz, real, imaginary); several text files, driving "
+                   "point first.")
+@click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
+              help="What FRF files hold that do not say; text: receptance where left out.")
 @click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz.")
 @_OUTPUT
-def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Path], quantity: str,
+def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Path], quantity: str | None,
            band: tuple[float, float] | None, output: Path) -> None:
     """The page of your machine (YAML) and of your measured FRFs; either may be left out."""
     from toolpoint.app import run
@@ -101,8 +104,8 @@ def check(machine: Path, as_json: bool) -> None:
 
 @cli.command("map")
 @click.argument("machine", type=click.Path(path_type=Path))
-@click.option("--axis", "axes", multiple=True, required=True, metavar="X=-0.3:0.3:21",
-              help="Axis with first position, last position and number of positions; may be given several times.")
+@click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",
+              help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
 @click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--folder", type=click.Path(path_type=Path), help="Keep finished parts here and resume from them.")
@@ -110,7 +113,7 @@ def check(machine: Path, as_json: bool) -> None:
 @_JSON
 def map_(machine: Path, axes: Sequence[str], count: int, workers: int, folder: Path | None, output: Path,
          as_json: bool) -> None:
-    """Natural frequencies over a grid of axis positions."""
+    """Natural frequencies over a grid of axis positions; of chatter limits see map-chatter."""
     from toolpoint.app import maps
 
     found = maps.frequency_map(machine, axes, count, workers, folder, quiet=as_json)
@@ -126,7 +129,7 @@ def map_(machine: Path, axes: Sequence[str], count: int, workers: int, folder: P
 
 @cli.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, or CSV with point,x,y,z in m.")
+@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, CSV (point,x,y,z in m), or machine YAML.")
 @click.option("--method", default="refined", show_default=True, help="Identification method.")
 @click.option("--band", callback=_band, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
 @click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
@@ -225,6 +228,12 @@ def main(arguments: Sequence[str] | None = None) -> None:
         sys.exit(2)
     except click.ClickException as error:
         error.show()
+        sys.exit(2)
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+        sys.exit(0)
+    except OSError as error:
+        console.error(f"{error.filename or 'a file'}: {error.strerror or error}; check the name and the folder")
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
         console.error("interrupted; finished parts of a study are kept where it was given a --folder")

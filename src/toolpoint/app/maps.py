@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import ToolpointError
 from toolpoint.app import console
+from toolpoint.app.poses import grid
 from toolpoint.io import machine_yaml
 from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.pose_map import frequency_curves
@@ -22,24 +22,10 @@ def frequency_map(
 ) -> PoseMap:
     """Return the frequencies of a machine file over a grid; axes as ``X=-0.3:0.3:21``."""
     built = machine_yaml.read(machine)
-    grid = dict(_positions(text) for text in axes)
-    for name, positions in grid.items():
-        for end in {float(positions[0]), float(positions[-1])}:
-            built.chain.positions({name: end})  # a position out of reach is refused before any work
+    positions = grid(built, axes, "--axis")
     engine = Dask(workers) if workers else Serial()
     with console.counted("blocks of poses", quiet or not console.interactive()) as progress:
-        return pose_map(built, grid, count, engine, folder, progress)
-
-
-def _positions(text: str) -> tuple[str, np.ndarray]:
-    name, _, rest = text.partition("=")
-    try:
-        first, last, number = rest.split(":")
-        if int(number) < 1:
-            raise ValueError
-        return name.strip(), np.linspace(float(first), float(last), int(number))
-    except ValueError:
-        raise ToolpointError(f"--axis: {text!r}; write AXIS=FIRST:LAST:NUMBER, for example X=-0.3:0.3:21") from None
+        return pose_map(built, positions, count, engine, folder, progress)
 
 
 def failures(found: PoseMap) -> list[str]:

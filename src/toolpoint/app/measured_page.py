@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint.app.dynamics import OWN, banded, directions, responses
 from toolpoint.cutting import StabilityChart, described, stability
 from toolpoint.io import frf_text
 from toolpoint.machine.description import CuttingDescription
@@ -24,7 +25,6 @@ EXAMPLE_CUT = CuttingDescription(
     0.02, 4, 0.5, 767.0e6, 168.8e6, speeds=(3000.0, 20000.0),
     source="example: 20 mm end mill, four teeth, half immersion; Al 7075-T6, "
            "Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9")
-LOW_PART = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,22 +38,16 @@ class MeasuredResults:
     notes: tuple[str, ...]
 
 
-def read(files: Sequence[str | Path], quantity: str, band: tuple[float, float] | None) -> Frf:
-    """Return the files as one Frf, one output a file, struck at the first file's point; cut to a band (Hz).
-
-    Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without
-    limit there; a note says so.
-    """
+def read(files: Sequence[str | Path], quantity: str | None, band: tuple[float, float] | None) -> Frf:
+    """Return the files as one receptance cut to a band (Hz): universal, HDF5 and MATLAB files as they are labelled, text
+    files as one output each, struck at the first file's point."""
+    if any(Path(file).suffix.lower() in OWN for file in files):
+        return banded(responses([Path(file) for file in files], quantity), band)
     names = _point_names(files)
     first = Dof(names[0], "+x")
-    parts = [frf_text.read(path, Dof(name, "+x"), first, quantity) for path, name in zip(files, names, strict=True)]
-    frf = joined(parts)
-    if band is not None:
-        return frf.between(*band).converted_to("receptance")
-    low = LOW_PART * float(frf.frequency[-1])
-    note = (f"Lines below {low:g} Hz ({100 * LOW_PART:g} % of the range) are left out: integrated accelerations drift there. "
-            "Choose another band with --band.")
-    return frf.between(low, float(frf.frequency[-1])).converted_to("receptance").noted(note)
+    kind = quantity or "receptance"
+    parts = [frf_text.read(path, Dof(name, "+x"), first, kind) for path, name in zip(files, names, strict=True)]
+    return banded(joined(parts), band)
 
 
 def _point_names(files: Sequence[str | Path]) -> list[str]:
@@ -65,7 +59,8 @@ def _point_names(files: Sequence[str | Path]) -> list[str]:
 
 
 def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
-    """Return modes by quadrature picking and the stability chart from the first response, taken along x and y alike."""
+    """Return modes by quadrature picking and the stability chart from the driving point, along x and y alike where
+    only one direction was measured."""
     notes = list(frf.notes)
     modes: Modes | None = None
     try:
@@ -75,12 +70,14 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
     used = cut or EXAMPLE_CUT
     if cut is None:
         notes.append(f"No cut was given; the lobes are those of an {used.source}.")
-    notes.append(f"The lobes take the response of {frf.outputs[0]} to {frf.inputs[0]}, the first file, as driving-point "
-                 "response of the tool tip, and the same across.")
-    direct = frf.selected([0], [0])
-    problem = milling_problem(used, direct, str(direct.outputs[0]), "same")
     chart: StabilityChart | None = None
     try:
+        struck = [dof for dof in frf.outputs if dof in frf.inputs]
+        x, y, _ = directions(struck[:1] if len(frf.inputs) == 1 else struck, None, None, "the measurement")
+        notes.append(f"The lobes take the response of {x} to {x} as driving-point response of the tool tip, "
+                     + ("and the same across." if y == "same" else f"and that of {y} across."))
+        direct = frf.selected([x], [x]) if y in (None, "same") else frf.selected([x, str(y)], [x, str(y)])
+        problem = milling_problem(used, direct, x, y)
         chart = stability.chart(problem, np.linspace(*used.speeds, 400), depth_max=depth_limit(problem))
         notes += chart.notes
     except ToolpointError as error:  # unequal pitch, process damping and the like need modes
@@ -91,7 +88,7 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
 def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[str] = ()) -> Report:
     """Return the report with sections on the measured FRFs."""
     frf = results.frf
-    shown = frf.selected(range(min(8, len(frf.outputs))))
+    shown = frf.selected(range(min(8, len(frf.outputs))), range(min(3, len(frf.inputs))))
     parts: list[Chart | Table | Notes | str] = [Chart(bode(shown, modes=results.modes)), Chart(real_imaginary(shown))]
     if results.modes is not None and results.modes.count:
         parts.append(_mode_table(results.modes))

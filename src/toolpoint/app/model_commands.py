@@ -24,7 +24,8 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 
 @click.command()
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", required=True, type=click.Path(path_type=Path), help="Universal file, or CSV: point,x,y,z in m.")
+@click.option("--geometry", required=True, type=click.Path(path_type=Path),
+              help="Universal file, CSV (point,x,y,z in m), or machine YAML.")
 @click.option("--components", required=True, type=click.Path(path_type=Path),
               help="YAML: which points belong to which component, the chain, masses where known.")
 @click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the identified machine here.")
@@ -77,7 +78,7 @@ def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths:
 @click.command()
 @click.argument("machine", type=click.Path(path_type=Path))
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, or CSV: point,x,y,z in m.")
+@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, CSV (point,x,y,z in m), or machine YAML.")
 @click.option("--components", type=click.Path(path_type=Path),
               help="YAML: which measured points ride on which body of the machine; otherwise points are paired by place.")
 @click.option("--pair", "pairs", multiple=True, callback=_pairs, metavar="TEST=MODEL",

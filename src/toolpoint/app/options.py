@@ -7,22 +7,19 @@ from pathlib import Path
 
 import click
 
+from toolpoint._check import ToolpointError
+
 
 def pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, float] | None:
-    """Return axis positions of the text X=0.1,Y=0.2."""
+    """Return axis positions of the text X=0.1,Y=200mm,A=30deg."""
     if not value:
         return None
-    result: dict[str, float] = {}
-    for part in value.split(","):
-        name, equals, number = part.partition("=")
-        try:
-            if not equals or not name.strip():
-                raise ValueError
-            result[name.strip()] = float(number)
-        except ValueError:
-            raise click.BadParameter(f"{part!r}: write AXIS=VALUE with a decimal point, m or rad, for example X=0.1,Y=0.2"
-                                     ) from None
-    return result
+    from toolpoint.app.poses import pose_of
+
+    try:
+        return pose_of(value)
+    except ToolpointError as error:
+        raise click.BadParameter(str(error)) from None
 
 
 def poses(ctx: click.Context, parameter: click.Parameter, value: Sequence[str]) -> tuple[dict[str, float], ...]:
@@ -45,7 +42,7 @@ def band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> t
 
 OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=click.Path(path_type=Path),
                        help="Folder (or .html file) of the page.")
-POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=0.2", help="Axis positions, m or rad.")
-POSES = click.option("--pose", "poses", callback=poses, multiple=True, metavar="X=0.1,Y=0.2",
-                     help="Axis positions of a measurement, m or rad; several times for several measurements, in their order.")
+POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=200mm", help="Axis positions; m or rad where no unit is written.")
+POSES = click.option("--pose", "poses", callback=poses, multiple=True, metavar="X=0.1,Y=200mm",
+                     help="Axis positions of a measurement (m or rad without a unit); several times, in the order of files.")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")

@@ -12,6 +12,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console, machine_page, measured_page
+from toolpoint.app.poses import machine_at
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io import machine_yaml
 from toolpoint.machine import Machine
@@ -61,7 +62,7 @@ def _demo_page(casting: machine_page.MachineResults, drives: machine_page.Machin
 
 def report(
     machine: str | Path | None = None, pose: Pose | None = None, frf: Sequence[str | Path] = (),
-    output: str | Path = "toolpoint-report", quantity: str = "receptance", band: tuple[float, float] | None = None,
+    output: str | Path = "toolpoint-report", quantity: str | None = None, band: tuple[float, float] | None = None,
     quiet: bool = False,
 ) -> Path:
     """Write the page of a user's machine, of measured FRFs, or of both; return its path."""
@@ -69,7 +70,7 @@ def report(
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
     with console.steps(6, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
-        built = None if machine is None else machine_yaml.read(machine)
+        built = None if machine is None else machine_at(machine, pose)
         page = Report("Measured frequency responses", subtitle=", ".join(Path(f).name for f in frf))
         results = None
         if built is not None:
@@ -101,7 +102,7 @@ def check(machine: str | Path) -> Machine:
 
 def modes(machine: str | Path, pose: Pose | None = None, count: int = 12) -> np.ndarray:
     """Return the natural frequencies (Hz) of a machine file at a pose."""
-    return body_shapes(machine_yaml.read(machine), dict(pose or {}), count).frequency
+    return body_shapes(machine_at(machine, pose), dict(pose or {}), count).frequency
 
 
 def _show(results: machine_page.MachineResults | None, warnings: Sequence[str]) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.app import console
-from toolpoint.io import machine_yaml
+from toolpoint.app.poses import machine_at
 from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Notes, Report, ShapeView, Table
 from toolpoint.plot.machine_scene import machine_shapes
@@ -28,7 +28,7 @@ def sensitivity(
     """Study a machine file, print the table, and write the page; MAC values are given for `change` of each parameter."""
     with console.steps(2, quiet) as step, console.collected_warnings() as warnings:
         step("sensitivities")
-        built = machine_yaml.read(machine)
+        built = machine_at(machine, pose)
         found = sensitivity_study(built, paths or None, min(modes, built.size), pose)
         step("page")
         path = page(found, built, change, pose, warnings).save(output)

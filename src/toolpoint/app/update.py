@@ -10,12 +10,15 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
-from toolpoint.app.measurements import measurements
+from toolpoint.app.measurements import Measurement, measurements
+from toolpoint.app.poses import machine_at
 from toolpoint.app.update_page import as_assumed, page
 from toolpoint.io import machine_yaml
+from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
 from toolpoint.studies.machine_update import MachineUpdate, default_targets, update
 from toolpoint.updating.sampler import Samples, require_emcee, sample
+from toolpoint.vibration import Modes
 
 Pose = Mapping[str, float]
 
@@ -42,8 +45,9 @@ def update_machine(
         require_emcee()
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
-        built = machine_yaml.read(machine)
+        built = machine_at(machine, *poses)
         measured = measurements(modes, frf, poses)
+        _check_points(built, machine, measured, [*modes, *frf])
         names = list(paths) or [p for p in parameters(built.description) if ".stiffness." in p]
         step("updating")
         targets = [default_targets(names, one.modes, one.frf) for one in measured]
@@ -64,6 +68,22 @@ def update_machine(
             console.OUT.print(f"Machine file written: {machine_file}", markup=False)
         console.OUT.print(f"Page written: {path}", markup=False)
     return UpdateRun(found, drawn)
+
+
+def _check_points(built: Machine, file: str | Path, measured: Sequence[Measurement], files: Sequence[str | Path]) -> None:
+    """Refuse measured points that the machine does not have, with the place where they can be written."""
+    labels = [dof for one in measured for noun in (one.modes, one.frf) if noun is not None
+              for dof in (noun.dofs if isinstance(noun, Modes) else (*noun.outputs, *noun.inputs))]
+    known = set(built.description.points)
+    lost = list(dict.fromkeys(str(dof.point) for dof in labels if str(dof.point) not in known))
+    if lost:
+        names = ", ".join(lost[:6]) + (f" and {len(lost) - 6} more" if len(lost) > 6 else "")
+        raise ToolpointError(
+            f"{', '.join(Path(one).name for one in files)}: measured at {names}; {Path(file).name} has no such points in its "
+            f"section 'points:' (it has {', '.join(built.description.points) or 'none'}). Write them there, each with its "
+            f"body and place, for example  {lost[0]}: {{body: {next(iter(built.description.bodies))}, at: [0, 0, 0]}}, or "
+            "start from the machine file of 'toolpoint joints --machine', which holds all measured points; "
+            "'toolpoint correlate --geometry' tells which measured point is which of the machine's")
 
 
 def _samples(found: MachineUpdate, steps: int, seed: int) -> Samples:

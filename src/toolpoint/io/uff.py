@@ -129,7 +129,7 @@ def _table(file: UniversalFile, found: list[tuple[UniversalSet, FunctionHeader]]
         if frequency is None:
             # One contiguous run for each response while reading; turned to lines first at the end.
             frequency, values = axis, np.empty((len(rows), len(columns), axis.size), data.dtype)
-        if axis.size != frequency.size or not np.allclose(axis, frequency, rtol=1e-6):
+        if not (np.array_equal(axis, frequency) or (axis.size == frequency.size and np.allclose(axis, frequency, rtol=1e-6))):
             raise ToolpointError(f"{file.path}: {head.response} / {head.reference} has {axis.size} lines to "
                                  f"{axis[-1]:g} Hz beside {frequency.size} to {frequency[-1]:g}; axes must be equal; "
                                  "split the file")

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
-from toolpoint.io.uff_sets import UniversalFile, UniversalSet
+from toolpoint.io.uff_numbers import regular, twenty_wide
+from toolpoint.io.uff_sets import HEADER_LINES, UniversalFile, UniversalSet
 from toolpoint.vibration.dof import Dof
 
 TIME, RESPONSE, COHERENCE = 1, 4, 6
@@ -26,6 +27,8 @@ AXES: dict[str, Callable[[float, float, int], Array]] = {
     "rate": lambda start, rate, n: start + np.arange(n) / rate,
 }
 _TOUCHING = re.compile(r"(?<=\d)(?=[-+]\d*\.)")
+# Fortran drops the letter of an exponent of three digits: 1.234-105.
+_UNMARKED = re.compile(r"(\.\d*)([-+]\d{3})(?=[-+\s]|$)")
 
 
 @dataclass(frozen=True)
@@ -114,22 +117,31 @@ def _binary(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> Flo
 
 
 def _text(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> FloatArray:
-    lines = file.text(one).splitlines()[11:]
-    body = "\n".join(lines)
-    if "D" in body or "d" in body:
+    data = file.behind(one, HEADER_LINES)
+    if b"D" in data or b"d" in data:
         file.repaired("Fortran D exponents")
-        body = body.replace("D", "E").replace("d", "e")
+    found, rest = regular(data)
+    return np.concatenate([found, _any_text(file, head, rest)]) if rest.strip() or not found.size else found
+
+
+def _any_text(file: UniversalFile, head: FunctionHeader, data: bytes) -> FloatArray:
+    """Return the numbers of text in any layout."""
+    body = "\n".join(data.decode("latin-1").splitlines()).replace("D", "E").replace("d", "e")
     try:
         return _parsed(body)
     except (DeprecationWarning, ValueError):  # older and newer numpy's word for text that is not numbers
         pass
-    parted = _TOUCHING.sub(" ", body).split()
+    marked, unmarked = _UNMARKED.subn(r"\1E\2", body)
+    parted, touching = _TOUCHING.subn(" ", marked)
     try:
-        found = np.array(parted, dtype=float)
+        found = np.array(parted.split(), dtype=float)
     except ValueError as error:
         raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response}: {error}; the data are "
                              "damaged") from None
-    file.repaired("numbers that touch each other")
+    if unmarked:
+        file.repaired("exponents of three digits without E")
+    if touching:
+        file.repaired("numbers that touch each other")
     return found
 
 
@@ -233,7 +245,7 @@ def written(kind: int, response: Dof, reference: Dof | None, numerator: int, den
     mark = "" if text else f"b{1:6d}{2:6d}{11:12d}{len(payload):12d}{0:6d}{0:6d}{0:12d}{0:12d}"
     start = f"    -1\n    58{mark}\n" + "".join(f"{line:80s}\n" for line in head)
     if text:
-        return (start + _lines(numbers, even, is_complex) + "    -1\n").encode("ascii")
+        return start.encode("ascii") + _lines(numbers, even) + b"    -1\n"
     return start.encode("ascii") + payload + b"\n    -1\n"
 
 
@@ -256,11 +268,18 @@ def code_of(dof: Dof) -> int:
     return CODES["+" + dof.direction[1:]] * (-1 if dof.direction[0] == "-" else 1)
 
 
-def _lines(numbers: FloatArray, even: bool, is_complex: bool) -> str:
+def _lines(numbers: FloatArray, even: bool) -> bytes:
+    """Return numbers as lines: four in a line, or the abscissa (six digits) and what belongs to it."""
+    text = twenty_wide(numbers[:, 0 if even else 1:].reshape(-1))
     if even:
-        flat = numbers.reshape(-1)
-        full, rest = divmod(flat.size, 4)
-        form = "%20.12E%20.12E%20.12E%20.12E\n" * full + ("%20.12E" * rest + "\n" if rest else "")
-        return form % tuple(flat.tolist())
-    form = ("%13.5E%20.12E%20.12E\n" if is_complex else "%13.5E%20.12E\n") * numbers.shape[0]
-    return form % tuple(numbers.reshape(-1).tolist())
+        full = text.shape[0] // 4 * 4
+        return _ended(text[:full].reshape(-1, 80)) + (text[full:].tobytes() + b"\n" if full < text.shape[0] else b"")
+    abscissa = b"".join(b"%13.5E" % number for number in numbers[:, 0].tolist())
+    first = np.frombuffer(abscissa, np.uint8).reshape(-1, 13)
+    return _ended(np.concatenate([first, text.reshape(first.shape[0], -1)], axis=1))
+
+
+def _ended(text: np.ndarray) -> bytes:
+    lines = np.full((text.shape[0], text.shape[1] + 1), ord("\n"), np.uint8)
+    lines[:, :-1] = text
+    return lines.tobytes()

@@ -72,6 +72,14 @@ class UniversalFile:
         stop = one.data if one.binary else one.stop
         return self._map[one.body:stop].decode("latin-1")
 
+    def behind(self, one: UniversalSet, lines: int) -> bytes:
+        """Return what stands behind the first lines of a text set, up to its closing delimiter."""
+        data = self._map[one.body:one.stop]
+        start = data[:4096].decode("latin-1").splitlines(keepends=True)
+        if len(start) <= lines:  # the last of these lines may go on
+            start = data.decode("latin-1").splitlines(keepends=True)
+        return data[sum(len(line) for line in start[:lines]):]
+
     def payload(self, one: UniversalSet) -> bytes:
         """Return the binary data of a set."""
         return self._map[one.data:one.data + one.length]

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from toolpoint._check import suggestion
@@ -26,6 +27,15 @@ _FIXED: dict[str, tuple[float, Dimension]] = {
     "rpm": (1.0, (0, 0, 0, 0, 0, 1)), "%": (0.01, NONE), "1": (1.0, NONE), "bar": (1e5, (-1, 1, -2, 0, 0, 0)),
 }
 _PREFIX = {"": 1.0, "n": 1e-9, "u": 1e-6, "µ": 1e-6, "\u03bc": 1e-6, "m": 1e-3, "c": 1e-2, "k": 1e3, "M": 1e6, "G": 1e9}
+# What machine files are written in, for suggestions.
+LENGTHS, ANGLES = ("m", "mm", "um", "cm"), ("rad", "mrad", "urad", "deg")
+COMMON = (*LENGTHS, *ANGLES, "kg", "g", "t", "s", "ms", "min", "N", "kN", "MN", "Nm", "kNm", "Pa", "MPa", "GPa", "bar", "Hz",
+          "kHz", "rpm", "%")
+_WRITTEN = {"kg": "kg", "kilog": "kg", "mm": "mm", "millim": "mm", "micro": "um", "met": "m", "sec": "s", "newton": "N",
+            "deg": "deg", "rad": "rad", "gram": "g", "ton": "t", "hertz": "Hz", "rev": "rpm"}
+_POSITIONS = "known: " + ", ".join((*LENGTHS, *ANGLES))
+_IMPERIAL = {"in": "25.4 mm", "inch": "25.4 mm", "ft": "304.8 mm", "lb": "0.45359 kg", "lbs": "0.45359 kg", "lbf": "4.4482 N",
+             "psi": "6894.8 Pa"}
 _NUMBER = re.compile(r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?")
 _COMMA = re.compile(r"^[-+]?\d+,\d+")
 
@@ -69,13 +79,27 @@ def _unit(text: str) -> tuple[float, Dimension]:
             continue
         symbol, power = _power(token, text)
         if symbol not in SYMBOLS:
-            hint = suggestion(symbol, SYMBOLS)
+            hint = nearest(symbol)
             raise UnitError(f"unknown unit {symbol!r}" + (f" in {text!r}" if symbol != text else "")
                             + (f"; {hint}" if hint else "; known: m, kg, s, N, Nm, Pa, rad, deg, Hz, rpm, % with prefixes"))
         scale, own = SYMBOLS[symbol]
         factor *= scale ** (sign * power)
         dimension = tuple(a + sign * power * b for a, b in zip(dimension, own, strict=True))  # type: ignore[assignment]
     return factor, dimension
+
+
+def nearest(word: str, units: Iterable[str] = COMMON) -> str:
+    """Return 'did you mean ...?' for the unit that a word was meant to be, or nothing where none is near.
+
+    Words that begin as one written out (kgs, meters, degrees), then other case (KG), then the most similar; rare but possible
+    symbols (ks, Mg) are never proposed. Imperial units are answered with their size.
+    """
+    words, low = list(units), word.lower()
+    if low in _IMPERIAL:
+        return f"write SI units: 1 {low} is {_IMPERIAL[low]}"
+    begun = [unit for start, unit in _WRITTEN.items() if low.startswith(start) and unit in words]
+    begun += [unit for unit in words if unit.lower() == low]
+    return f"did you mean {begun[0]!r}?" if begun else suggestion(word, words)
 
 
 def _power(token: str, text: str) -> tuple[str, int]:
@@ -136,6 +160,23 @@ def quantity(value: object, kind: Kind) -> float:
     if dimension != kind.dimension:
         raise UnitError(_wrong(value, unit, kind, dimension))
     return _believed(float(match[0]) * factor, kind, unit)
+
+
+def length_or_angle(text: str) -> tuple[float, Kind | None]:
+    """Return a position in m or rad and what its unit says it is, None for a bare number: ``200 mm``, ``30deg``, ``0.2``."""
+    word = text.strip()
+    match = _NUMBER.match(word)
+    if match is None:
+        raise UnitError(f"{word!r} does not begin with a number; write for example 200mm, 30deg, or 0.2 in m or rad")
+    unit = word[match.end():].strip()
+    if not unit:
+        return float(match[0]), None
+    if unit not in SYMBOLS:
+        raise UnitError(f"unknown unit {unit!r}; {nearest(unit, (*LENGTHS, *ANGLES)) or _POSITIONS}")
+    for kind in (LENGTH, ANGLE):
+        if SYMBOLS[unit][1] == kind.dimension:
+            return quantity(word, kind), kind
+    raise UnitError(f"{word!r}: {unit!r} is no unit of length or angle; {_POSITIONS}")
 
 
 def _wrong(value: str, unit: str, kind: Kind, dimension: Dimension) -> str:

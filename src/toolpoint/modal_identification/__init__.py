@@ -17,10 +17,11 @@ from toolpoint.modal_identification.quadrature import quadrature
 from toolpoint.modal_identification.rational_fraction import RationalFraction
 from toolpoint.modal_identification.relative_motion import Significance, significance
 from toolpoint.modal_identification.residues import Residues, residues
+from toolpoint.modal_identification.resonances import Resonance
 from toolpoint.modal_identification.stabilization import Diagram
 
 __all__ = [
     "METHODS", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram", "Identification", "Indicator",
-    "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Significance", "cmif",
+    "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Resonance", "Significance", "cmif",
     "complexity_factor", "identify", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature", "real_modes",
     "residues", "significance"]

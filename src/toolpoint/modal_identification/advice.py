@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.modal_identification.resonances import Resonance, alike
+from toolpoint.modal_identification.resonances import remark as doubtful_remark
 from toolpoint.modal_identification.scaling import driving_points
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frf import Frf
@@ -18,10 +22,11 @@ EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
 
 
 def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
-            spread: float) -> tuple[str, ...]:
+            spread: float, found: tuple[Resonance, ...]) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
     return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_shared_remarks(spread, quality),
-            *_mode_remarks(frf, modes), *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+            *doubtful_remark(found, modes), *_mode_remarks(frf, modes), *_pair_remarks(modes),
+            *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
 
 
 def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
@@ -42,8 +47,13 @@ def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes:
     return found
 
 
+def is_smooth(spread: float, quality: FloatArray) -> bool:
+    """Return whether the residual is something that the model misses rather than noise."""
+    return bool(spread >= SHARED and quality.min() <= EXACT)
+
+
 def _shared_remarks(spread: float, quality: FloatArray) -> list[str]:
-    if spread < SHARED or quality.min() > EXACT:
+    if not is_smooth(spread, quality):
         return []
     return [f"the residual is smooth over about {spread:.0f} lines: the model misses something (a mode, a structure that "
             "is not linear) or the data are smoothed; the intervals are widened for it"]
@@ -61,7 +71,10 @@ def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
                          "lines: measure longer for a finer line spacing")
         if zeta <= 0:
             found.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
-        if modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
+        if modes.covariance is not None and np.diagonal(modes.covariance[i - 1]).min() < 0:
+            found.append(f"mode {i} at {f:.4g} Hz: its certainty cannot be told, as the fit holds nearly equal modes that "
+                         "cancel each other: the responses may disagree on their poles (a sensor moved between them)")
+        elif modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
             part = 100 * modes.damping_interval[i - 1] / abs(zeta)
             found.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
                          "hits or choose a reference that moves more")
@@ -69,16 +82,10 @@ def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
 
 
 def _pair_remarks(modes: Modes) -> list[str]:
-    found = []
     same = mac(modes.shape) if modes.count > 1 else np.eye(1)
-    half = np.abs(modes.damping_ratio) * modes.frequency
-    for i in range(modes.count - 1):
-        gap = modes.frequency[i + 1] - modes.frequency[i]
-        if gap < half[i] + half[i + 1] and same[i, i + 1] > 0.5:
-            found.append(f"modes {i + 1} and {i + 2} at {modes.frequency[i]:.4g} and {modes.frequency[i + 1]:.4g} Hz "
-                         f"overlap and look alike (MAC {same[i, i + 1]:.2f}): more points or a further reference must "
-                         "part them")
-    return found
+    return [f"modes {i + 1} and {j + 1} at {modes.frequency[i]:.4g} and {modes.frequency[j]:.4g} Hz overlap and look alike "
+            f"(MAC {same[i, j]:.2f}): more points or a further reference must part them"
+            for run in alike(modes) for i, j in pairwise(run)]
 
 
 def _reference_remarks(frf: Frf, modes: Modes) -> list[str]:

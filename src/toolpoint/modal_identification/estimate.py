@@ -12,7 +12,7 @@ from toolpoint.modal_identification.clusters import widening
 from toolpoint.modal_identification.completion import search
 from toolpoint.modal_identification.identification import Model
 from toolpoint.modal_identification.outside import economical, pole_covariance
-from toolpoint.modal_identification.refinement import Data, Fit, evaluated, refined
+from toolpoint.modal_identification.refinement import Data, Fit, evaluated, refined, solvable
 from toolpoint.modal_identification.scaling import driving_points, scaled
 from toolpoint.modal_identification.stabilization import LARGEST_DAMPING
 from toolpoint.modal_identification.twins import without_twins
@@ -92,8 +92,10 @@ def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
         if before is None:
             break
         poles = np.append(fit.poles, before.pole)
-        trial = evaluated(data, poles, np.column_stack([fit.participation, before.participation]), fit.weight)
-        trial = _refined_twice(data, trial, stated)
+        wider = solvable(data, poles, np.column_stack([fit.participation, before.participation]), fit.weight)
+        if wider is None:
+            break
+        trial = _refined_twice(data, wider, stated)
         after = search(data, trial, residual(data, trial), at=before.pole)
         explained = after is None or after.gain < max(EXPLAINED, 0.05 * before.gain)
         evident = trial.significance.min() > _evidence_limit(fit.weight.shape[0])

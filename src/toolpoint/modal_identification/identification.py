@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.complexity import mean_phase_deviation, phase_collinearity, real_modes
+from toolpoint.modal_identification.resonances import Resonance
 from toolpoint.modal_identification.stabilization import Diagram
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -59,6 +60,9 @@ class Identification:
         Chi-squared of each mode per degree of freedom: about 1 for a mode that is not there.
     advice : tuple of str
         What is doubtful and what to try next; empty if nothing is.
+    resonances : tuple of Resonance
+        The modes as a person would count them: those that overlap and look alike as one, each with its share of the
+        responses at its frequency.
     """
 
     modes: Modes
@@ -71,6 +75,7 @@ class Identification:
     support: FloatArray | None = None
     significance: FloatArray | None = None
     advice: tuple[str, ...] = field(default=())
+    resonances: tuple[Resonance, ...] = ()
 
     @cached_property
     def synthesis(self) -> Frf:
@@ -82,6 +87,25 @@ class Identification:
     def real_modes(self) -> Modes:
         """The modes as real ones, of unit modal mass where the scale is known."""
         return real_modes(self.modes)
+
+    @property
+    def dominant(self) -> np.ndarray:
+        """Indices of the strongest mode of every resonance that stands out: `modes.selected(found.dominant)`."""
+        return np.array([one.strongest for one in self.resonances if one.stands_out], int)
+
+    @property
+    def doubtful(self) -> np.ndarray:
+        """Whether each mode is doubtful: it does not stand out, and the residual is not noise."""
+        unsure = {i for one in self.resonances if one.doubtful for i in one.modes}
+        return np.array([i in unsure for i in range(self.modes.count)])
+
+    @property
+    def share(self) -> FloatArray:
+        """Share of the responses, 0 .. 1, that belongs to the resonance of each mode at its frequency."""
+        result = np.ones(self.modes.count)
+        for one in self.resonances:
+            result[list(one.modes)] = one.share
+        return result
 
     @property
     def fit(self) -> float:
@@ -98,13 +122,20 @@ class Identification:
         return "\n".join([head, *(f"- {line}" for line in self.advice)])
 
     def table(self) -> str:
-        """Return frequency, damping, 95 % intervals, phase collinearity and fit of every mode as text."""
+        """Return frequency, damping, 95 % intervals, phase collinearity, fit and share of every mode as text.
+
+        The share is that of its resonance in the responses at its frequency: ``*`` marks the strongest mode of one that
+        stands out, ``?`` a doubtful mode.
+        """
         collinear = phase_collinearity(self.modes.shape)
         deviation = mean_phase_deviation(self.modes.shape)
         lines = self.modes.table().split("\n")
-        lines[0] += "     MPC   MPD deg     fit %"
+        lines[0] += "     MPC   MPD deg     fit %  share %"
+        mark = np.where(self.doubtful, "?", " ")
+        mark[self.dominant] = "*"
         for i in range(self.modes.count):
-            lines[i + 1] += f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f}"
+            lines[i + 1] += (f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f} "
+                             f"{100 * self.share[i]:7.1f} {mark[i]}").rstrip()
         return "\n".join(lines)
 
     def __repr__(self) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
 from toolpoint.modal_identification import estimate as _estimate
-from toolpoint.modal_identification.advice import remarks
+from toolpoint.modal_identification.advice import is_smooth, remarks
 from toolpoint.modal_identification.band import cut
 from toolpoint.modal_identification.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.era import Realization
@@ -17,6 +17,7 @@ from toolpoint.modal_identification.lsce import ComplexExponential
 from toolpoint.modal_identification.lscf import CommonDenominator
 from toolpoint.modal_identification.plscf import poles_of_orders
 from toolpoint.modal_identification.rational_fraction import RationalFraction
+from toolpoint.modal_identification.resonances import resonances
 from toolpoint.modal_identification.selection import selected
 from toolpoint.modal_identification.start import Method, Start
 from toolpoint.vibration.frf import Frf
@@ -110,10 +111,12 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
-    advice = (*dead, *unstable, *start.notes, *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread))
+    found = resonances(inside, modes, is_smooth(fitted.spread, quality))
+    advice = (*dead, *unstable, *start.notes,
+              *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread, found))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
-                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice)
+                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, found)
 
 
 def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:

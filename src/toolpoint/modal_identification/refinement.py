@@ -135,6 +135,14 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weig
                np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
+def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit | None:
+    """Return the fit of `evaluated`, or None where two modes are so nearly one that their shapes cannot be told apart."""
+    try:
+        return evaluated(data, poles, participation, weight)
+    except np.linalg.LinAlgError:
+        return None
+
+
 def _turned(turn: FloatArray, matrix: FloatArray) -> FloatArray:
     """Return diag(turn_i)^T times the (2 n_modes, n) rows of `matrix`, (n_inputs, 2 n_modes, n)."""
     rows = matrix.reshape(*matrix.shape[:-2], turn.shape[1], 2, matrix.shape[-1])
@@ -269,7 +277,7 @@ def _moved(data: Data, fit: Fit, step: FloatArray) -> Fit | None:
     if (np.abs(poles) > 1.1).any() or (np.abs(poles) < 0.9 * data.frf.omega[0] / data.scale).any():
         return None
     factors = (change[:, 2::2] + 1j * change[:, 3::2]).T
-    return evaluated(data, poles, fit.participation + factors, fit.weight)
+    return solvable(data, poles, fit.participation + factors, fit.weight)
 
 
 def with_weight(fit: Fit, weight: FloatArray) -> Fit:

@@ -10,9 +10,11 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.time_domain import Simulation
+from toolpoint.plot.frf import real_imaginary
 from toolpoint.plot.lobes import StabilityIntervals
 from toolpoint.plot.parts import ClickedSeries
 from toolpoint.plot.theme import COLOURS, figure
+from toolpoint.vibration import Frf
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
@@ -39,6 +41,16 @@ def surface_location(speeds: FloatArray, error: FloatArray, title: str = "") -> 
     made.add_scatter(x=speeds, y=1e6 * np.asarray(error), mode="lines", name="location error", line={"color": COLOURS[0]})
     made.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none")
     made.update_yaxes(title_text="Surface location error, µm")
+    return made
+
+
+def chip_response(frf: Frf, least: tuple[float, float] | None = None) -> go.Figure:
+    """Return real and imaginary part of the response of the chip's thickness; `least` marks its least real part (Hz, m/N)."""
+    made = real_imaginary({"response": frf})
+    if least is not None:
+        made.add_scatter(x=[least[0]], y=[least[1]], mode="markers", name="least real part",
+                         marker={"size": 10, "symbol": "x", "color": COLOURS[1]},
+                         hovertemplate="%{x:.5g} Hz<br>%{y:.4g} m/N", row=1, col=1)
     return made
 
 

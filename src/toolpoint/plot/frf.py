@@ -197,7 +197,7 @@ def _finished(
         if modes.frequency.ndim > 1:
             fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
         inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
-        mark_modes(made, inside, [f"{f:.4g} Hz" for f in inside], row=1, col=1)
+        mark_modes(made, inside, (low, high), log_frequency, row=1, col=1)
         for row in range(2, rows + 1):
             mark_modes(made, inside, row=row, col=1)
     made.update_xaxes(type="log" if log_frequency else "linear")

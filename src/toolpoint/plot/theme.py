@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+import numpy as np
 import plotly.graph_objects as go
+from numpy.typing import ArrayLike
 from plotly.colors import sequential, unlabel_rgb
 
-from toolpoint._check import fail
+from toolpoint._check import Array, fail
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 # Okabe and Ito, Color Universal Design (2008), without its black and yellow, which vanish on dark and on light pages.
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
 DASHES = ("solid", "dash", "dot", "dashdot")
+_LABEL_WIDTH, _SHARED = 0.02, 4  # share of an axis that a turned label takes; frequencies named in one label
 
 
 def _ramp() -> list[list[float]]:
@@ -58,9 +61,47 @@ def with_alpha(colour: str, alpha: float) -> str:
     return "rgba({},{},{},{:g})".format(*(int(colour[i:i + 2], 16) for i in (1, 3, 5)), alpha)
 
 
-def mark_modes(made: go.Figure, frequency: Any, words: Any = None, row: Any = None, col: Any = None) -> None:
-    """Draw a thin vertical line at each frequency (Hz), with words at its top where given."""
-    for i, f in enumerate(frequency):
-        text = {} if words is None else {"annotation": {
-            "text": plain(words[i]), "font": {"size": 10}, "textangle": -90, "yanchor": "top", "xanchor": "right"}}
-        made.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col, **text)
+def mark_modes(made: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, logarithmic: bool = False,
+               row: Any = None, col: Any = None) -> None:
+    """Draw a thin vertical line at each frequency (Hz); with `span`, the ends of the axis, labelled at its foot.
+
+    Lines too close for a label each share one: "4.1, 4.3 Hz", or "4.1 .. 9.8 Hz, 12 modes". The labels stand at the foot,
+    because a response is high at its modes.
+    """
+    every = np.sort(np.atleast_1d(np.asarray(frequency, float)))
+    for f in every:
+        made.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col)
+    if span is None or not every.size:
+        return
+    at = _along(every, span, logarithmic)
+    for group in _groups(at):
+        some = every[group]
+        words = ", ".join(f"{f:.4g}" for f in some) if some.size <= _SHARED else f"{some[0]:.4g} .. {some[-1]:.4g}"
+        place = float(np.log10(some[-1]) if logarithmic else some[-1])
+        made.add_annotation(
+            x=place, y=0, yref="y domain", text=f"{words} Hz" + (f", {some.size} modes" if some.size > _SHARED else ""),
+            font={"size": 10}, textangle=-90, yanchor="bottom", showarrow=False, row=row, col=col,
+            xanchor="right" if at[group[-1]] > 1 - _LABEL_WIDTH else "left")
+
+
+def _along(frequency: Array, span: tuple[float, float], logarithmic: bool) -> Array:
+    """Places on the axis, 0 at its left end and 1 at its right end."""
+    if logarithmic:
+        low, high = np.log10(max(span[0], 1e-3 * span[1])), np.log10(span[1])
+        return np.asarray((np.log10(np.maximum(frequency, 10**low)) - low) / (high - low))
+    return np.asarray((frequency - span[0]) / (span[1] - span[0]))
+
+
+def _groups(at: Array) -> list[list[int]]:
+    """Places that share a label: each nearer to the one before than a label is wide.
+
+    A label stands right of its last line; where the axis ends, left of it and so needs twice the room.
+    """
+    groups: list[list[int]] = []
+    for i, place in enumerate(at):
+        room = 2 * _LABEL_WIDTH if place > 1 - _LABEL_WIDTH else _LABEL_WIDTH
+        if groups and place - at[groups[-1][-1]] < room:
+            groups[-1].append(i)
+        else:
+            groups.append([i])
+    return groups

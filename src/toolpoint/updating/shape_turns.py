@@ -16,6 +16,7 @@ from toolpoint.updating.low_rank import Term
 from toolpoint.updating.prediction import Prediction, ShapeSlopes
 from toolpoint.vibration import Modes, SecondOrderSystem
 from toolpoint.vibration.eigen import mass_normalised
+from toolpoint.vibration.modes import overdamped
 
 Weighted = Mapping[str, tuple[Term, FloatArray]]
 _EQUAL = 1e-9
@@ -77,7 +78,8 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, ratio: f
              "raise the lower bounds of the stiffnesses, or ground the model")
     damping, damping_slopes = _damping(system, modal, keep, ratio)
     shape = system.output_map @ modal.vectors
-    modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs)  # type: ignore[arg-type]
+    modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,  # type: ignore[arg-type]
+                  notes=overdamped(damping))
     if not modal.count:
         return Prediction(modes)
     return Prediction(modes, None, (modal.square_slopes[:keep] / (4 * np.pi * omega[:, None])).T, damping_slopes,

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import null_space, sqrtm
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
-from toolpoint.vibration.modes import Modes
+from toolpoint.vibration.modes import Modes, overdamped
 from toolpoint.vibration.system import SecondOrderSystem
 
 RIGID_TOLERANCE = 1e-9
@@ -39,7 +39,7 @@ def undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     omega = natural_omega(squares, system.mass, system.stiffness)
     ratio, kind, notes = _diagonal_damping(system, vectors, omega)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", kind,
-                 **_participation(system, vectors), notes=(*system.notes, *notes))
+                 **_participation(system, vectors), notes=(*system.notes, *notes, *overdamped(ratio)))
 
 
 def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -151,7 +151,7 @@ def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(omega > 0, squares.imag / (2 * squares.real), 0.0)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", "structural",
-                 **_participation(system, vectors), notes=system.notes)  # type: ignore[arg-type]
+                 **_participation(system, vectors), notes=(*system.notes, *overdamped(ratio)))  # type: ignore[arg-type]
 
 
 def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 
@@ -11,6 +12,7 @@ from toolpoint._check import (
     Array,
     ComplexArray,
     FloatArray,
+    ToolpointWarning,
     fail,
     floats,
     nonnegative,
@@ -21,6 +23,7 @@ from toolpoint.vibration.dof import Dof, checked_labels, positions
 
 SCALINGS = ("unit modal mass", "modal A", "unscaled")
 DAMPING = ("viscous", "structural")
+_OVERDAMPED = "Modes.damping_ratio:"
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,7 +48,7 @@ class Modes:
     frequency : (..., n_modes) floats
         Undamped natural frequency |s|/2 pi, Hz.
     damping_ratio : (..., n_modes) floats
-        Ratio to critical; half the loss factor for structural damping.
+        Ratio to critical; half the loss factor for structural damping. Above 1 only with unit modal mass, and marked.
     shape : (..., n_dofs, n_modes), real or complex
     dofs : sequence of Dof
         Labels of the rows of `shape`.
@@ -101,6 +104,24 @@ class Modes:
             put(self, "shape_variance", floats("Modes.shape_variance", self.shape_variance, self.shape.shape[-2:]))
         self._check_residuals()
         put(self, "notes", tuple(self.notes))
+        self._check_damping()
+
+    def _check_damping(self) -> None:
+        """Refuse a pole pair that is none; mark a mode that does not vibrate, mostly a percentage.
+
+        A modal A belongs to one pole: an overdamped pair has two, each a mode with ratio 1. With unit modal mass the response
+        of an overdamped mode is right, that of two real poles.
+        """
+        ratio = np.abs(self.damping_ratio)
+        if self.scaling == "unit modal mass":
+            for note in overdamped(ratio):
+                if not any(text.startswith(_OVERDAMPED) for text in self.notes):
+                    warnings.warn(note, ToolpointWarning, stacklevel=4)
+                    object.__setattr__(self, "notes", (*self.notes, note))
+        elif ratio.max(initial=0.0) > 1 + 1e-9:
+            top = float(ratio.max())
+            fail("Modes.damping_ratio", f"{top:g}", "must be within -1 .. 1: such a pair of poles is no vibration mode",
+                 f"{top:g} % is written {top / 100:g}; an overdamped pair is two modes of ratio 1, a real pole each")
 
     def _check_residuals(self) -> None:
         inputs = len(self.input_dofs) or len(self.dofs)
@@ -228,3 +249,17 @@ class Modes:
         kind = "complex" if np.iscomplexobj(self.shape) else "real"
         span = f"{self.frequency.min():.4g}..{self.frequency.max():.4g} Hz" if self.frequency.size else "none"
         return f"Modes({poses}{self.count} {kind} modes, {span}, {len(self.dofs)} dofs, {self.scaling}, {self.damping})"
+
+
+def overdamped(ratio: FloatArray) -> tuple[str, ...]:
+    """Return the remark on modes (last axis) with a damping ratio of 1 or more, for the notes of Modes; none where all vibrate.
+
+    A model whose dampers are strong has such modes rightly; Modes made without this remark are warned of.
+    """
+    size = np.abs(ratio)
+    top = float(size.max(initial=0.0))
+    if top < 1:
+        return ()
+    where = int(np.argmax(size.reshape(-1, size.shape[-1]).max(axis=0))) + 1
+    return (f"{_OVERDAMPED} {top:g} in mode {where}, {100 * top:g} % of critical: no vibration mode; "
+            f"{top:g} % is written {top / 100:g}",)

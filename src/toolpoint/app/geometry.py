@@ -1,0 +1,87 @@
+"""Where measured points are: universal files, CSV, and the points of a machine file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io import machine_yaml, uff
+from toolpoint.machine import Machine
+from toolpoint.machine.placement import placed
+
+UNIVERSAL = (".uff", ".unv", ".uf")
+_FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV with lines point,x,y,z in m, or from a machine "
+            "file (.yaml)")
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Measured points, m, and the lines drawn between them."""
+
+    points: dict[str | int, FloatArray]
+    lines: list[tuple[str | int, str | int]]
+
+
+def positions(machine: Machine, pose: Mapping[str, float] | None) -> dict[str | int, FloatArray]:
+    """Return the machine's named points at a pose, m."""
+    place = placed(machine, pose)
+    return {name: np.array(place.position(point)[0]) for name, point in machine.description.points.items()}
+
+
+def read_geometry(path: str | Path) -> Geometry:
+    """Return the geometry of a universal file (sets 15 or 2411, 82), of a CSV file with columns point, x, y, z (m), or the
+    points of a machine file (YAML) at its reference pose."""
+    path = Path(path)
+    if path.suffix.lower() in UNIVERSAL:
+        found = uff.read_geometry(path)
+        pairs: list[tuple[str | int, str | int]] = [pair for line in found.lines for pair in pairwise(line)]
+        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), pairs)
+    if path.suffix.lower() in (".yaml", ".yml"):
+        return Geometry(_machine_points(path), [])
+    return Geometry(_csv_points(path), [])
+
+
+def _machine_points(path: Path) -> dict[str | int, FloatArray]:
+    try:
+        points = positions(machine_yaml.read(path), None)
+    except ToolpointError as error:
+        raise ToolpointError(f"{_FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"
+                             ) from None
+    if not points:
+        raise ToolpointError(f"{_FORMATS.format(path)}; this machine file has no section 'points:'")
+    return {int(name) if str(name).lstrip("-").isdigit() else name: at for name, at in points.items()}
+
+
+def _csv_points(path: Path) -> dict[str | int, FloatArray]:
+    points: dict[str | int, FloatArray] = {}
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            for number, row in enumerate(csv.reader(file), start=1):
+                if not row or row[0].lstrip().startswith("#") or (number == 1 and not _is_number(row[-1])):
+                    continue
+                if len(row) != 4 or not all(_is_number(v) for v in row[1:]):
+                    raise ToolpointError(f"{path}:{number}: {','.join(row)[:60]!r}; read as CSV, whose lines are "
+                                         "point,x,y,z in m; else give a universal file (.uff, .unv) or a machine file (.yaml)")
+                name = row[0].strip()
+                points[int(name) if name.lstrip("-").isdigit() else name] = np.array([float(v) for v in row[1:]])
+    except OSError as error:
+        raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
+    except (UnicodeDecodeError, csv.Error):
+        raise ToolpointError(f"{_FORMATS.format(path)}; this is a binary file of another kind") from None
+    if not points:
+        raise ToolpointError(f"{path}: no points; lines must be point,x,y,z in m")
+    return points
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

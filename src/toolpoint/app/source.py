@@ -1,0 +1,59 @@
+"""Options that say where the dynamics of a cut come from, gathered into one Source."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from functools import wraps
+from pathlib import Path
+from typing import Any
+
+import click
+
+from toolpoint.app.options import POSE, band
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the dynamics of a cut come from: a machine file at a pose, FRF files, an FRF for each direction, or saved modes.
+
+    x, y : labels of the directions in the cutting plane where the data hold several; y may be ``same`` or ``rigid``.
+    """
+
+    machine: Path | None = None
+    pose: Mapping[str, float] | None = None
+    frf: tuple[Path, ...] = ()
+    modes: Path | None = None
+    band: tuple[float, float] | None = None
+    frf_x: Path | None = None
+    frf_y: Path | None = None
+    frf_xy: Path | None = None
+    quantity: str | None = None
+    x: str | None = None
+    y: str | None = None
+
+
+def dynamics_options(command: Any) -> Any:
+    """Add the options of the dynamics; the command receives them as `source`."""
+    @wraps(command)
+    def gathered(**values: Any) -> Any:
+        source = Source(**{field.name: values.pop(field.name) for field in fields(Source)})
+        return command(source=source, **values)
+
+    path = click.Path(path_type=Path)
+    for option in reversed((
+            click.argument("machine", required=False, type=path), POSE,
+            click.option("--frf", multiple=True, type=path,
+                         help="Measured tool-tip FRFs (universal, HDF5, MATLAB, text); one response serves x and y alike."),
+            click.option("--frf-x", type=path, help="Measured FRF along x (the feed), one response; with --frf-y."),
+            click.option("--frf-y", type=path, help="Measured FRF along y."),
+            click.option("--frf-xy", type=path, help="Cross FRF of x and y, taken as symmetric; none where left out."),
+            click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
+                         help="What FRF files hold that do not say; text: receptance, MATLAB: accelerance where left out."),
+            click.option("--band", callback=band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz."),
+            click.option("--modes", type=path, help="Modes saved by identify (HDF5), or of a universal file."),
+            click.option("--x", metavar="POINT:DIRECTION", help="Label of x where the data hold several points, e.g. 5:+x."),
+            click.option("--y", metavar="POINT:DIRECTION", help="Label of y, or same (as along x), or rigid; that of x's "
+                                                                "point where left out."))):
+        gathered = option(gathered)
+    return gathered

@@ -1,0 +1,178 @@
+r"""Columns of decimal numbers to floats and back, all at once and rounded correctly, as Python's own float and % do.
+
+Lines that all share the layout of the first are a matrix of bytes: one comparison tells whether every byte is what its
+column must hold, one matrix product gives every mantissa M (at most fifteen digits, exact) and decimal exponent q. Then
+:math:`M \cdot 10^q` is formed with a power of ten in two floats and the exact rounding error of the product; the sum is
+rounded correctly unless it lies next to the middle between two floats (Ziv's test), where Python's float decides. Writing
+is the same product with the opposite power, rounded to an integer of thirteen digits.
+
+Source: Dekker, Numerische Mathematik 18 (1971) 224 (exact product); Ziv, ACM Trans. Math. Software 17 (1991) 410.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+from functools import cache, lru_cache
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+
+FEWEST_LINES = 2
+MOST_DIGITS = 15
+DECIMALS = 12
+# Within these powers of ten no product or rounding error leaves the normal floats.
+LARGEST_POWER = 250
+_SPLIT = 134217729.0  # 2^27 + 1
+_ZIV = 1 + 2.0**-40
+_PLUS, _MINUS = ord("+") - ord(" "), ord("-") - ord(" ")
+# Lines that differ only in digits and signs have one layout.
+_ALIKE = bytes.maketrans(b"023456789-", b"111111111+")
+_PLAIN = re.compile(rb"(?<= )\+|^\+")
+_FIELD = re.compile(rb"( *)([-+]?)(\d*)\.(\d*)([EeDd])[-+](\d{2,3})")
+
+
+@dataclass(frozen=True, eq=False)
+class _Layout:
+    """What every column of a line must hold, and where its numbers stand.
+
+    A byte less `low` (wrapped to 0 .. 255) must be at most `span`; `weights` (n_columns, 2 n_numbers) turn what is left
+    into mantissas and exponents; `decimals` is what the exponents are lowered by. A sign column is -1 where there is none.
+    """
+
+    low: np.ndarray
+    span: np.ndarray
+    weights: FloatArray
+    sign: np.ndarray
+    exponent_sign: np.ndarray
+    decimals: FloatArray
+    stops: tuple[int, ...]
+
+
+def regular(data: bytes) -> tuple[FloatArray, bytes]:
+    """Return the numbers of the lines that share the layout of the first line, and the bytes behind them.
+
+    Parameters
+    ----------
+    data : bytes
+        Lines of numbers with exponents (E or D), blanks between them, line ends LF or CRLF.
+
+    Returns
+    -------
+    floats, bytes
+        No numbers and all the bytes where any whole line differs in layout; a shorter last line is left behind.
+    """
+    length = data.find(b"\n") + 1
+    lines = len(data) // length if length else 0
+    layout = _layout(_PLAIN.sub(b" ", data[:length].translate(_ALIKE))) if lines >= FEWEST_LINES else None
+    if layout is None:
+        return np.empty(0), data
+    table = np.frombuffer(data, np.uint8, lines * length).reshape(lines, length) - layout.low
+    sign, direction = table[:, layout.sign], table[:, layout.exponent_sign]
+    sign[:, layout.sign < 0] = 0
+    minus = sign == _MINUS
+    if not ((table <= layout.span).all() and (minus | (sign == 0) | (sign == _PLUS)).all() and (direction != 1).all()):
+        return np.empty(0), data
+    parts = table.astype(float) @ layout.weights
+    count = layout.sign.size
+    power = parts[:, count:] * (1.0 - direction) - layout.decimals
+    inside = np.abs(power) <= LARGEST_POWER
+    found, left = _product(parts[:, :count].ravel(), np.where(inside, power, 0.0).ravel())
+    certain = inside.ravel() & (found + left * _ZIV == found)
+    found *= 1.0 - 2.0 * minus.ravel()
+    for i in np.flatnonzero(~certain).tolist():
+        row, column = divmod(i, count)
+        start = layout.stops[column - 1] if column else 0
+        word = data[row * length + start:row * length + layout.stops[column]]
+        found[i] = float(word.upper().replace(b"D", b"E"))
+    return found, data[lines * length:]
+
+
+@lru_cache(maxsize=16)
+def _layout(line: bytes) -> _Layout | None:
+    """Return the layout of a line, digits given as 1 and signs as blanks; None unless it holds such numbers, parted."""
+    body = line.rstrip(b"\r\n")
+    fields = list(_FIELD.finditer(body))
+    if not fields or body[fields[-1].end():].strip(b" ") or [0, *(one.end() for one in fields[:-1])] != [
+            one.start() for one in fields]:
+        return None
+    low = np.frombuffer(line, np.uint8).copy()
+    span = np.zeros(len(line), np.uint8)
+    weights = np.zeros((len(line), 2 * len(fields)))
+    signs, decimals = [], []
+    for i, one in enumerate(fields):
+        lead = one.end(2) - one.start()
+        digits = [*range(*one.span(3)), *range(*one.span(4))]
+        if not 0 < len(digits) <= MOST_DIGITS or (i and (not one[1] or (one[2] and lead < 2))):
+            return None
+        for columns, at in ((digits, i), ([*range(*one.span(6))], len(fields) + i)):
+            low[columns], span[columns] = ord("0"), 9
+            weights[columns, at] = 10.0 ** np.arange(len(columns))[::-1]
+        # A lone blank between two numbers parts them and cannot hold a sign.
+        signs.append(one.end(2) - 1 if lead > (1 if i else 0) else -1)
+        low[one.end(5)], span[one.end(5)] = ord("+"), 2
+        decimals.append(float(one.end(4) - one.start(4)))
+    some = [at for at in signs if at >= 0]
+    low[some], span[some] = ord(" "), _MINUS
+    return _Layout(low, span, weights, np.array(signs), np.array([one.end(5) for one in fields]), np.array(decimals),
+                   tuple(one.end() for one in fields))
+
+
+@cache
+def _powers() -> FloatArray:
+    """Return 10^q, q = -LARGEST_POWER .. LARGEST_POWER, as rows: nearest float, its upper and lower half, the rest."""
+    exact = [Fraction(10) ** q for q in range(-LARGEST_POWER, LARGEST_POWER + 1)]
+    high = np.array([float(one) for one in exact])
+    rest = np.array([float(one - Fraction(near)) for one, near in zip(exact, high.tolist(), strict=True)])
+    upper = high * _SPLIT - (high * _SPLIT - high)
+    return np.stack([high, upper, high - upper, rest])
+
+
+def _product(factor: FloatArray, power: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return factor times ten to the power, rounded to floats, and what is left (both together good to 100 bits)."""
+    high, upper, lower, rest = (row.take(power.astype(np.intp) + LARGEST_POWER) for row in _powers())
+    product = factor * high
+    wide = factor * _SPLIT
+    first = wide - (wide - factor)
+    second = factor - first
+    error = ((first * upper - product) + first * lower + second * upper) + second * lower
+    error += factor * rest
+    near = product + error
+    return near, error - (near - product)
+
+
+def twenty_wide(numbers: FloatArray) -> np.ndarray:
+    """Return numbers in the format %20.12E, (n, 20) bytes."""
+    size = np.abs(numbers)
+    usual = (size >= 1e-98) & (size < 1e98)
+    power = np.floor(np.log10(np.where(usual, size, 1.0)))
+    near, left = _product(np.where(usual, size, 0.0), DECIMALS - power)
+    digits = np.rint(near)
+    certain = usual & (near >= 10.0**DECIMALS) & (digits < 10.0 ** (DECIMALS + 1))
+    certain &= np.abs((near - digits) + left) < 0.5 - 1e-6
+    certain |= numbers == 0
+    lead, groups, exponents = _words()
+    whole = digits.astype(np.int64)
+    first, rest = whole // 10**12, whole % 10**12
+    words = np.empty((numbers.size, 5), np.uint32)
+    words[:, 0] = lead.take(first + 10 * np.signbit(numbers), mode="clip")
+    words[:, 1] = groups.take(rest // 10**8)
+    words[:, 2] = groups.take(rest // 10**4 % 10**4)
+    words[:, 3] = groups.take(rest % 10**4)
+    words[:, 4] = exponents.take(power.astype(np.intp) + 99)
+    text = words.view(np.uint8)
+    for i in np.flatnonzero(~certain).tolist():
+        text[i] = np.frombuffer(b"%20.12E" % float(numbers[i]), np.uint8)
+    return text
+
+
+@cache
+def _words() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the four bytes of sign, first digit and point; of four digits; and of an exponent from -99."""
+    lead = "".join(f" {sign}{digit}." for sign in " -" for digit in range(10))
+    groups = "".join(f"{number:04d}" for number in range(10**4))
+    exponents = "".join(f"E{power:+03d}" for power in range(-99, 100))
+    first, second, third = (np.frombuffer(text.encode(), np.uint32) for text in (lead, groups, exponents))
+    return first, second, third

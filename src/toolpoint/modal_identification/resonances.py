@@ -1,0 +1,114 @@
+r"""Resonances: what stands out of the responses, and which modes describe it together.
+
+A fit to the level of the noise needs a mode for everything in the responses, also for what is small, hidden under the flank
+of a strong mode, or no mode at all (a structure that is not linear, channels that disagree, drift). Chi-squared calls all
+of it evident. What a person would pick is told by the share of the responses H at one frequency that belongs to one
+resonance,
+
+.. math:: \frac{\|C\|^2}{\|C\|^2 + \|H - C\|^2},
+
+C being the part of its modes, every response weighted by its rms: above one half the resonance moves the responses more
+than all the rest together. Neighbours that overlap and look alike count as one resonance, as no single response parts them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray
+from toolpoint.modal_identification.basis import factor, laplace, pole_terms
+from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.modes import Modes
+
+ALIKE = 0.5
+HALF = 0.5
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """Modes that describe one resonance together.
+
+    Parameters
+    ----------
+    modes : tuple of int
+        Indices of its modes.
+    strongest : int
+        The one of them that moves the responses most at its frequency.
+    share : float
+        Share of the responses at that frequency that belongs to the resonance, 0 .. 1.
+    doubtful : bool
+        Whether it does not stand out while the residual is not noise: it may then stand for a misfit of stronger modes.
+    """
+
+    modes: tuple[int, ...]
+    strongest: int
+    share: float
+    doubtful: bool = False
+
+    @property
+    def stands_out(self) -> bool:
+        """Whether it moves the responses at its frequency more than all the rest together."""
+        return self.share > HALF
+
+
+def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance, ...]:
+    """Return the resonances of modes with participation, lowest first.
+
+    `smooth_residual`: neighbouring lines share their residual, so the model misses something.
+    """
+    flat = frf.values.reshape(frf.frequency.size, -1)
+    power = np.einsum("fr,fr->r", flat.real, flat.real) + np.einsum("fr,fr->r", flat.imag, flat.imag)
+    weight = np.where(power > 0, 1 / np.sqrt(np.where(power > 0, power, 1.0)), 0.0)
+    found = []
+    for members in alike(modes):
+        lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]
+        alone = [_power(_part(frf, modes.selected([i]), line) * weight) for i, line in zip(members, lines, strict=True)]
+        at = int(np.argmax(alone))
+        part = _part(frf, modes.selected(members), lines[at]) * weight
+        own, rest = _power(part), _power(flat[lines[at]] * weight - part)
+        share = own / (own + rest) if own > 0 else 0.0
+        found.append(Resonance(tuple(members), members[at], share, smooth_residual and share <= HALF))
+    return tuple(found)
+
+
+def _power(values: ComplexArray) -> float:
+    return float((np.abs(values) ** 2).sum())
+
+
+def alike(modes: Modes) -> list[list[int]]:
+    """Return the modes, lowest first, in runs of neighbours whose half-power bands overlap and whose MAC is above one half."""
+    half = np.abs(modes.damping_ratio) * modes.frequency
+    same = mac(modes.shape) if modes.count > 1 else np.eye(1)
+    runs = [[0]]
+    for i in range(1, modes.count):
+        if modes.frequency[i] - modes.frequency[i - 1] < half[i] + half[i - 1] and same[i, i - 1] > ALIKE:
+            runs[-1].append(i)
+        else:
+            runs.append([i])
+    return runs
+
+
+def _part(frf: Frf, modes: Modes, line: int) -> ComplexArray:
+    """Return what modes give to the responses on a line, (n_responses,)."""
+    residue = (modes.shape[:, None, :] * modes.participation_at(frf.inputs)).reshape(-1, modes.count)
+    terms = pole_terms(laplace(frf)[line:line + 1], modes.poles)[0] * factor(frf)[line]
+    return np.asarray(residue.real @ terms[:, 0] + residue.imag @ terms[:, 1], complex)
+
+
+def remark(found: tuple[Resonance, ...], modes: Modes) -> list[str]:
+    """Return which resonances stand out and which modes are doubtful; nothing where none is."""
+    doubtful = [i for one in found if one.doubtful for i in one.modes]
+    if not doubtful:
+        return []
+    clear = ", ".join(f"{modes.frequency[one.strongest]:.4g} Hz ({_numbers(one.modes)})" for one in found if one.stands_out)
+    return [f"{clear or 'no resonance'} stand{'s' * (not clear)} out of the responses; {_numbers(doubtful)} "
+            f"{'lie' if len(doubtful) > 1 else 'lies'} under stronger ones and, as the residual is not noise, may be small "
+            "modes or stand for what the strong ones do not follow: real ones return in another band and in other responses "
+            "alone"]
+
+
+def _numbers(modes: tuple[int, ...] | list[int]) -> str:
+    return f"mode{'s' * (len(modes) > 1)} " + ", ".join(str(i + 1) for i in modes)

@@ -1,0 +1,128 @@
+r"""Turning on a structure that is known in several directions: the oriented response, and the width that is always stable."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import minimize_scalar
+
+from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint.cutting.plane import PlaneDynamics
+from toolpoint.cutting.problem import TurningProblem, plane_dynamics
+from toolpoint.vibration import Modes
+from toolpoint.vibration.frf import Frf
+
+LINES = 4000
+RANGE = 10.0
+DEEPEST = 0.5  # m
+_SMALL = 1e-9
+_AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class UnconditionalLimit:
+    """Width below which the cut is stable at every spindle speed.
+
+    width : m, infinite where the oriented response never has a negative real part; frequency : chatter frequency there, Hz;
+    real : the least real part of the oriented response, m/N; tips : spindle speeds (rev/min) at which it is reached, lobe 0
+    first.
+    """
+
+    width: float
+    frequency: float
+    real: float
+    tips: FloatArray
+
+
+def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
+    """Return a direction (3 floats) at length 1."""
+    vector = floats(name, direction, (3,))
+    length = float(np.linalg.norm(vector))
+    if length <= 0:
+        fail(name, "a vector of zero length", "must have a direction")
+    return np.asarray(vector / length)
+
+
+def oriented(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, force: ArrayLike) -> PlaneDynamics:
+    r"""Return the response of the chip thickness to the cutting force, :math:`n^T G f`, as the x of a PlaneDynamics.
+
+    Parameters
+    ----------
+    response : Modes or Frf of one pose
+    labels : axis (x, y, z) to label
+        Of the directions that are known.
+    normal : (3,) floats
+        n, the direction in which the chip is thick, from the work into the tool.
+    force : (3,) floats
+        f, force on the tool per width, chip thickness and K_f: n itself where only K_f acts.
+
+    Raises ToolpointError where n or f has a part along an axis whose response is not known.
+    """
+    n, f = unit_vector("normal", normal), np.asarray(floats("force", force, (3,)))
+    used = [k for k in range(3) if abs(n[k]) > _SMALL or abs(f[k]) > _SMALL * np.linalg.norm(f)]
+    for k in used:
+        if _AXES[k] not in labels:
+            fail("direction", f"({n[0]:g}, {n[1]:g}, {n[2]:g}), force along ({f[0]:g}, {f[1]:g}, {f[2]:g})",
+                 f"the response along {_AXES[k]} is not known", f"known are {', '.join(labels.values())}")
+    wanted = [labels[_AXES[k]] for k in used]
+    plane = plane_dynamics(response, *(wanted if len(wanted) > 1 else wanted * 2))
+    left, right = n[used], f[used]
+    if len(used) == 1:
+        left, right = np.append(left, 0.0), np.append(right, 0.0)
+
+    def along(matrix: FloatArray) -> FloatArray:
+        out = np.zeros((*matrix.shape[:-2], 2, 2), matrix.dtype)
+        out[..., 0, 0] = np.einsum("i,...ij,j->...", left, matrix, right)
+        return out
+
+    values = None if plane.values is None else along(plane.values)
+    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values)
+
+
+def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> UnconditionalLimit:
+    r"""Return the width that is stable at every speed: :math:`b = -1/(2 K_f \min \mathrm{Re}\, G)`.
+
+    There :math:`e^{-i\omega T} = 1 + 1/(K_f b G)`, which gives the speeds of the lobes' tips.
+
+    Source: Tlusty, Polacek, The stability of the machine tool against self-excited vibration, ASME Int. Research in
+    Production Engineering (1963) 465; Altintas, Manufacturing Automation, 2nd ed., section 4.2.
+    """
+    if problem.process_damping > 0:
+        fail("problem", "process damping", "its limit depends on the speed", "read it from the chart")
+    f, g = _least_real(problem.plane)
+    if g.real >= 0:
+        return UnconditionalLimit(float("inf"), f, float(g.real), np.zeros(0))
+    width = -1 / (2 * problem.stiffness * g.real)
+    lag = -np.angle(1 + 1 / (problem.stiffness * width * g)) % (2 * np.pi)
+    return UnconditionalLimit(float(width), f, float(g.real), 60 * f / (np.arange(lobes) + lag / (2 * np.pi)))
+
+
+def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
+    """Frequency (Hz) and value of the oriented response where its real part is least."""
+    def value(f: float) -> complex:
+        return complex(plane.response(np.array([f]))[0, 0, 0])
+
+    if not plane.is_modal:  # linear between lines: the least is at a line
+        f: FloatArray = plane.frequency  # type: ignore[assignment]
+        f = f[f > 0]
+        best = float(f[int(np.argmin(plane.response(f)[:, 0, 0].real))])
+        return best, value(best)
+    centre, half = np.abs(plane.poles) / (2 * np.pi), np.maximum(-plane.poles.real / (2 * np.pi), 1e-12)
+    f = np.unique(np.concatenate([(centre[:, None] + half[:, None] * np.linspace(-8, 8, 65)).ravel(),
+                                  np.linspace(0.2 * centre.min(), 3 * centre.max(), LINES)]))
+    f = f[f > 0]
+    k = int(np.argmin(plane.response(f)[:, 0, 0].real))
+    ends = float(f[max(k - 1, 0)]), float(f[min(k + 1, f.size - 1)])
+    found = minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]})
+    best = float(found.x) if value(float(found.x)).real <= value(float(f[k])).real else float(f[k])
+    return best, value(best)
+
+
+def width_range(problem: TurningProblem) -> float:
+    """Return a width (m) well above the lowest limit, for the range of a chart."""
+    least = _least_real(problem.plane)[1].real
+    size = -least if least < 0 else float(np.abs(problem.plane.response(np.array([problem.plane.span[0]]))[0, 0, 0]))
+    return float(min(DEEPEST, RANGE / (2 * problem.stiffness * positive("response", size))))

@@ -1,0 +1,27 @@
+"""The page of an identification says which modes stand out and which are doubtful."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint.app.identify import page
+from toolpoint.modal_identification import Resonance, identify
+from toolpoint.vibration import Frf, Modes, frequency_response
+
+
+def test_page_names_modes_that_stand_out_and_doubtful_ones():
+    rng = np.random.default_rng(0)
+    modes = Modes([20.0, 45.0, 60.0], 0.02, [[1.0, 0.5, 1.0], [0.4, -0.6, 0.2]], ["1:+x", "2:+x"])
+    frf = frequency_response.modal(modes, np.linspace(5, 90, 800), None, ["1:+x"])
+    noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
+    found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs))
+    assert found.modes.count == 3
+    html = page(found, None, ["a.txt"]).html()
+    assert html.count(">stands out<") == len(found.dominant) > 0 and ">doubtful<" not in html
+    unsure = (Resonance((0, 1), 1, 0.9), Resonance((2,), 2, 0.3, doubtful=True))
+    html = page(replace(found, resonances=unsure), None, ["a.txt"]).html()
+    assert html.count(">stands out<") == 1 and html.count(">doubtful<") == 1
+    lines = replace(found, resonances=unsure).table().split("\n")
+    assert [line[-1] in "*?" and line[-1] for line in lines[1:]] == [False, "*", "?"]

@@ -1,0 +1,107 @@
+"""Chatter limits over a grid: those of single charts, the worst place, resumed, on workers, with poses that fail."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.cutting import ZeroOrder, stability
+from toolpoint.studies.chatter_grid import chatter_grid
+from toolpoint.studies.execute import Dask
+from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
+
+AXES = {"X": [-0.2, 0.1], "Z": [0.0, 0.3]}
+SPEEDS = np.linspace(900.0, 1600.0, 8)
+ANGLES = np.radians([0.0, 60.0])
+
+
+@pytest.fixture(scope="module")
+def found(vertical_drives):
+    return chatter_grid(vertical_drives, AXES, None, SPEEDS, ANGLES, ZeroOrder())
+
+
+def test_every_place_of_the_grid_has_the_limits_of_its_own_chart(found, vertical_drives):
+    cut = vertical_drives.description.cutting
+    assert found.limit.shape == found.frequency.shape == (2, 2, 2, 8)
+    for i, x in enumerate(AXES["X"]):
+        for k, z in enumerate(AXES["Z"]):
+            study = tool_point(vertical_drives, [{"X": x, "Z": z}])
+            problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
+            for way, angle in enumerate(ANGLES):
+                chart = stability.chart(problem.at_feed_angle(angle), SPEEDS, ZeroOrder(), depth_limit(problem))
+                np.testing.assert_allclose(found.limit[i, k, way], chart.limit, rtol=1e-9)
+                np.testing.assert_allclose(found.frequency[i, k, way], chart.frequency[chart.limit_points()], rtol=1e-9)
+            assert found.depth_max[i, k] == pytest.approx(depth_limit(problem))
+
+
+def test_the_worst_place_is_the_smallest_of_all_and_nothing_stable_everywhere_lies_above(found):
+    worst = found.worst()
+    assert worst.depth == found.limit.min()
+    index = (AXES["X"].index(worst.pose["X"]), AXES["Z"].index(worst.pose["Z"]), int(np.argmin(abs(ANGLES - worst.feed_angle))))
+    at = int(np.argmin(abs(SPEEDS - worst.speed)))
+    assert found.limit[(*index, at)] == worst.depth and found.frequency[(*index, at)] == worst.frequency
+    assert found.worst(1).depth == found.limit[:, :, 1].min() and found.worst(1).feed_angle == ANGLES[1]
+    np.testing.assert_array_equal(found.everywhere, found.limit.reshape(-1, 8).min(axis=0))
+    np.testing.assert_array_equal(found.lowest, found.limit.min(axis=-1))
+
+
+def test_an_interrupted_map_goes_on_where_it_stopped(found, vertical_drives, tmp_path):
+    class Stopped(Exception):
+        pass
+
+    def stop(done, total):
+        raise Stopped
+
+    # Chunks are saved before they are told; all of this small study is one chunk unless a second has passed.
+    with pytest.raises(Stopped):
+        chatter_grid(vertical_drives, AXES, None, SPEEDS, ANGLES, ZeroOrder(), folder=tmp_path, progress=stop)
+    assert list(tmp_path.glob("chunk-*.npz"))
+    steps = []
+    again = chatter_grid(vertical_drives, AXES, None, SPEEDS, ANGLES, ZeroOrder(), folder=tmp_path,
+                         progress=lambda done, total: steps.append((done, total)))
+    assert steps[0][0] >= 1 and steps[-1] == (4, 4)
+    np.testing.assert_array_equal(again.limit, found.limit)
+    with pytest.raises(ToolpointError, match="another study"):
+        chatter_grid(vertical_drives, AXES, None, SPEEDS, ANGLES[:1], ZeroOrder(), folder=tmp_path)
+
+
+def test_workers_give_the_same_map(found, vertical_drives):
+    pytest.importorskip("distributed")
+    spread = chatter_grid(vertical_drives, AXES, None, SPEEDS, ANGLES, ZeroOrder(), Dask(2))
+    np.testing.assert_allclose(spread.limit, found.limit, rtol=1e-12)
+
+
+@dataclass(frozen=True)
+class Choosy:
+    """A method that refuses one feed direction, and breaks where the tool is soft."""
+
+    softest: float
+
+    def solve(self, problem, speeds, depth_max):
+        if problem.feed_angle > 1:
+            raise ToolpointError("no feed beyond 1 rad")
+        if np.abs(problem.plane.response(np.array([1.0]))).max() > self.softest:
+            raise RuntimeError("too soft")
+        return ZeroOrder().solve(problem, speeds, depth_max)
+
+
+def test_places_that_fail_are_kept_with_their_reason(vertical_drives):
+    static = [float(np.abs(tool_point(vertical_drives, [{"X": 0.0, "Z": z}], np.array([1.0])).frf.values[0, 0, :2, :2]).max())
+              for z in (0.0, 0.3)]
+    limit = sum(static) / 2
+    soft = int(static[1] > static[0])
+    found = chatter_grid(vertical_drives, {"Z": [0.0, 0.3]}, None, SPEEDS, ANGLES, Choosy(limit))
+    assert "too soft" in found.failures[(soft, 0)] and "no feed beyond" in found.failures[(1 - soft, 1)]
+    assert np.isnan(found.limit[soft]).all() and np.isfinite(found.limit[1 - soft, 0]).all()
+    assert found.worst().pose == {"Z": [0.0, 0.3][1 - soft]}
+    np.testing.assert_array_equal(found.everywhere, found.limit[1 - soft, 0])
+    with pytest.raises(ToolpointError, match="every pose failed"):
+        chatter_grid(vertical_drives, {"Z": [0.0]}, None, SPEEDS, ANGLES, Choosy(0.0)).worst()
+
+
+def test_wrong_input(vertical_drives, vertical):
+    with pytest.raises(ToolpointError, match="at least one axis"):
+        chatter_grid(vertical_drives, {})
+    with pytest.raises(ToolpointError, match=r"must be within"):
+        chatter_grid(vertical_drives, {"X": [0.0, 5.0]})
