@@ -86,7 +86,7 @@ def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     (["lobes", "{}/x.txt"], "a machine is a YAML file; measured FRFs are given with --frf"),
     (["lobes", "--modes", "{}/x.txt"], "saved modes are HDF5 files"),
     (["lobes", "--frf", "{}/x.txt", "--band", "6000:9000"], "holds 0 lines"),
-    (["lobes", "--frf", "{}/x.txt", *SPEEDS, "--process-damping", "100"], "toolpoint identify FILE -m modes.h5"),
+    (["lobes", "--frf", "{}/x.txt", *SPEEDS, "--method", "panel"], "toolpoint identify FILE -m modes.h5"),
     (["lobes", MACHINE, "--speeds", "9000:3000:5"], "the last above the first"),
     (["lobes", MACHINE, "--speeds", "900:900:3"], "or one speed"), (["lobes", MACHINE, "--speeds", "nan:900:3"], "above zero"),
     (["mill", MACHINE, "--speed", "1350", "--depth", "5000"], "--depth: 5000 mm"),

@@ -125,7 +125,7 @@ def test_nodes_to_begin_with() -> None:
     cold = begun(16, w, s, loop, period, np.zeros(0), seen)
     assert cold.size == 17 + 10 and seen[1] == pytest.approx([2.5, 0.1, 2.0, 0.0])
     assert begun(16, w, s, loop, period, before, seen.copy()) == pytest.approx(before)
-    for changed in ((w + [0, 60], s, loop), (w, s * [1, 1.3], loop), (w, s, loop * [1, 1.5])):
+    for changed in ((w + np.array([0, 60]), s, loop), (w, s * [1, 1.3], loop), (w, s, loop * [1, 1.5])):
         again = begun(16, *changed, period, before, seen.copy())
         assert again.size == 4 + 5 and np.abs(again - changed[0][1] * period).min() < 1e-12
     assert begun(16, w, s * [1, 4], loop, period, before, seen.copy()).size >= 17

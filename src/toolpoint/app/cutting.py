@@ -19,6 +19,7 @@ from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_
 from toolpoint.cutting import (
     Collocation,
     FloquetDeterminant,
+    HillDeterminant,
     MillingProblem,
     MultiFrequency,
     PanelArnoldi,
@@ -48,7 +49,8 @@ DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 METHODS: dict[str, Method | None] = {
-    "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "zero-order": ZeroOrder(),
+    "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "hill": HillDeterminant(),
+    "zero-order": ZeroOrder(),
     "multi-frequency": MultiFrequency(),
     "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
 

@@ -73,8 +73,8 @@ def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> N
 @tool_options
 @coefficient_options
 @click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
-@click.option("--method", default="auto", show_default=True, help="auto (chosen to suit the cut), floquet, panel, zero-order, "
-              "multi-frequency, semi-discretization or collocation.")
+@click.option("--method", default="auto", show_default=True, help="auto (chosen to suit the cut), floquet, panel, hill, "
+              "zero-order, multi-frequency, semi-discretization or collocation.")
 @click.option("--materials", is_flag=True, is_eager=True, expose_value=False, callback=_materials,
               help="List the literature table of cutting coefficients and end.")
 @click.option("--simulate", is_flag=True, help="Also simulate cuts on a grid; a click on one shows its vibration.")

@@ -7,6 +7,7 @@ from toolpoint.cutting.coefficients import CuttingCoefficients
 from toolpoint.cutting.collocation import Collocation
 from toolpoint.cutting.discretization import FullDiscretization, SemiDiscretization
 from toolpoint.cutting.floquet import FloquetDeterminant
+from toolpoint.cutting.hill import HillDeterminant
 from toolpoint.cutting.multi_frequency import MultiFrequency
 from toolpoint.cutting.panel_arnoldi import PanelArnoldi
 from toolpoint.cutting.problem import MillingProblem, SpeedVariation, TurningProblem
@@ -21,6 +22,7 @@ __all__ = [
     "Engagement",
     "FloquetDeterminant",
     "FullDiscretization",
+    "HillDeterminant",
     "MillingProblem",
     "MultiFrequency",
     "PanelArnoldi",

@@ -72,7 +72,7 @@ class Collocation:
 def modal(plane: PlaneDynamics) -> PlaneDynamics:
     """Return the plane as modes alone, which methods that march in time need; refuse a measured FRF."""
     if not plane.is_modal:
-        fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use FloquetDeterminant")
+        fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use HillDeterminant()")
     return plane.with_modal_residual()
 
 

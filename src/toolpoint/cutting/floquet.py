@@ -12,6 +12,7 @@ from toolpoint._check import Array, FloatArray, count, fail, positive
 from toolpoint.cutting.arc import ArcNodes, breaks, straight_nodes
 from toolpoint.cutting.chart import StabilityChart, assembled
 from toolpoint.cutting.helical import boundaries, count_at, helical_nodes
+from toolpoint.cutting.hill import HillDeterminant
 from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.warm_start import WarmStart
@@ -36,9 +37,8 @@ class FloquetDeterminant:
     :math:`D(\theta, w) = \det(I + w (1 - e^{-i\theta}) K(\theta))` is a polynomial in w. The number of unstable
     multipliers is minus the phase change of D over :math:`\theta \in [0, \pi]` in units of pi: a whole number.
     Boundary points are solved for (theta, w) and solved again with more nodes: the difference is the stated error.
-    A measured FRF enters through its harmonics (Hill's determinant, exact for the band); the stated error is then the
-    change when the upper tenth of the band is left out. Helical tools of equal pitch are solved with the mean matrix
-    of each depth (about a second a speed).
+    A measured FRF has no Green function in closed form: it is handed to `HillDeterminant`. Helical tools of equal pitch
+    are solved with the mean matrix of each depth (about a second a speed).
 
     Parameters
     ----------
@@ -77,6 +77,8 @@ class FloquetDeterminant:
     def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
                    warm: WarmStart) -> StabilityChart:
         """Return the chart, beginning with the theta nodes, boundary points and arc nodes that a near problem needed."""
+        if isinstance(problem, MillingProblem) and not problem.plane.is_modal:
+            return HillDeterminant().solve(problem, speeds, depth_max)
         checked(problem)
         assert isinstance(problem, MillingProblem)
         if problem.tool.has_helix:
@@ -128,15 +130,12 @@ class FloquetDeterminant:
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
                  density: float, least: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
-        second, tool = _second(plane), problem.tool
-        period, pitch = float(problem.tooth_period(speeds[group].min())), 2 * np.pi / tool.teeth
-        if not plane.is_modal:  # nodes only serve the Fourier coefficients of the cut: two of them a wave
-            density, final = 1.2 * tool.teeth * (2 * plane.span[1] * period + 2), True
+        second = _second(plane)
         sets = []
-        for d, m, band in ((density, least, 0.9), (1.15 * density, least + 3, 1.0)):
-            nodes = straight_nodes(problem.coefficients, problem.engagement, tool.teeth, d, m, second, plane.size)
-            _affordable(nodes, plane, period, float(speeds[group].min()))
-            sets.append(green_set(nodes, plane, band, period, pitch))
+        for d, m in ((density, least), (1.15 * density, least + 3)):
+            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, m, second, plane.size)
+            _affordable(nodes, float(speeds[group].min()))
+            sets.append(green_set(nodes, plane))
         n = speeds[group]
         points, found, status = self.scanned(problem, plane, n, sets, depth_max, warm)
         used = np.arange(points.shape[1]) < found[:, None]
@@ -157,14 +156,13 @@ class FloquetDeterminant:
 
         points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
         top = np.zeros(n.size)
-        remembering = warm is not None and plane.is_modal
-        room = (MOST_KEPT, plane.poles.size, MAX_POINTS) if remembering else (0, 0, 0)
+        room = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
         empty = np.zeros(room[0]), np.array([0, -1]), np.zeros((room[1], 4)), np.zeros((room[2], 6))
         memory = (warm or WarmStart()).begin(n, empty)
         scan_many(  # type: ignore[call-arg]
-            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, *_hints(plane),
+            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, np.abs(plane.poles.imag), -plane.poles.real,
             (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top, memory)
-        if warm is not None and remembering:
+        if warm is not None:
             warm.keep(n, memory)
         for i in np.flatnonzero(top < 1).tolist():
             _capped(points[i], found, i, float(top[i]))
@@ -183,13 +181,12 @@ class Frozen:
         method, least = self.method, self.method.nodes
         for attempt in range(4):
             sets = []
-            for d, n, band in ((self.density, least, 0.9), (1.15 * self.density, least + 3, 1.0)):
+            for d, n in ((self.density, least), (1.15 * self.density, least + 3)):
                 nodes = helical_nodes(self.problem, depth, d, n, _second(self.plane))
-                period, pitch = float(self.problem.tooth_period(speed)), 2 * np.pi / self.problem.tool.teeth
-                sets.append(green_set(nodes, self.plane, band, period, pitch))
+                sets.append(green_set(nodes, self.plane))
             points, found, status = method.scanned(self.problem, self.plane, np.array([speed]), sets, top)
             rows = points[0, :found[0]]
-            if _tight(rows, method.tolerance) or attempt == 3 or not self.plane.is_modal:
+            if _tight(rows, method.tolerance) or attempt == 3:
                 break
             least += 4
         self.state = max(self.state, int(status[0]))
@@ -205,12 +202,12 @@ def _capped(points: FloatArray, found: Array, i: int, top: float) -> None:
     found[i] += 1
 
 
-def _affordable(nodes: ArcNodes, plane: PlaneDynamics, period: float, speed: float) -> None:
+def _affordable(nodes: ArcNodes, speed: float) -> None:
     """Refuse matrices that would take minutes a speed, with the remedy."""
-    size = nodes.angle.size if plane.is_modal else plane.size * (2 * int(np.ceil(plane.span[1] * period)) + 1)
+    size = nodes.angle.size
     if size > LARGEST:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
-             f"must be at most {LARGEST}", "leave out the modes or FRF lines far above the chatter band, raise the "
+             f"must be at most {LARGEST}", "leave out the modes far above the chatter band, raise the "
              "least speed, or use ZeroOrder()")
 
 
@@ -225,7 +222,7 @@ def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, least: 
 
 def _second(plane: PlaneDynamics) -> bool:
     """Whether the tool can vibrate along y."""
-    return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]) or not plane.is_modal)
+    return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]))
 
 
 def _tight(points: FloatArray, tolerance: float) -> bool:
@@ -236,61 +233,18 @@ def _tight(points: FloatArray, tolerance: float) -> bool:
     return bool((p[matters, 3] <= tolerance * p[matters, 0] + 1e-14).all() and (after >= 0).all())
 
 
-def green_set(nodes: ArcNodes, plane: PlaneDynamics, band: float = 1.0, period: float = 0.0,
-              pitch: float = np.pi) -> tuple[Any, ...]:
-    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, lines)."""
+def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> tuple[Any, ...]:
+    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, no truncated Hill matrix)."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
-    return (np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static,
-            lines_of(nodes, plane, band, period, pitch))
-
-
-def lines_of(nodes: ArcNodes, plane: PlaneDynamics, band: float, period: float, pitch: float) -> tuple[Array, Array, Array]:
-    """Return frequency and values of a measured FRF and the Fourier coefficients of A(t); empty for modes.
-
-    `band` is the share of the measured band that is used, `period` the longest tooth period.
-    """
-    if plane.is_modal:
-        return np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
-    ways = plane.size if np.any(plane.values[:, 1:]) else 1  # type: ignore[index]
-    f: FloatArray = plane.frequency  # type: ignore[assignment]
-    keep = f <= f[0] + band * (f[-1] - f[0])
-    top = 2 * int(np.ceil(f[-1] * period)) + 2
-    order = np.arange(-top, top + 1)
-    wave = np.exp(-2j * np.pi * order[:, None] * nodes.angle / pitch) * (nodes.weight / pitch)
-    fourier = np.einsum("kq,qa,qb->kab", wave, nodes.force[:, :ways], nodes.chip[:, :ways])
-    values = plane.values[keep][:, :ways, :ways]  # type: ignore[index]
-    return np.array(f[keep]), np.ascontiguousarray(values), np.ascontiguousarray(fourier)
+    none = np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
+    return np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none
 
 
 def _highest(plane: PlaneDynamics) -> float:
     """Highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic flexibility."""
-    if not plane.is_modal:
-        return 2 * np.pi * min(plane.span[1], 2 * _peaks(plane)[0].max() / (2 * np.pi))
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
-
-
-def _hints(plane: PlaneDynamics) -> tuple[FloatArray, FloatArray]:
-    """Angular frequencies and half widths near which the determinant turns fast."""
-    return (np.abs(plane.poles.imag), -plane.poles.real) if plane.is_modal else _peaks(plane)
-
-
-def _peaks(plane: PlaneDynamics) -> tuple[FloatArray, FloatArray]:
-    size = np.linalg.norm(plane.values, axis=(1, 2))  # type: ignore[arg-type]
-    f: FloatArray = plane.frequency  # type: ignore[assignment]
-    smooth = np.convolve(size, np.ones(3) / 3, "same")
-    top = np.flatnonzero((smooth[1:-1] >= smooth[:-2]) & (smooth[1:-1] > smooth[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
-    top = top[np.argsort(-size[top])][:40]
-    if top.size == 0:
-        top = np.array([int(np.argmax(size))])
-    width = np.array([_half_width(size, f, i) for i in top.tolist()])
-    return 2 * np.pi * f[top], 2 * np.pi * width
-
-
-def _half_width(size: FloatArray, f: FloatArray, at: int) -> float:
-    below = np.flatnonzero(size[at:] < 0.7 * size[at])
-    return float(f[min(at + (below[0] if below.size else 1), f.size - 1)] - f[at]) or float(f[1] - f[0])
 
 
 def _alike(problem: MillingProblem, speeds: FloatArray) -> list[Array]:

@@ -69,41 +69,6 @@ def fill(nu, w_max, factors, wrapped, direct, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def fill_lines(nu, theta, w_max, period, f, g, fourier, out):
-    """Write the Hill matrix of a measured FRF into out: w_max (1 - nu) A_{k-l} G(i(theta/T + 2 pi l/T)).
-
-    fourier holds the Fourier coefficients of A(t), its order zero in the middle; the response is linear between lines
-    and zero outside its band, so for a band-limited response the matrix is exact.
-    """
-    ways = g.shape[1]
-    top = (out.shape[0] // ways - 1) // 2
-    centre = (fourier.shape[0] - 1) // 2
-    scale = w_max * (1.0 - nu)
-    value = np.zeros((ways, ways), np.complex128)
-    for l in range(-top, top + 1):
-        hz = (theta / (2 * math.pi) + l) / period
-        a = abs(hz)
-        column = (l + top) * ways
-        inside = f[0] <= a <= f[-1]
-        if inside:
-            at = min(np.searchsorted(f, a, side="right") - 1, f.size - 2)
-            part = (a - f[at]) / (f[at + 1] - f[at])
-            for c in range(ways):
-                for b in range(ways):
-                    x = g[at, c, b] * (1 - part) + g[at + 1, c, b] * part
-                    value[c, b] = np.conj(x) if hz < 0 else x
-        for k in range(-top, top + 1):
-            row = (k + top) * ways
-            for i in range(ways):
-                for b in range(ways):
-                    total = 0.0 + 0.0j
-                    if inside:
-                        for c in range(ways):
-                            total += fourier[centre + k - l, i, c] * value[c, b]
-                    out[row + i, column + b] = scale * total
-
-
-@nb.njit(cache=True, nogil=True)
 def fill_hill(nu, theta, w_max, period, poles, residues, static, fourier, out):
     """Write the truncated Hill matrix of modes into out (MultiFrequency); poles as real and imaginary parts in turn."""
     ways = residues.shape[1]
@@ -134,14 +99,12 @@ def fill_hill(nu, theta, w_max, period, poles, residues, static, fourier, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def size_of(lines, angle, period):
-    """Size of the matrix: nodes for modes, harmonics times directions for a measured FRF or a truncated Hill matrix."""
+def size_of(lines, angle):
+    """Size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
     f, g, fourier = lines
-    if f.size < 2:
+    if f.size == 0:
         return angle.size
-    if f.size == 2 * g.shape[0]:
-        return ((fourier.shape[0] - 1) // 2 + 1) * g.shape[1]
-    return (2 * math.ceil(f[-1] * period) + 1) * g.shape[1]
+    return ((fourier.shape[0] - 1) // 2 + 1) * g.shape[1]
 
 
 @nb.njit(cache=True, nogil=True)
@@ -220,10 +183,8 @@ def node(theta, w_max, period, factors, green, work, minors, coefficient):
     if abs(theta - math.pi) < 1e-14:
         nu = -1.0 + 0.0j
     f, g, fourier = lines
-    if f.size > 1 and f.size == 2 * g.shape[0]:
+    if f.size > 0:
         fill_hill(nu, theta, w_max, period, f, g, direct, fourier, work)
-    elif f.size > 1:
-        fill_lines(nu, theta, w_max, period, f, g, fourier, work)
     else:
         fill(nu, w_max, factors, wrapped, direct, work)
     hessenberg(work)

@@ -55,7 +55,7 @@ def real_root(c, degree, a, b):
 def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, memory):
     """Boundary points of one speed.
 
-    coarse, fine = (pairs, weights, partial, angle, static, lines of a measured FRF). points (MAX_POINTS, 4): s, theta, change,
+    coarse, fine = (pairs, weights, partial, angle, static, truncated Hill matrix). points (MAX_POINTS, 4): s, theta, change,
     error. memory = (nodes, numbers, seen, known): what a near problem left, brought up to date: theta nodes, the numbers of
     nodes and of points (-1: none known), poles as last seen, boundary points; of no length where nothing is to be kept.
     Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1, 2 points ran out, 3 a
@@ -73,7 +73,7 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
     factors = np.exp(poles * period)
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
     green = (wrapped, direct, lines)
-    q = size_of(lines, angle, period)
+    q = size_of(lines, angle)
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     theta = np.empty(MAX_NODES)
@@ -218,7 +218,7 @@ def improve(points, found, fine, poles, factors, w_max, period, omega):
     pairs, weights, partial, angle, static, lines = fine
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
     green = (wrapped, direct, lines)
-    q = size_of(lines, angle, period)
+    q = size_of(lines, angle)
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     c = np.zeros(q + 1, np.complex128)

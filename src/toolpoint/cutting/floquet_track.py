@@ -56,7 +56,7 @@ def tracked(known, coarse, coarse_work, fine, poles, factors, w_max, period, ome
     pairs, weights, partial, angle, static, lines = fine
     wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
     green = (wrapped, direct, lines)
-    q = size_of(lines, angle, period)
+    q = size_of(lines, angle)
     work = np.empty((q, q), np.complex128)
     minors = np.zeros((q + 1, q + 1), np.complex128)
     c = np.zeros(q + 1, np.complex128)

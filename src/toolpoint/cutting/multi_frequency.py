@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail
 from toolpoint.cutting.arc import straight_nodes
 from toolpoint.cutting.chart import StabilityChart, assembled
-from toolpoint.cutting.floquet import FloquetDeterminant, chatter_frequency, checked, green_set
+from toolpoint.cutting.floquet import FloquetDeterminant, chatter_frequency, checked
 from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem, TurningProblem
 
@@ -48,6 +48,8 @@ class MultiFrequency:
         """Return the chart; see `stability.chart`."""
         checked(problem)
         assert isinstance(problem, MillingProblem)
+        if not problem.plane.is_modal:
+            fail("problem", "a measured FRF", "must be modes", "use HillDeterminant(): it takes every harmonic in the band")
         if problem.tool.has_helix:
             fail("problem", "a helical tool", "must have straight teeth", "use FloquetDeterminant()")
         rows, engine = [], FloquetDeterminant(base=self.steps)
@@ -68,8 +70,6 @@ def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmon
     period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
     top = int(np.ceil(plane.span[1] * period)) + harmonics
     nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, 4.0 * top, 20, True, plane.size)
-    if not plane.is_modal:  # zero outside its band: all harmonics that are not zero are in the matrix
-        return green_set(nodes, plane, 1.0, period, pitch)
     moves = np.any(plane.residues[:, 1:]) or np.any(plane.static[1:])
     ways = plane.size if moves else 1
     order = np.arange(-2 * top, 2 * top + 1)

@@ -72,16 +72,17 @@ def chart(
 
 
 def default_method(problem: Problem) -> Method:
-    """Return the method that suits a problem: FloquetDeterminant where it applies (at low speeds PanelArnoldi where that is
-    much faster, see `Automatic`), PanelArnoldi for everything else."""
+    """Return the method that suits a problem: HillDeterminant for a measured FRF; for modes FloquetDeterminant where it
+    applies (at low speeds PanelArnoldi where that is much faster, see `Automatic`), PanelArnoldi for everything else."""
     from toolpoint.cutting.automatic import Automatic
     from toolpoint.cutting.floquet import FloquetDeterminant
+    from toolpoint.cutting.hill import HillDeterminant
     from toolpoint.cutting.panel_arnoldi import PanelArnoldi
 
     if isinstance(problem, TurningProblem):
         return ZeroOrder()
     if not problem.plane.is_modal:
-        return FloquetDeterminant()  # the only one for a measured FRF; it says what it cannot do
+        return HillDeterminant()
     if problem.tool.is_cylinder and problem.process_damping == 0 and problem.speed_variation is None:
         return FloquetDeterminant() if np.abs(problem.plane.static).max() > 0 else Automatic()
     return PanelArnoldi()
