@@ -11,6 +11,7 @@ from toolpoint.cutting import (
     Collocation,
     Engagement,
     FloquetDeterminant,
+    HillDeterminant,
     MillingProblem,
     PanelArnoldi,
     SpeedVariation,
@@ -190,3 +191,20 @@ def test_speed_dependent_response() -> None:
     mixed = stability.chart(problem.changed(dynamics=at), [7000.0, 9000.0], depth_max=0.005).limit
     fixed = [stability.chart(problem.changed(dynamics=at(n)), [n], depth_max=0.005).limit[0] for n in (7000.0, 9000.0)]
     assert np.isfinite(mixed).all() and mixed == pytest.approx(fixed, rel=1e-7)
+
+
+@pytest.mark.parametrize("seed", [1, 7, 14, 22])
+def test_walls_that_clip_a_rounded_tip(seed: int) -> None:
+    """Corner radius and ball, straight and helical, arcs that do not reach the axis: the walls bound the edge from some height
+    on, entries and exits turn back along it. Hill's determinant, another method in all parts, agrees within the stated errors."""
+    rng = np.random.default_rng(seed)
+    problem = random_problem(rng, modes=2, mu=1e6)
+    teeth, entry = int(rng.integers(2, 5)), rng.uniform(0.1, 1.5)
+    arc = Engagement(entry, rng.uniform(max(entry + 0.3, 1.65), 3.0))
+    tool = Tool(0.016, teeth, corner_radius=0.008 if seed % 3 else 0.004, helix=(0.0, 0.5, 0.6)[seed % 3])
+    problem = problem.changed(tool=tool, engagement=arc)
+    speed = [float(rng.uniform(5000, 12000))]
+    panel = stability.chart(problem, speed, PanelArnoldi(), depth_max=0.008)
+    hill = stability.chart(problem, speed, HillDeterminant(reach=4.0), depth_max=0.008)
+    error = panel.error[panel.limit_points()[0]] + hill.error[hill.limit_points()[0]]
+    assert abs(panel.limit[0] - hill.limit[0]) <= error < 2e-5 * panel.limit[0]

@@ -32,39 +32,53 @@ def limits(entry, leave, ratio):
 
 
 @nb.njit(cache=True, nogil=True)
-def within(angle, slope, u, corner, radius, entry, leave):
-    """How far inside the arc of cut the edge is at u, rad (negative outside)."""
+def beyond_walls(angle, slope, u, corner, radius, entry, leave, out):
+    """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
     z, _, r = place(u, corner, radius)
-    phi = (angle - slope * z) % TURN
+    phi = angle - slope * z
     a, b = limits(entry, leave, radius / max(r, 1e-9 * radius))
-    return min(phi - a, b - phi)
+    out[0], out[1] = phi - a, b - phi
 
 
 @nb.njit(cache=True, nogil=True)
 def tooth_pieces(angle, slope, marks, corner, radius, entry, leave, out):
-    """Pieces of the edge (u from, to) that are in cut when its tip is at `angle`; returns their number."""
+    """Pieces of the edge (u from, to) that are in cut when its tip is at `angle`; returns their number.
+
+    Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
+    """
     found = 0
-    e0 = within(angle, slope, marks[0], corner, radius, entry, leave)
+    ends = np.empty((2, 2))
+    middle = np.empty(2)
     for g in range(1, marks.size):
-        e1 = within(angle, slope, marks[g], corner, radius, entry, leave)
-        if e0 > 0 or e1 > 0:
-            a, b = marks[g - 1], marks[g]
-            if e0 <= 0 or e1 <= 0:
-                low, high = a, b
-                for _ in range(60):
-                    m = 0.5 * (low + high)
-                    if (within(angle, slope, m, corner, radius, entry, leave) > 0) == (e0 > 0):
-                        low = m
-                    else:
-                        high = m
-                if e0 > 0:
-                    b = low
+        a, b = marks[g - 1], marks[g]
+        z = place(0.5 * (a + b), corner, radius)[0]
+        # The turn in which the piece lies around pi/2: no wrap is near the cut then.
+        own = angle - TURN * np.round((angle - slope * z - 0.5 * math.pi) / TURN)
+        beyond_walls(own, slope, a, corner, radius, entry, leave, ends[0])
+        beyond_walls(own, slope, b, corner, radius, entry, leave, ends[1])
+        low, high = a, b
+        for wall in range(2):
+            first, last = ends[0, wall] > 0, ends[1, wall] > 0
+            if first and last:
+                continue
+            if not first and not last:
+                high = low
+                break
+            x, y = a, b
+            for _ in range(60):
+                m = 0.5 * (x + y)
+                beyond_walls(own, slope, m, corner, radius, entry, leave, middle)
+                if (middle[wall] > 0) == first:
+                    x = m
                 else:
-                    a = high
-            if b > a:
-                out[found, 0], out[found, 1] = a, b
-                found += 1
-        e0 = e1
+                    y = m
+            if first:
+                high = min(high, x)
+            else:
+                low = max(low, y)
+        if high > low:
+            out[found, 0], out[found, 1] = low, high
+            found += 1
     return found
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
@@ -37,7 +38,8 @@ class Edges:
     """What of the tool matters to the panels: tips, lags and delays of the edges, rad, and their length marks, m.
 
     start, slope : lag of tooth j at height z is start + slope z; ahead, ahead_slope : its delay the same way; spread : whether
-    delays change with height; marks : edge lengths where pieces of integration end; period : rad.
+    delays change with height; marks : edge lengths where pieces of integration end; turns : those of them where a wall of the
+    work begins to bound a rounded edge, or its entry or exit turns back; period : rad.
     """
 
     start: FloatArray
@@ -46,6 +48,7 @@ class Edges:
     ahead_slope: FloatArray
     spread: bool
     marks: FloatArray
+    turns: FloatArray
     period: float
     corner: float
     points: int
@@ -63,7 +66,9 @@ class Edges:
         revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
         corner = tool.corner_radius
         plain = not tool.has_helix and corner == 0
-        return cls(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), _marks(problem, depth),
+        turns = turning_points(problem, depth, slope) if corner > 0 else np.zeros(0)
+        marks = np.unique(np.concatenate([_marks(problem, depth), turns]))
+        return cls(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), marks, turns,
                    2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, corner, 1 if plain else points)
 
 
@@ -85,12 +90,40 @@ def _marks(problem: MillingProblem, depth: float) -> FloatArray:
     return marks
 
 
+def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) -> FloatArray:
+    """Edge lengths on the corner where a wall begins to bound the local radius, and where the entry or exit of a helical edge
+    moves neither up nor down it: there the cut begins or ends within the edge, not at its ends."""
+    arc, radius, corner = problem.engagement, problem.tool.radius, problem.tool.corner_radius
+    walls = (radius * np.abs(np.cos([arc.entry, arc.exit])) - radius + corner) / corner
+    top = corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
+    begins = corner * np.arcsin(walls[(walls > 0) & (walls < 1)])
+    grid = np.unique(np.concatenate([top * (1 - np.cos(np.linspace(0, np.pi, 200))) / 2, begins[begins < top]]))
+    found = [u for u in begins.tolist() if u < top]
+    for slope in np.unique(slopes[slopes > 0]).tolist():
+        for wall in range(2):
+            def angle(u: float, wall: int = wall, slope: float = slope) -> float:
+                z, _, r = place(u, corner, radius)
+                return float(limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))[wall] + slope * z)
+
+            rise = np.sign(np.diff([angle(u) for u in grid]))
+            found += [_turn(angle, *grid[[i, i + 2]], rise[i]) for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
+    return np.unique(np.array(found))
+
+
+def _turn(angle: Callable[[float], float], low: float, high: float, rising: float) -> float:
+    """Where between two edge lengths an angle is largest (`rising` first) or smallest."""
+    from scipy.optimize import minimize_scalar
+
+    return float(minimize_scalar(lambda u: -rising * angle(u), bounds=(low, high), method="bounded",
+                                 options={"xatol": 1e-12 * high}).x)
+
+
 def ends_of(problem: MillingProblem, edges: Edges, longest: float) -> FloatArray:
     """Ends of the panels, rad: entries and exits of tip, corner and top of every edge, the same one delay later where that
     edge cuts, split so that none is longer than `longest`."""
     arc, radius = problem.engagement, problem.tool.radius
     times, later = [], []
-    own = {0.0, float(edges.marks[-1]), min(0.5 * np.pi * edges.corner, float(edges.marks[-1]))}
+    own = {0.0, float(edges.marks[-1]), min(0.5 * np.pi * edges.corner, float(edges.marks[-1])), *edges.turns.tolist()}
     span = []
     for u in sorted(own):
         z, _, r = place(u, edges.corner, radius)
