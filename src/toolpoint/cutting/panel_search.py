@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.collocation import _Modal, modal
+from toolpoint.cutting.panel_bumps import Level, bump
 from toolpoint.cutting.panel_kernels import extended, inverses, responses, ritz
 from toolpoint.cutting.panel_store import PanelStore
 from toolpoint.cutting.panels import CutPanels, rising_table
@@ -117,7 +119,7 @@ def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> flo
     return 1.05 * top / (2 * np.pi * speed / 60 * (1 - swing))
 
 
-Level = tuple[float, float]  # depth, growth
+ROUNDS = 3  # of looking for meetings of multipliers between levels
 Start = tuple[float, float]  # depth of a root, slope of the growth there
 
 
@@ -156,13 +158,30 @@ class Search:
         n = self.levels
         grid = (self.top * (np.arange(1, n + 1) / n) ** 1.5).tolist()
         self.store.levels.update(grid)
-        levels: list[Level] = [(w, self.growth(w, wanted=-1e-6)[0]) for w in grid]
-        levels = [self._least(levels[0]), *levels]
+        levels = [self._look(w) for w in grid]
+        levels = self._bumps(self._between([self._least(levels[0]), *levels]))
         found = []
-        for (a, ga), (b, gb) in pairwise(self._between(levels)):
-            if (ga > 0) != (gb > 0):
-                found += self._boundaries(a, b, gb > 0)
+        for a, b in pairwise(levels):
+            if (a.growth > 0) != (b.growth > 0):
+                found += self._boundaries(a.depth, b.depth, b.growth > 0)
         return found
+
+    def _look(self, depth: float) -> Level:
+        """The leading multipliers at a depth, well enough for a verdict."""
+        return Level.of(depth, self.map(0).multipliers(depth, self.waves, -1e-6))
+
+    def _bumps(self, levels: list[Level]) -> list[Level]:
+        """Add depths where multipliers may meet on the real axis between two levels, and again about those (`panel_bumps`)."""
+        fresh = set(levels)
+        for _ in range(ROUNDS):
+            before, beyond = [None, *levels[:-2]], [*levels[2:], None]
+            windows = zip(before, levels[:-1], levels[1:], beyond)
+            places = [bump(*window) for window in windows if fresh.intersection(window)]
+            fresh = {self._look(w) for w in places if w is not None}
+            if not fresh:
+                break
+            levels = sorted([*levels, *fresh], key=_depth)
+        return levels
 
     def _boundaries(self, a: float, b: float, rising: bool, again: int = 3) -> list[tuple[float, ...]]:
         """Rows of all roots in a bracket: before and beyond the one found it is looked once more, for a band can open and
@@ -183,46 +202,46 @@ class Search:
 
     def _least(self, first: Level) -> Level:
         """A depth so small that the cut is stable, from the first level down."""
-        w, g = 0.02 * first[0], first[1]
+        w = 0.02 * first.depth
         while True:
-            g = self.growth(w, wanted=-1e-6)[0]
-            if g <= 0 or w < 1e-9 * self.top:
-                return w, min(g, -1e-12)
+            found = self._look(w)
+            if found.growth <= 0 or w < 1e-9 * self.top:
+                return replace(found, growth=min(found.growth, -1e-12))
             w *= 0.1
 
     def _between(self, levels: list[Level]) -> list[Level]:
         """Add depths wherever the radius may reach 1 and come back between two levels: where its slopes at both lead towards
         1, the tangents' crossing is looked at, and the halves again."""
-        jumps = np.abs(np.diff([g for _, g in levels]))
+        jumps = np.abs(np.diff([level.growth for level in levels]))
         out = list(levels)
         stack = [(a, b, 0) for i, (a, b) in enumerate(pairwise(levels))
-                 if min(abs(a[1]), abs(b[1])) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
+                 if min(abs(a.growth), abs(b.growth)) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
         while stack:
             a, b, depth = stack.pop()
-            if (a[1] > 0) != (b[1] > 0) or depth > 4:
+            if (a.growth > 0) != (b.growth > 0) or depth > 4:
                 continue
             w = self._approach(a, b)
             if w is not None:
-                middle = (w, self.growth(w, wanted=-1e-6)[0])
+                middle = self._look(w)
                 out.append(middle)
                 stack += [(a, middle, depth + 1), (middle, b, depth + 1)]
-        return sorted(out)
+        return sorted(out, key=_depth)
 
     def _approach(self, a: Level, b: Level) -> float | None:
         """Depth between two levels of one sign where their tangents cross, None where the growth does not come near zero."""
-        step = 0.02 * (b[0] - a[0])
-        away = -1.0 if a[1] > 0 else 1.0  # growth counted positive beyond the circle as seen from here
-        left = away * (self.growth(a[0] + step, wanted=-1e-6)[0] - a[1]) / step
-        near = 0.3 * away * min(a[1], b[1], key=abs)  # what counts as near the circle
-        if left <= 0 or away * a[1] + left * (b[0] - a[0]) < near:
+        step = 0.02 * (b.depth - a.depth)
+        away = -1.0 if a.growth > 0 else 1.0  # growth counted positive beyond the circle as seen from here
+        left = away * (self._look(a.depth + step).growth - a.growth) / step
+        near = 0.3 * away * min(a.growth, b.growth, key=abs)  # what counts as near the circle
+        if left <= 0 or away * a.growth + left * (b.depth - a.depth) < near:
             return None
-        right = away * (b[1] - self.growth(b[0] - step, wanted=-1e-6)[0]) / step
+        right = away * (b.growth - self._look(b.depth - step).growth) / step
         if right >= 0:
             return None
-        ga, gb = away * a[1], away * b[1]
-        w = (gb - ga + left * a[0] - right * b[0]) / (left - right)
-        w = min(max(w, a[0] + 5 * step), b[0] - 5 * step)
-        reach = ga + left * (w - a[0])
+        ga, gb = away * a.growth, away * b.growth
+        w = (gb - ga + left * a.depth - right * b.depth) / (left - right)
+        w = min(max(w, a.depth + 5 * step), b.depth - 5 * step)
+        reach = ga + left * (w - a.depth)
         return w if reach > near else None
 
     def _boundary(self, a: float, b: float, rising: bool) -> tuple[float, ...]:
@@ -291,3 +310,7 @@ class Search:
         f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
         size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))
         return float(f[np.argmax(size)])
+
+
+def _depth(level: Level) -> float:
+    return level.depth

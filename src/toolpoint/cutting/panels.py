@@ -106,7 +106,8 @@ def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) ->
                 return float(limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))[wall] + slope * z)
 
             rise = np.sign(np.diff([angle(u) for u in grid]))
-            found += [_turn(angle, *grid[[i, i + 2]], rise[i]) for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
+            found += [_turn(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
+                      for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
     return np.unique(np.array(found))
 
 

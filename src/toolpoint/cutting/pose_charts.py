@@ -58,7 +58,7 @@ class PoseCharts:
 
 def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes | Frf], speeds: FloatArray,
                 depth_max: float = 0.01, feed_angles: FloatArray | Sequence[float] = (0.0,), method: Method | None = None,
-                workers: int = 1, warm: bool = True) -> PoseCharts:
+                workers: int = 1, warm: bool = True, chain: int | None = None) -> PoseCharts:
     """Return the charts of one cut over poses and feed directions.
 
     Parameters
@@ -76,12 +76,14 @@ def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes 
         Let each chart begin with what its neighbour left (`WarmStart`): the feed directions of a pose after each other, then
         the next pose. A chain of poses has an eighth of them, ten at most, whatever the number of workers, so that charts do
         not hang on it. List poses so that neighbours in the list are near in space.
+    chain : int, optional
+        Poses of a chain, instead of that rule.
 
     A pose that fails is kept as None with its reason in `failures`, and the others go on.
     """
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     every = list(poses_of(dynamics))
-    length = max(1, min(CHAIN, -(-len(every) // CHAINS)))
+    length = max(1, min(CHAIN, -(-len(every) // CHAINS))) if chain is None else count("chain", chain)
     chains = [every[i:i + length] for i in range(0, len(every), length)]
 
     def follow(chain: list[Modes | Frf]) -> list[StabilityChart | str]:

@@ -1,0 +1,66 @@
+r"""Where between two search levels the leading multipliers may meet on the real axis, one of them leaving the unit circle.
+
+A pair :math:`\mu_{1,2}` has a geometric mean :math:`e^m` and a cosine :math:`c = (\mu_1 + \mu_2)/(2 e^m)` that pass smoothly
+through such a meeting: :math:`|c| \le 1` while the pair is complex, beyond while it is two real ones, and the larger has
+:math:`\log|\mu| = m + \operatorname{arcosh} |c|`. The spectral radius itself has a bump there with infinite slopes, which its
+values at the levels do not announce; m and c do.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray
+
+PLACES = np.array([0.25, 0.5, 0.75])
+SHARE = 0.3  # of the smaller distance from the circle at the ends, below which a predicted growth is looked at
+
+
+@dataclass(frozen=True)
+class Level:
+    """A depth, m; the growth log |mu| of the leading multiplier there; mean m and cosine c of its pair, nan without one."""
+
+    depth: float
+    growth: float
+    mean: float
+    cosine: float
+
+    @classmethod
+    def of(cls, depth: float, values: ComplexArray) -> Level:
+        """Return the level of these multipliers, largest first."""
+        top = complex(values[0])
+        growth = float(np.log(max(abs(top), 1e-300)))
+        if abs(top.imag) > 1e-9 * abs(top):
+            return cls(depth, growth, growth, top.real / abs(top))
+        rest = values[1:]
+        partners = np.abs(rest[(np.abs(rest.imag) <= 1e-9 * np.abs(rest)) & (rest.real * top.real > 0)])
+        if partners.size == 0:
+            return cls(depth, growth, np.nan, np.nan)
+        second = float(partners.max())
+        mean = float(np.sqrt(abs(top) * second))
+        return cls(depth, growth, float(np.log(mean)), float(np.sign(top.real)) * (abs(top) + second) / (2 * mean))
+
+
+def bump(before: Level | None, a: Level, b: Level, beyond: Level | None) -> float | None:
+    """Depth between levels a and b of one sign where their pairs, continued, come near the circle; None if nowhere."""
+    if (a.growth > 0) != (b.growth > 0) or not np.isfinite(a.mean + b.mean):
+        return None
+    w = a.depth + (b.depth - a.depth) * PLACES
+    mean = a.mean + (b.mean - a.mean) * PLACES
+    away = -1.0 if a.growth > 0 else 1.0
+    found = []
+    for near, far in ((a, before), (b, beyond)):
+        if far is None or not np.isfinite(far.cosine):
+            continue
+        cosine = near.cosine + (near.cosine - far.cosine) / (near.depth - far.depth) * (w - near.depth)
+        met = (np.abs(cosine) > 1) if away > 0 else (np.abs(cosine) < 1)
+        growth = away * (mean + np.arccosh(np.maximum(np.abs(cosine), 1.0)))
+        growth[~met] = -np.inf
+        at = int(np.argmax(growth))
+        found.append((float(growth[at]), float(w[at])))
+    if not found:
+        return None
+    growth_there, place = max(found)
+    return place if growth_there > SHARE * away * min(a.growth, b.growth, key=abs) else None
