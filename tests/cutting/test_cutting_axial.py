@@ -49,7 +49,7 @@ def test_the_plane_is_the_limit(method: object, axial: float, ka: float) -> None
     plane = stability.chart(problem(axial, ka, z=None), SPEEDS, method, depth_max=0.01).limit  # type: ignore[arg-type]
     assert np.isfinite(plane).all()
     # PanelArnoldi stops where its residual lets it: the arithmetic is not the same with three directions.
-    assert whole == pytest.approx(plane, rel=1e-8 if isinstance(method, PanelArnoldi) else 1e-12)
+    assert whole == pytest.approx(plane, rel=1e-9 if isinstance(method, PanelArnoldi) else 1e-12)
 
 
 def test_multipliers_of_the_plane_are_the_limit() -> None:
@@ -71,14 +71,14 @@ def test_turning_about_the_axis_changes_nothing(method: object) -> None:
     turned = first.changed(dynamics=Modes(F, ZETA, shape, LABELS), feed_angle=angle)
     a = stability.chart(first, SPEEDS, method, depth_max=0.01).limit  # type: ignore[arg-type]
     b = stability.chart(turned, SPEEDS, method, depth_max=0.01).limit  # type: ignore[arg-type]
-    assert b == pytest.approx(a, rel=1e-9 if not isinstance(method, PanelArnoldi) else 1e-8)
+    assert b == pytest.approx(a, rel=1e-9)
 
 
 def test_the_axial_force_matters_and_the_engines_agree() -> None:
     """With K_a and cross response: determinant, one-period map, collocation and a 3x3 FRF agree, away from the 2x2 limit."""
     cut = problem()
     exact = stability.chart(cut, SPEEDS, FloquetDeterminant(tolerance=1e-10), depth_max=0.01).limit
-    assert stability.chart(cut, SPEEDS, PanelArnoldi(), depth_max=0.01).limit == pytest.approx(exact, rel=1e-8)
+    assert stability.chart(cut, SPEEDS, PanelArnoldi(), depth_max=0.01).limit == pytest.approx(exact, rel=1e-9)
     for speed, w in zip(SPEEDS, exact):
         assert np.abs(Collocation().multipliers(cut, speed, w)[0]) == pytest.approx(1, abs=1e-8)
     flat = stability.chart(problem(z=None), SPEEDS, depth_max=0.01).limit

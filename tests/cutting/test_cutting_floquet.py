@@ -199,3 +199,16 @@ def test_what_it_cannot_do_is_refused() -> None:
                             benchmark(cut(1)).dynamics)
     with pytest.raises(ToolpointError, match="Collocation"):
         stability.chart(uneven, [5000.0], FloquetDeterminant())
+
+
+def test_depths_of_a_flip_lobe_between_levels_are_added() -> None:
+    """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between the levels 0.25 and 0.5 only; without such a lobe nothing is added."""
+    from toolpoint.cutting.floquet_counts import with_flips
+
+    levels = np.array([0.25, 0.5, 1.0])
+    lobe = np.array([1, -1 / 0.3 - 1 / 0.35, 1 / 0.3 / 0.35], complex)
+    found = with_flips(lobe, 2, levels)
+    assert found.size > 3 and set(levels) <= set(found) and (np.diff(found) > 0).all()
+    assert all(0.3 < s < 0.35 for s in set(found) - set(levels))
+    assert with_flips(np.array([1, 0.5, 0.2], complex), 2, levels) == pytest.approx(levels)
+    assert with_flips(np.array([1, -1 / 0.4], complex), 1, levels) == pytest.approx(levels)  # one flip is seen at the levels

@@ -9,6 +9,7 @@ from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import Modes, ToolpointError
 from toolpoint.cutting import (
     Collocation,
+    CuttingCoefficients,
     Engagement,
     FloquetDeterminant,
     HillDeterminant,
@@ -21,6 +22,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.automatic import Automatic, estimated_seconds
+from toolpoint.cutting.panel_bumps import Level, bump
 
 SLOT = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}  # |mu|, depth in mm, 5000 rev/min
 
@@ -48,7 +50,7 @@ def test_pitch_that_becomes_equal() -> None:
     for speed, depth in ((5000.0, 0.6e-3), (12000.0, 1.2e-3)):
         regular = np.abs(PanelArnoldi(nodes=6).multipliers(problem, speed, depth)[0]) ** 4
         whole = np.abs(PanelArnoldi(nodes=6).multipliers(nearly, speed, depth)[0])
-        assert whole == pytest.approx(regular, rel=2e-9)
+        assert whole == pytest.approx(regular, rel=1e-9)
 
 
 def tool_of(kind: str, rng: np.random.Generator) -> Tool:
@@ -100,7 +102,29 @@ def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() ->
     # An angle beyond any real tool's, but the law holds for it.
     object.__setattr__(tool, "helix", np.full(2, np.arctan(np.pi * 0.02 / (2 * limit))))
     mu = PanelArnoldi(nodes=6).multipliers(problem.changed(tool=tool), 9000.0, limit)[0]
-    assert abs(mu) == pytest.approx(1, abs=1e-8)
+    assert abs(mu) == pytest.approx(1, abs=1e-9)
+    chart = stability.chart(problem.changed(tool=tool), [9000.0], depth_max=1.3 * limit)
+    assert chart.method == "PanelArnoldi" and np.abs(chart.depth / limit - 1).min() < 1e-9
+
+
+@pytest.mark.parametrize("tool", [Tool(0.016, 3, pitch=[1.9, 2.2, 2 * np.pi - 4.1]), Tool(0.016, 3, helix=0.5),
+                                  Tool(0.016, 3, helix=[0.4, 0.5, 0.6]), Tool(0.016, 2, corner_radius=0.005, helix=0.4)])
+def test_laws_of_symmetry(tool: Tool) -> None:
+    """General tools: structure and feed turned together about z, and up milling of the mirrored structure (teeth in the other
+    order) give the same limits to 1e-9."""
+    rng = np.random.default_rng(3)
+    problem = random_problem(rng, modes=3, mu=1e6).changed(tool=tool, engagement=Engagement(0.7, 2.1))
+    modes = problem.dynamics
+    limit = stability.chart(problem, [7000.0], depth_max=0.008).limit
+    assert np.isfinite(limit).all()
+    c, s = np.cos(0.7), np.sin(0.7)
+    turned = Modes(modes.frequency, modes.damping_ratio, [[c, -s], [s, c]] @ np.asarray(modes.shape), modes.dofs)  # type: ignore
+    again = stability.chart(problem.changed(dynamics=turned, feed_angle=0.7), [7000.0], depth_max=0.008).limit
+    assert again == pytest.approx(limit, rel=1e-9)
+    half = problem.at_feed_angle(np.pi)
+    flipped = Modes(modes.frequency, modes.damping_ratio, -np.asarray(modes.shape), modes.dofs)  # type: ignore[union-attr]
+    assert stability.chart(half, [7000.0], depth_max=0.008).limit == pytest.approx(
+        stability.chart(problem.changed(dynamics=flipped), [7000.0], depth_max=0.008).limit, rel=1e-9)
 
 
 def test_a_small_corner_changes_nothing_and_a_large_one_does() -> None:
@@ -196,7 +220,7 @@ def test_speed_dependent_response() -> None:
 @pytest.mark.parametrize("seed", [1, 7, 14, 22])
 def test_walls_that_clip_a_rounded_tip(seed: int) -> None:
     """Corner radius and ball, straight and helical, arcs that do not reach the axis: the walls bound the edge from some height
-    on, entries and exits turn back along it. Hill's determinant, another method in all parts, agrees within the stated errors."""
+    on, entries and exits turn back along it. Hill's determinant, another method throughout, agrees within the stated errors."""
     rng = np.random.default_rng(seed)
     problem = random_problem(rng, modes=2, mu=1e6)
     teeth, entry = int(rng.integers(2, 5)), rng.uniform(0.1, 1.5)
@@ -208,3 +232,64 @@ def test_walls_that_clip_a_rounded_tip(seed: int) -> None:
     hill = stability.chart(problem, speed, HillDeterminant(reach=4.0), depth_max=0.008)
     error = panel.error[panel.limit_points()[0]] + hill.error[hill.limit_points()[0]]
     assert abs(panel.limit[0] - hill.limit[0]) <= error < 2e-5 * panel.limit[0]
+
+
+def island() -> tuple[MillingProblem, float]:
+    """One mode, four teeth of unequal pitch: a fold lobe from 0.52 to 0.65 mm, below the Hopf lobe that begins at 0.73 mm."""
+    angle, hz, stiffness = 1.67018914, 1006.2158630, 2.7370912586e6
+    shape = 2 * np.pi * hz / np.sqrt(stiffness) * np.array([[np.cos(angle)], [np.sin(angle)]])
+    pitch = np.array([1.45621426, 1.69770354, 1.84939861])
+    tool = Tool(0.016, 4, pitch=[*pitch, 2 * np.pi - pitch.sum()])
+    modes = Modes([hz], [0.01729845], shape, ("tool:+x", "tool:+y"))
+    arc = Engagement(np.radians(135.1), np.radians(175.4))
+    return MillingProblem(tool, arc, CuttingCoefficients(1768.47e6, 714.579e6), modes), 9024.6
+
+
+def test_a_lobe_between_two_search_levels() -> None:
+    """A pair of multipliers meets on the real axis between two levels, one leaves the circle and comes back: all is found."""
+    problem, speed = island()
+    chart = stability.chart(problem, [speed], PanelArnoldi(), depth_max=0.008)
+    assert chart.kind[:3] == ("fold", "fold", "Hopf")
+    hill = stability.chart(problem, [speed], HillDeterminant(reach=4.0), depth_max=0.008)
+    assert chart.intervals(0) == pytest.approx(hill.intervals(0), rel=1e-4)
+    general = Collocation(nodes=8)
+    for depth in np.linspace(0.4e-3, 0.8e-3, 12):
+        assert chart.stable([depth])[0, 0] == (np.abs(general.multipliers(problem, speed, depth)[0]) < 1)
+
+
+def test_mean_and_cosine_pass_through_a_meeting() -> None:
+    """x^2 - 2 c x + 1 times e^m: one (m, c) before and after the meeting, the growth from them is that of the roots."""
+    for cosine in (-1.3, -1.0001, -0.7, 0.2, 0.999, 1.2):
+        roots = np.roots([1, -2 * cosine, 1]).astype(complex) * np.exp(-0.3)
+        values = np.array([*roots[np.argsort(-np.abs(roots))], 0.01 + 0.02j, 0.01 - 0.02j])
+        level = Level.of(1e-3, values)
+        assert (level.mean, level.cosine) == pytest.approx((-0.3, cosine), abs=1e-9)
+        assert level.growth == pytest.approx(-0.3 + np.arccosh(max(1, abs(cosine))))
+    assert np.isnan(Level.of(1e-3, np.array([0.9, 0.1 + 0.2j, 0.1 - 0.2j])).mean)
+
+
+def test_where_a_bump_is_looked_for() -> None:
+    """Cosines that rise towards 1 from both sides: between them. Cosines that stay away from it, and far growths: nowhere."""
+    levels = [Level(w, -0.2, -0.2, c) for w, c in ((1.0, 0.6), (2.0, 0.98), (3.0, 0.95), (4.0, 0.5))]
+    place = bump(*levels)
+    assert place is not None and 2 < place < 3
+    assert bump(*(Level(one.depth, -5.0, -5.0, one.cosine) for one in levels)) is None
+    assert bump(*(Level(one.depth, one.growth, one.mean, 0.3 * one.cosine) for one in levels)) is None
+    assert bump(None, *levels[1:3], None) is None
+    unstable = [Level(w, 0.3, -0.2, c) for w, c in ((1.0, 1.9), (2.0, 1.2), (3.0, 1.2), (4.0, 1.9))]
+    assert bump(*unstable) is not None  # two real multipliers that are about to meet and to fall back inside
+
+
+@pytest.mark.parametrize("reach", [2.0, 4.0])
+def test_two_flips_close_to_each_other(reach: float) -> None:
+    """Two multipliers pass through -1 between two levels of Hill's determinant: each is a flip of its own."""
+    rng = np.random.default_rng(54)
+    problem = random_problem(rng, modes=2, mu=1e6)
+    teeth, entry = int(rng.integers(2, 5)), rng.uniform(0.1, 1.5)
+    arc = Engagement(entry, rng.uniform(max(entry + 0.3, 1.65), 3.0))
+    problem = problem.changed(tool=Tool(0.016, teeth, corner_radius=0.004), engagement=arc)
+    speed = float(rng.uniform(5000, 12000))
+    hill = stability.chart(problem, [speed], HillDeterminant(reach=reach), depth_max=0.002)
+    assert hill.kind[:2] == ("flip", "flip") and hill.change[:2].tolist() == [1, 1]
+    panel = stability.chart(problem, [speed], PanelArnoldi(), depth_max=0.002)
+    assert hill.limit == pytest.approx(panel.limit, rel=1e-6)

@@ -11,6 +11,7 @@ import numpy as np
 
 from toolpoint.cutting.floquet_kernels import horner
 
+PARTS = 8  # in which the depths between two levels are looked at for flips
 BEFORE, BEYOND = 3, 2  # parts in which the depths before and beyond a boundary point are looked at once more
 
 
@@ -31,6 +32,26 @@ def count_at(order, used, c, degrees, s):
                 worst, place = abs(step), k - 1
         before = now
     return int(np.round(-total / math.pi)), place
+
+
+@nb.njit(cache=True, nogil=True)
+def with_flips(c, degree, levels):
+    """The levels, and depths between those where the real determinant at theta = pi changes its sign and back: a flip lobe
+    that opens and closes there."""
+    out = np.empty(levels.size * PARTS)
+    n = 0
+    a, sign_a = 0.0, True
+    for l in range(levels.size):
+        sign_b = horner(c, degree, levels[l])[0].real > 0
+        for k in range(1, PARTS):
+            m = a + (levels[l] - a) * k / PARTS
+            if sign_a == sign_b and (horner(c, degree, m)[0].real > 0) != sign_a:
+                out[n] = m
+                n += 1
+        out[n] = levels[l]
+        n += 1
+        a, sign_a = levels[l], sign_b
+    return out[:n]
 
 
 @nb.njit(cache=True, nogil=True)

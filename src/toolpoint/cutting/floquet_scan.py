@@ -9,7 +9,7 @@ import math
 import numba as nb
 import numpy as np
 
-from toolpoint.cutting.floquet_counts import BEFORE, BEYOND, agreed, count_at, split
+from toolpoint.cutting.floquet_counts import BEFORE, BEYOND, agreed, count_at, split, with_flips
 from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root, size_of
 from toolpoint.cutting.floquet_nodes import begun, far, first_bad, kept, loops
 from toolpoint.cutting.floquet_track import tracked
@@ -108,12 +108,13 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
         values_at(c[used], degrees[used], levels, at_levels[used])
         inserted(order, used, used, k)
         used += 1
-    levels = levels[:usable]
-    counts = np.zeros(usable, np.int64)
-    for l in range(usable):
-        counts[l], _ = count_at(order, used, c, degrees, levels[l])
+    top = levels[usable - 1] if usable > 0 else 0.0
     if warm:
         numbers[0] = kept(theta, order, used, at_levels, usable, base, nodes) if status == 0 else 0
+    levels = with_flips(c[order[used - 1]], degrees[order[used - 1]], levels[:usable])
+    counts = np.zeros(levels.size, np.int64)
+    for l in range(levels.size):
+        counts[l], _ = count_at(order, used, c, degrees, levels[l])
     slopes = np.zeros(MAX_POINTS, np.complex128)
     found = -1
     if warm and numbers[1] >= 0 and status == 0:
@@ -132,7 +133,7 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
         numbers[1] = found if status == 0 else -1
         for p in range(found):
             known[p, :4], known[p, 4], known[p, 5] = points[p], slopes[p].real, slopes[p].imag
-    return found, status, levels[usable - 1] if usable > 0 else 0.0
+    return found, status, top
 
 
 @nb.njit(cache=True, nogil=True)

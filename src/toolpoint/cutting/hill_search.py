@@ -16,6 +16,7 @@ NARROW = 1e-6  # rad: least theta interval; a step that stays wild is a jump whe
 MOST = 900  # theta nodes
 PARTS = 4  # of a cell, for the signs at theta = 0 and pi
 SMALLEST = 1e-3  # share of the largest depth below which nothing hidden is looked for
+REAL = 1e-6  # rad: a root this near to 0 or pi is a fold or flip
 UNLIKELY = 1e-4  # relative width of a bracket in which Newton's method should long have found the root
 Row = tuple[float, float, int, float]  # depth, theta, change, error
 Cell = tuple[float, float, int, int]  # depths and counts at its ends
@@ -209,8 +210,8 @@ class Search:
             return None
         for depth in (b, a):
             low, high = self.count(depth)[1]
-            root = self.system.root((low + high) / 2, depth, within=(a, b))
-            if root is not None and a < root.depth < b and 0 < root.theta < np.pi:
+            root = self._settled(self.system.root((low + high) / 2, depth, within=(a, b)))
+            if root is not None and a < root.depth < b and 0 <= root.theta <= np.pi:
                 return root
         return None
 
@@ -234,10 +235,17 @@ class Search:
                     return root
             return None
         low, high = self.count(middle)[1]
-        root = self.system.root((low + high) / 2, middle)
-        if root is None or not a < root.depth < b or not 0 < root.theta < np.pi or root.change * (n - m) <= 0:
+        root = self._settled(self.system.root((low + high) / 2, middle))
+        if root is None or not a < root.depth < b or not 0 <= root.theta <= np.pi or root.change * (n - m) <= 0:
             return None
         return root
+
+    def _settled(self, root: Root | None) -> Root | None:
+        """A root at theta = 0 or pi as the flip or fold that it is: one multiplier, not a pair."""
+        if root is None:
+            return None
+        nearest = np.pi * round(root.theta / np.pi)
+        return root if abs(root.theta - nearest) > REAL else self.system.root(nearest, root.depth, real=True)
 
     def _real(self, theta: float, a: float, b: float) -> Root | None:
         from scipy.optimize import brentq

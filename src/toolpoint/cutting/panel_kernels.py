@@ -10,6 +10,7 @@ import numba as nb
 import numpy as np
 
 TURN = 2 * math.pi
+SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
 
 
 @nb.njit(cache=True, nogil=True)
@@ -192,7 +193,8 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
                     free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
                 back = np.exp(poles[r] * (end[p] - time[o + i])) * half[o + i] * rising[kinds[p], n, i]
                 for b in range(d):
-                    push[p, r, i * d + b] = back * right[r, b]
+                    one = back * right[r, b]
+                    push[p, 2 * r, i * d + b], push[p, 2 * r + 1, i * d + b] = one.real, one.imag
         for i in range(n):
             for j in range(n):
                 for a in range(d):
@@ -232,37 +234,46 @@ def inverses(depth, offset, count, cutting, own, drag, damped, resp, speed_resp,
         out[p, :n * d, :n * d] = np.linalg.inv(big)
 
 
-@nb.njit(cache=True, nogil=True)
+@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+def product(matrix, vector, size, out):
+    """Write the product of a real matrix and the first `size` numbers of a vector, as many rows as `out` has."""
+    for i in range(out.size):
+        row = matrix[i]
+        total = 0.0
+        for j in range(size):
+            total += row[j] * vector[j]
+        out[i] = total
+
+
+@nb.njit(cache=True, nogil=True, fastmath=SUMS)
 def advanced(x, y, depth, layout, waves, solved, damped):
-    """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
+    """Map the vibration at the nodes and the state of one period (x) on the next (y).
+
+    waves: free and free_speed have real and imaginary parts beside each other in a row, push in rows below each other.
+    """
     offset, count, cutting, own, drag, first, matrix, source, past, rows = layout
     resp, free, free_speed, push, step = waves
     d, m = own.shape[1], step.shape[1]
     nodes = own.shape[0]
-    state = np.empty(m, np.complex128)
+    state, turned = np.empty(2 * m), np.empty(2 * m)  # turned: twice the conjugate, whose product is the vibration
     for r in range(m):
-        state[r] = complex(x[nodes * d + r], x[nodes * d + m + r])
-    rhs = np.empty(resp.shape[1])
-    r0, v0 = np.empty(resp.shape[1]), np.empty(resp.shape[1])
+        state[2 * r], state[2 * r + 1] = x[nodes * d + r], x[nodes * d + m + r]
+    rhs, force = np.empty(resp.shape[1]), np.empty(resp.shape[1])
+    v0, pushed = np.empty(resp.shape[1]), np.empty(2 * m)
     for p in range(count.size):
         n, o = count[p], offset[p]
-        for i in range(n * d):
-            total, rate = 0.0, 0.0
-            for r in range(m):
-                f = free[p, i, r]
-                total += f.real * state[r].real - f.imag * state[r].imag
-            r0[i] = 2 * total
-            if damped:
-                for r in range(m):
-                    f = free_speed[p, i, r]
-                    rate += f.real * state[r].real - f.imag * state[r].imag
-                v0[i] = 2 * rate
         for r in range(m):
-            state[r] *= step[p, r]
+            turned[2 * r], turned[2 * r + 1] = 2 * state[2 * r], -2 * state[2 * r + 1]
+        r0 = y[o * d:(o + n) * d]
+        product(free[p], turned, 2 * m, r0)
+        for r in range(m):
+            real, imag = state[2 * r], state[2 * r + 1]
+            state[2 * r] = step[p, r].real * real - step[p, r].imag * imag
+            state[2 * r + 1] = step[p, r].real * imag + step[p, r].imag * real
         if not cutting[p]:
-            for i in range(n * d):
-                y[o * d + i] = r0[i]
             continue
+        if damped:
+            product(free_speed[p], turned, 2 * m, v0[:n * d])
         for i in range(n):
             for a in range(d):
                 total = 0.0
@@ -273,52 +284,58 @@ def advanced(x, y, depth, layout, waves, solved, damped):
                 rhs[i * d + a] = total
             for e in range(first[o + i], first[o + i + 1]):
                 src = source[e]
-                from_, k = offset[src], count[src]
+                at, k = offset[src] * d, count[src]
+                from_ = x if past[e] else y
                 for c in range(d):
                     seen = 0.0
-                    if past[e]:
-                        for l in range(k):
-                            seen += rows[e, l] * x[(from_ + l) * d + c]
-                    else:
-                        for l in range(k):
-                            seen += rows[e, l] * y[(from_ + l) * d + c]
+                    for l in range(k):
+                        seen += rows[e, l] * from_[at + l * d + c]
                     for a in range(d):
                         rhs[i * d + a] += matrix[e, a, c] * seen
+        product(solved[p], rhs, n * d, force[:n * d])
         for i in range(n * d):
-            total = 0.0
-            for j in range(n * d):
-                total += solved[p, i, j] * rhs[j]
-            v0[i] = depth * total  # the force at the nodes
+            force[i] *= depth
+        product(resp[p], force, n * d, v0[:n * d])
         for i in range(n * d):
-            total = r0[i]
-            for j in range(n * d):
-                total += resp[p, i, j] * v0[j]
-            y[o * d + i] = total
-        for r in range(m):
-            for j in range(n * d):
-                state[r] += push[p, r, j] * v0[j]
+            r0[i] += v0[i]
+        product(push[p], force, n * d, pushed)
+        for r in range(2 * m):
+            state[r] += pushed[r]
     for r in range(m):
-        y[nodes * d + r], y[nodes * d + m + r] = state[r].real, state[r].imag
+        y[nodes * d + r], y[nodes * d + m + r] = state[2 * r], state[2 * r + 1]
+
+
+@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+def swept(basis, count, y, dots):
+    """Take from y its parts along the first `count` rows of a basis, all seen before any is taken; returns what is left of
+    its length."""
+    product(basis, y, y.size, dots[:count])
+    for j in range(count):
+        row, dot = basis[j], dots[j]
+        for i in range(y.size):
+            y[i] -= dot * row[i]
+    total = 0.0
+    for i in range(y.size):
+        total += y[i] * y[i]
+    return math.sqrt(total)
 
 
 @nb.njit(cache=True, nogil=True)
 def extended(basis, h, begun, wanted, depth, layout, waves, solved, damped):
     """Extend an Arnoldi basis (rows of `basis`) from `begun` to `wanted` vectors; returns their number, -1 on overflow."""
     size = basis.shape[1]
+    dots = np.empty(wanted)
     for k in range(begun, wanted):
         y = basis[k + 1]
         advanced(basis[k], y, depth, layout, waves, solved, damped)
-        whole = math.sqrt(np.dot(y, y))
+        whole = swept(basis, 0, y, dots)
         if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
             return -1
         before, norm = whole, whole
         for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
+            norm = swept(basis, k + 1, y, dots)
             for j in range(k + 1):
-                dot = np.dot(basis[j], y)
-                h[j, k] += dot
-                for i in range(size):
-                    y[i] -= dot * basis[j, i]
-            norm = math.sqrt(np.dot(y, y))
+                h[j, k] += dots[j]
             if norm > 0.5 * before or norm < 1e-13 * whole:
                 break
             before = norm

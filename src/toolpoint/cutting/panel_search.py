@@ -18,6 +18,7 @@ from toolpoint.cutting.problem import MillingProblem
 from toolpoint.cutting.search import mean_period
 
 FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
+ROUNDED = 3.0  # on the error of rounded edges: a wall that begins to bound them halfway leaves roots in the integrands
 FIRST = 14  # Arnoldi vectors before the first look at the residual
 BEFORE, BEYOND = 3, 2  # parts in which the depths before and beyond a root are looked at once more
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
@@ -59,11 +60,12 @@ class PeriodMap:
         p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, max(kinds)
         real = [np.zeros((p, n * d, n * d)) for _ in range(2)]
         free = [np.zeros((p, n * d, m), complex) for _ in range(2)]
-        self.waves = (real[0], *free, np.zeros((p, m, n * d), complex), np.zeros((p, m), complex))
+        push, step = np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex)
+        self.waves = (real[0], *(one.view(float) for one in free), push, step)
         self.speed_resp = real[1]
         responses(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), panels.offset,
                   panels.count, kind, system.poles, np.ascontiguousarray(self.left.astype(complex)),
-                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], *free, *self.waves[3:])
+                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], *free, push, step)
         drag = self.problem.process_damping / self.problem.tool.radius
         scaled = (panels.drag * (drag * rate)[:, None, None],)
         self.layout = (*panels.layout[:4], *scaled, *panels.layout[5:])
@@ -277,6 +279,7 @@ class Search:
         for more in (3, 6):
             w, slope, mu, sure = self._polished(w, slope if (slope > 0) == rising else 0.0, more, a, b)
             shift = abs(self.growth(w, more - 3)[0] / slope) if sure and slope else b - a
+            shift *= ROUNDED if self.problem.tool.corner_radius > 0 else 1.0
             error, best = min(shift * (1 + shift / (b - a)) + FLOOR * w, b - a), w
             if error <= self.tolerance * w:
                 break
