@@ -202,7 +202,7 @@ def test_what_it_cannot_do_is_refused() -> None:
 
 
 def test_depths_of_a_flip_lobe_between_levels_are_added() -> None:
-    """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between the levels 0.25 and 0.5 only; without such a lobe nothing is added."""
+    """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between two levels only; without such a lobe nothing is added."""
     from toolpoint.cutting.floquet_counts import with_flips
 
     levels = np.array([0.25, 0.5, 1.0])
