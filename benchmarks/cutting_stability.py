@@ -123,6 +123,37 @@ def low_speed_rows(rows: dict[str, object]) -> None:
         rows[f"   {name}: PanelArnoldi alone, s; pixels that differ: {int(wrong.sum())}"] = seconds
 
 
+def path_of(cut: MillingProblem, poses: int, step: float) -> Modes:
+    """Poses along a path: frequencies and directions of every mode move by about `step` (relative, rad) each time."""
+    modes: Modes = cut.dynamics  # type: ignore[assignment]
+    rng = np.random.default_rng(3)
+    at = 0.1 * np.sin(10 * step * np.arange(poses))[:, None]
+    f = np.asarray(modes.frequency) * (1 + at * rng.standard_normal(modes.count))
+    turn = at * rng.standard_normal(modes.count)
+    x, y = np.asarray(modes.shape)
+    shape = np.stack([np.cos(turn) * x - np.sin(turn) * y, np.sin(turn) * x + np.cos(turn) * y], axis=-2)
+    return Modes(f, np.broadcast_to(modes.damping_ratio, f.shape), shape, modes.dofs)
+
+
+def warm_rows(rows: dict[str, object]) -> None:
+    """Cold over warm time (CPU) along paths of 20 poses in three feed directions, 20 modes, and for a helical tool."""
+    big, _ = many_modes(np.random.default_rng(0))
+    small = general_tools()["helix 30 deg"]
+    depths = np.linspace(1e-4, 0.01, 100)
+    cases = [(f"20 modes, steps of {100 * step:g} %", big, step, np.linspace(4000, 15000, 200)) for step in (0.001, 0.01, 0.03)]
+    cases.append(("helix, steps of 1 %", small, 0.01, np.linspace(4000, 16000, 20)))
+    for name, cut, step, speeds in cases:
+        poses = [path_of(cut, 20, step).at_pose(i) for i in range(20)]
+        charts, seconds = [], []
+        for warm in (False, True):
+            start = time.process_time()
+            charts.append(chart_poses(cut, poses, speeds, 0.01, (0.0, 0.5, 1.0), warm=warm, chain=10))
+            seconds.append(time.process_time() - start)
+        wrong = sum(int(((a.stable(depths) != b.stable(depths)) & ~a.uncertain(depths) & ~b.uncertain(depths)).sum())
+                    for one, other in zip(charts[0].charts, charts[1].charts) for a, b in zip(one, other) if a and b)
+        rows[f"warm starts, {name}: cold/warm time; pixels that differ: {wrong}"] = seconds[0] / seconds[1]
+
+
 def timed(work: Callable[[], StabilityChart], repeat: int = 3) -> tuple[StabilityChart, float]:
     """Result and best time of some runs, the first (which may compile) left out."""
     work()
@@ -173,6 +204,7 @@ def main() -> None:
     parameters = [*modal_parameters(problem), *coefficient_parameters()]
     probability(problem, parameters, speeds, depths, np.random.default_rng(0), options.samples)
     rows[f"probability chart, {options.samples} samples, s"] = time.perf_counter() - start
+    warm_rows(rows)
     general_rows(rows)
     low_speed_rows(rows)
     if options.json:

@@ -189,3 +189,12 @@ def test_forces_on_the_work_taken_for_those_on_the_tool_are_refused(folder, tmp_
     with pytest.raises(SystemExit):
         main(["calibrate", *files(folder), *OPTIONS, "--feed", EVERY, "--force-on", "work", "-o", str(tmp_path)])
     assert "must be above zero; forces measured on the workpiece" in capsys.readouterr().err
+
+
+def test_forces_in_another_unit_than_newton_are_doubted(folder, tmp_path, capsys):
+    """In kN every coefficient is a thousandth."""
+    lines = (folder / "f2.csv").read_text().splitlines()
+    small = [",".join([row.split(",")[0], *(repr(float(v) / 1000) for v in row.split(",")[1:])]) for row in lines[1:]]
+    (tmp_path / "kilo.csv").write_text("\n".join([lines[0], *small]))
+    main(["calibrate", str(tmp_path / "kilo.csv"), *OPTIONS, "--feed", "0.12", "-o", str(tmp_path)])
+    assert "forces must be in N (not kN" in " ".join(capsys.readouterr().err.split())

@@ -74,3 +74,10 @@ def test_wrong_input(more, words, capsys):
     assert stopped.value.code == 2
     shown = " ".join(capsys.readouterr().err.split())
     assert words in shown and "Traceback" not in shown
+
+
+@pytest.mark.parametrize("number", ["0", "-2", "x"])
+def test_a_number_of_feed_directions_below_one_is_told(number, capsys):
+    with pytest.raises(SystemExit) as stopped:
+        main(["map-chatter", MACHINE, *GRID, "--feed-directions", f"0:135:{number}"])
+    assert stopped.value.code == 2 and "write angles in degrees" in capsys.readouterr().err

@@ -181,3 +181,36 @@ def test_values_taken_from_the_example_are_named_and_only_those(folder, tmp_path
     main(["lobes", *modes, "--diameter", "12", "--kt", "600", "--direction", "slot"])
     shown = " ".join(capsys.readouterr().out.split())
     assert "taken from an example: 4 teeth, kn" in shown
+
+
+def test_json_states_error_and_chatter_frequency_of_every_limit(folder, tmp_path, capsys):
+    found = run(capsys, "lobes", "--modes", str(folder / "modes.h5"), *CUT, *SLOT, "-o", str(tmp_path))
+    assert all(0 < error < 1e-8 for error in found["limit_error_m"])
+    # Two equal modes at 922 Hz: chatter a little above.
+    assert all(900 < f < 1000 for f in found["chatter_frequency_hz"])
+    main(["lobes", "--modes", str(folder / "modes.h5"), *CUT, *SLOT, "-o", str(tmp_path)])
+    shown = capsys.readouterr().out
+    assert "error mm" in shown and "chatter Hz" in shown
+
+
+def test_a_band_that_ends_below_the_resonance_leaves_rough_limits_first_in_the_notes(folder, tmp_path, capsys):
+    found = run(capsys, "lobes", "--frf", str(folder / "tip.txt"), "--band", "100:960", *CUT, *SLOT, "-o", str(tmp_path))
+    assert "missing is the band above 960 Hz" in found["notes"][0] and "no stated error holds it" in found["notes"][0]
+    assert any("the stated error of the limit is above 20 %" in note for note in found["notes"])
+    page = (tmp_path / "index.html").read_text()
+    assert page.index("Warnings") < page.index("missing is the band above 960 Hz") < page.index("What was assumed")
+
+
+@pytest.mark.parametrize(("direction", "wall"), [("up", "teeth enter the cut"), ("down", "teeth leave the cut"),
+                                                 ("centred", None)])
+def test_the_location_error_is_that_of_the_wall_that_is_left(folder, tmp_path, direction, wall):
+    main(["lobes", "--modes", str(folder / "modes.h5"), *CUT, "--direction", direction, "--immersion", "0.1", "--speeds",
+          "5000:25000:3", "--feed", "0.1", "-o", str(tmp_path)])
+    page = (tmp_path / "index.html").read_text()
+    assert (wall in page) if wall else "Surface location error" not in page
+
+
+def test_a_ball_end_mill_with_feed_has_lobes(folder, tmp_path):
+    ball = ["--corner-radius", "6", "--feed", "0.1", "-o", str(tmp_path)]
+    main(["lobes", "--modes", str(folder / "modes.h5"), *CUT, *SLOT, *ball])
+    assert "Surface location error" not in (tmp_path / "index.html").read_text()

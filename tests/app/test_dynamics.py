@@ -43,6 +43,8 @@ def folder(tmp_path_factory):
     frf_text.write(Frf(LINES, -WHOLE.values[:, :1, :1], (X,), (X,)), folder / "upside_down.txt")
     opposite = Frf(LINES, -WHOLE.values[:, :1, :1], (X,), ("tip:-x",))
     hdf5.write(opposite, folder / "hammer_opposite.h5")
+    changed_over = WHOLE.values[:, :1, :1].imag + 1j * WHOLE.values[:, :1, :1].real
+    frf_text.write(Frf(LINES, changed_over, (X,), (X,)), folder / "changed_over.txt")
     return folder
 
 
@@ -98,7 +100,8 @@ def test_other_lines_are_interpolated_and_told(folder, tmp_path, capsys):
 def test_one_direction_is_the_same_across_or_rigid_as_told(folder, tmp_path, capsys):
     alone, notes = lobes(capsys, tmp_path, "--frf", folder / "x.txt", *BAND)
     assert "across is taken as that along" in notes
-    again, _ = lobes(capsys, tmp_path, "--frf-x", folder / "x.txt", *BAND)
+    again, notes = lobes(capsys, tmp_path, "--frf-x", folder / "x.txt", *BAND)
+    assert "the response across is taken as that along x" in notes
     chosen, _ = lobes(capsys, tmp_path, "--modes", folder / "modes.h5", "--x", X, "--y", "same")
     np.testing.assert_allclose(alone, again, rtol=1e-9)
     np.testing.assert_allclose(alone, chosen, rtol=5e-3)
@@ -119,6 +122,14 @@ def test_a_hammer_from_the_other_side_is_turned_and_a_wrong_sign_is_doubted(fold
     assert "positive at the largest peak" not in notes
     main(["lobes", "--frf", str(folder / "upside_down.txt"), *BAND, *CUT, "-o", str(tmp_path)])
     assert "positive at the largest peak" in capsys.readouterr().out
+
+
+def test_columns_changed_over_and_a_mobility_read_as_receptance_are_doubted(folder, tmp_path, capsys):
+    """Re G, taken for the imaginary part, is positive below every resonance."""
+    _, notes = lobes(capsys, tmp_path, "--frf", folder / "x.txt", *BAND)
+    assert "positive over wide parts" not in notes
+    _, notes = lobes(capsys, tmp_path, "--frf", folder / "changed_over.txt", *BAND)
+    assert "positive over wide parts of the band" in notes and "order of the columns" in notes
 
 
 def test_a_report_of_labelled_files(folder, tmp_path, capsys):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 
 import numpy as np
 
-from toolpoint.app.identify import page
+from toolpoint.app.identify import page, plain
 from toolpoint.modal_identification import Resonance, identify
 from toolpoint.vibration import Frf, Modes, frequency_response
 
@@ -24,4 +25,19 @@ def test_page_names_modes_that_stand_out_and_doubtful_ones():
     html = page(replace(found, resonances=unsure), None, ["a.txt"]).html()
     assert html.count(">stands out<") == 1 and html.count(">doubtful<") == 1
     lines = replace(found, resonances=unsure).table().split("\n")
+    listed = json.loads(json.dumps(plain(replace(found, resonances=unsure)), allow_nan=False))
+    assert (listed["stands_out"], listed["doubtful"]) == ([False, True, False], [False, False, True])
+    assert listed["share"] == [0.9, 0.9, 0.3] and listed["frequency_interval_hz"] == found.modes.frequency_interval.tolist()
     assert [line[-1] in "*?" and line[-1] for line in lines[1:]] == [False, "*", "?"]
+
+
+def test_an_interval_that_is_unknown_is_said_to_be():
+    modes = Modes([20.0, 45.0], 0.02, [[1.0, 0.5]], ["1:+x"])
+    frf = frequency_response.modal(modes, np.linspace(5, 90, 400))
+    found = identify(frf)
+    covariance = np.array([np.diag([1e-4, 1e-6]), np.diag([-1e-4, 1e-6])])
+    found = replace(found, modes=replace(found.modes, covariance=covariance))
+    listed = json.loads(json.dumps(plain(found), allow_nan=False))
+    assert listed["frequency_interval_hz"][1] is None and None not in listed["damping_interval"]
+    assert page(found, None, ["a.txt"]).html().count(">unknown<") == 1
+    assert "nan" in found.table().split("\n")[2]

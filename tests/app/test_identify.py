@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+import scipy.io
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
@@ -101,3 +102,30 @@ def test_text_files_without_the_names_of_their_points_tell_the_rule(tmp_path, ca
     with pytest.raises(SystemExit):
         main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt")])
     assert "OUTPUT__INPUT" in capsys.readouterr().err
+
+
+def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_path, capsys):
+    modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "2:+x"])
+    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, ["1:+x"])
+    for number, lines in ((1, slice(None)), (2, slice(600))):
+        frf_text.write(Frf(frf.frequency[lines], frf.values[lines, number - 1:number], [f"{number}:+x"], ["1:+x"]),
+                       tmp_path / f"{number}=+x__1=+x.txt")
+    names = sorted(str(path) for path in tmp_path.glob("*.txt"))
+    with pytest.raises(SystemExit):
+        main(["identify", *names, "-o", str(tmp_path)])
+    assert "2=+x__1=+x.txt has other frequency lines" in capsys.readouterr().err
+    main(["identify", names[0], "-o", str(tmp_path)])
+    shown = capsys.readouterr()
+    assert "read as receptance; --quantity for another" in shown.err and "* stands out" in shown.out
+    main(["identify", names[0], "--quantity", "receptance", "-o", str(tmp_path)])
+    assert "read as" not in capsys.readouterr().err
+
+
+def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
+    modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "1:+y"])
+    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, ["1:+x"], "accelerance")
+    scipy.io.savemat(tmp_path / "m.mat", {"f": frf.frequency, "H": frf.values[:, :, 0]})
+    main(["identify", str(tmp_path / "m.mat"), "-o", str(tmp_path)])
+    shown = capsys.readouterr().err
+    assert "its 2 responses are taken as points 1, 2 .. along +x" in shown and "read as accelerance" in shown
+    assert "names no points" in (tmp_path / "index.html").read_text()

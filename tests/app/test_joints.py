@@ -9,11 +9,11 @@ from conftest import MACHINES
 from toolpoint import ToolpointError
 from toolpoint.app.geometry import read_geometry
 from toolpoint.app.main import main
-from toolpoint.io import machine_yaml, uff
+from toolpoint.io import hdf5, machine_yaml, uff
 from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.virtual_test import MeasuringPoints, surface_points, true_modes
-from toolpoint.vibration import Frf, frequency_response
+from toolpoint.vibration import Frf, Modes, frequency_response
 from toolpoint.vibration.correlation import mac
 
 RIDES_ON = {"base": "base", "saddle": "base", "table": "base", "column": "column", "head": "column", "magazine": "magazine"}
@@ -127,3 +127,29 @@ def test_the_machine_is_correlated_updated_and_studied_without_further_options(m
     assert updated["values"][path] == pytest.approx(902.78e6, rel=0.02) and updated["status"].startswith("converged")
     main(["sensitivity", found, *page, "--json"])
     assert len(json.loads(capsys.readouterr().out)["frequency_hz"]) == 6
+
+
+def test_a_mode_that_the_machine_does_not_have_has_no_partner_and_stops_nothing(measured_machine, tmp_path, capsys, vertical):
+    points = surface_points(vertical, 60, np.random.default_rng(3))
+    truth = true_modes(vertical, points, 0.03)
+    odd = np.random.default_rng(4).normal(size=(len(truth.dofs), 1)) * 1e-3
+    order = np.argsort(frequency := np.append(truth.frequency, 44.7))
+    hdf5.write(Modes(frequency[order], 0.03, np.hstack([truth.shape, odd])[:, order], truth.dofs), tmp_path / "modes.h5")
+    found, page = str(tmp_path / "found.yaml"), ["-o", str(tmp_path / "page")]
+    given = arguments(measured_machine, "--machine", found, *page)
+    main([given[0], str(tmp_path / "modes.h5"), *given[2:]])
+    rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in capsys.readouterr().out.splitlines() if "│" in line]
+    assert [row[0] for row in rows] == ["1", "2", "3", "4", "5", "6", "no partner"]
+    assert rows[-1][2] == "44.700" and max(abs(float(row[3])) for row in rows[:6]) < 0.5
+    written = machine_yaml.read(tmp_path / "found.yaml").description
+    assert written.reference[0].frequencies == pytest.approx(truth.frequency, rel=1e-6)
+    assert any("without a partner among the modes of this machine and left out: 44.7 Hz" in text for text in written.assumptions)
+    main(["update", found, "--modes", str(tmp_path / "modes.h5"), *page])
+    shown = capsys.readouterr()
+    assert "the measured modes at 44.7 Hz look least like" in shown.err and "57.98" in shown.out
+    # A measured point, a number, is where the tool cuts.
+    text = (tmp_path / "found.yaml").read_text()
+    (tmp_path / "cuts.yaml").write_text(text.replace("name: from its test", 'name: from its test\ntool: "7"'))
+    main(["lobes", str(tmp_path / "cuts.yaml"), "--teeth", "4", "--kt", "770", "--kn", "170", "--speeds", "3000:6000:3",
+          "--json", *page])
+    assert len(json.loads(capsys.readouterr().out)["stable_intervals_m"]) == 3

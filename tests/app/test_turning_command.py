@@ -102,10 +102,18 @@ def test_process_damping_holds_low_speeds(folder, tmp_path, capsys):
     (["--kf", "-3"], "above zero"), (["--kf", "800", "--direction", "w"], "an angle from x towards y"),
     (["--kf", "800", "--direction", "0,0,1"], "along z is not known"), (["--kf", "800", "--direction", "0,0,0"], "zero length"),
     (["--kf", "800", "--kt", "1600", "--direction", "y"], "not normal to the chip"),
-    (["--kf", "800", "--process-damping", "5"], "needs it"), ([], "--kf")])
+    (["--kf", "800", "--process-damping", "5"], "needs it"), ([], "--kf"), (["--kf", "nan"], "--kf nan"),
+    (["--kf", "800", "--process-damping", "5", "--diameter", "50", "--cutting-speed", "200"], "must be one of them")])
 def test_wrong_input(folder, more, words, capsys):
     with pytest.raises(SystemExit) as stopped:
         main(["turn", "--modes", str(folder / "bar.h5"), *more])
     assert stopped.value.code == 2
     shown = capsys.readouterr().err
     assert words in shown and "Traceback" not in shown
+
+
+def test_limits_that_no_lathe_has_are_doubted(folder, tmp_path, capsys):
+    ordinary = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500, "-o", tmp_path)
+    assert not any("doubtful" in note for note in ordinary["notes"])
+    pascal = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500e6, "-o", tmp_path)
+    assert any("is doubtful: check the units" in note for note in pascal["notes"])

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from cutting.cutting_cases import benchmark, random_problem
+from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import Modes
 from toolpoint.cutting import Engagement, FloquetDeterminant, stability
 from toolpoint.cutting.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
@@ -76,6 +78,9 @@ def test_cuts_with_known_outcome_narrow_the_chart() -> None:
     assert after.probability[i, d] > prior.probability[i, d] and after.weights.sum() == pytest.approx(1)
     advice = from_cuts(prior, [(test.speed, test.depth, True)], 0.8)
     assert advice.depth > 0
+    assert ("deeper cuts were not looked at" in advice.reason) == (advice.depth == depths[-1])
+    shallow = probability(problem, coefficient_parameters(0.1), SPEEDS[:3], depths[:2], np.random.default_rng(3), 3)
+    assert "deeper cuts were not looked at" in from_cuts(shallow, []).reason
 
 
 def test_best_speed() -> None:
@@ -84,7 +89,25 @@ def test_best_speed() -> None:
     chart = stability.chart(problem, np.linspace(8000, 16000, 81), depth_max=4e-3)
     advice = from_chart(chart)
     assert chart.limit[np.argmin(np.abs(chart.speeds - advice.speed))] >= advice.depth
+    assert not advice.reason.endswith(("beyond", "speeds"))
     first = from_chatter_frequency(930.0, 2, 30000.0)[0]
     assert first.speed == pytest.approx(60 * 930 / 2)
     limit = stability.chart(problem, [first.speed * 0.98, first.speed * 0.8], depth_max=0.02).limit
     assert limit[0] > limit[1] or np.isinf(limit[0])
+
+
+def test_the_margin_of_speed_holds_on_a_coarse_chart_too() -> None:
+    """The cut advised from speeds 3.5 % apart is stable 2 % beside its own; where the chart shows no margin it says so."""
+    chart = stability.chart(altintas(), np.arange(13000.0, 16001.0, 500.0))
+    advice = from_chart(chart)
+    assert advice.reason.endswith("the chart is coarse here: chart more speeds")
+    beside = stability.chart(altintas(), advice.speed * np.array([0.98, 1.02])).limit
+    at = chart.limit[np.argmin(np.abs(chart.speeds - advice.speed))]
+    assert advice.depth < 0.9 * at and (advice.depth < beside).all()
+    assert from_chart(stability.chart(altintas(), np.array([13900.0, 13950.0, 14000.0]))).reason.endswith("look beyond")
+
+
+def test_a_limit_is_trusted_less_its_stated_error() -> None:
+    chart = stability.chart(altintas(), np.linspace(13000.0, 15000.0, 41))
+    rough = replace(chart, error=np.full(chart.error.shape, 1e-3))
+    assert from_chart(rough).depth == pytest.approx(from_chart(chart).depth - 0.9e-3, rel=0.02)

@@ -205,10 +205,14 @@ def test_depths_of_a_flip_lobe_between_levels_are_added() -> None:
     """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between two levels only; without such a lobe nothing is added."""
     from toolpoint.cutting.floquet_counts import with_flips
 
-    levels = np.array([0.25, 0.5, 1.0])
-    lobe = np.array([1, -1 / 0.3 - 1 / 0.35, 1 / 0.3 / 0.35], complex)
-    found = with_flips(lobe, 2, levels)
-    assert found.size > 3 and set(levels) <= set(found) and (np.diff(found) > 0).all()
-    assert all(0.3 < s < 0.35 for s in set(found) - set(levels))
-    assert with_flips(np.array([1, 0.5, 0.2], complex), 2, levels) == pytest.approx(levels)
-    assert with_flips(np.array([1, -1 / 0.4], complex), 1, levels) == pytest.approx(levels)  # one flip is seen at the levels
+    levels, counts = np.array([0.25, 0.5, 1.0]), np.zeros(3, int)
+
+    def added(*coefficients: float) -> list[float]:
+        c = np.array([coefficients] * 2, complex)
+        found, _ = with_flips(np.arange(2), 2, c, np.full(2, len(coefficients) - 1), levels, counts)
+        assert (np.diff(found) > 0).all() and set(levels) <= set(found)
+        return [s for s in found if s not in levels]
+
+    lobe = added(1, -1 / 0.3 - 1 / 0.35, 1 / 0.3 / 0.35)
+    assert lobe and all(0.3 < s < 0.35 for s in lobe)
+    assert added(1, 0.5, 0.2) == [] and added(1, -1 / 0.4) == []  # one flip alone is seen at the levels

@@ -130,3 +130,8 @@ def test_an_accelerance_frf_is_integrated_and_a_single_direction_serves_both() -
 def test_coefficients_in_newton_per_square_millimetre_are_doubted() -> None:
     with pytest.warns(ToolpointWarning, match="multiply those in N/mm"):
         CuttingCoefficients(600, 200)
+
+
+def test_modes_without_a_mode_are_refused() -> None:
+    with pytest.raises(ToolpointError, match="no modes; must have at least one"):
+        benchmark(Engagement.slot()).changed(dynamics=Modes(np.zeros(0), np.zeros(0), np.zeros((1, 0)), ("tool:+x",)))

@@ -8,13 +8,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from cutting.cutting_cases import benchmark
-from toolpoint import ToolpointError
+from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.cutting import Engagement, Tool
 from toolpoint.cutting.filters import Lifting, gaussian, separated
-from toolpoint.cutting.location import location_error
+from toolpoint.cutting.location import finished_side, location_error
 from toolpoint.cutting.roughness import areal_parameters, profile_parameters, spectrum
 from toolpoint.cutting.surface import dynamic_wall, static_wall
 from toolpoint.cutting.time_domain import ExactSteps, simulate
+from toolpoint.vibration import frequency_response
 
 
 def test_sine_profile() -> None:
@@ -59,6 +60,25 @@ def test_the_simulated_wall_stands_off_by_the_location_error() -> None:
     wall = dynamic_wall(run, 1e-3, 2001)
     error = location_error(problem, [13830.0], 0.5e-3)[0]  # type: ignore[arg-type]
     assert wall.location_error == pytest.approx(error, rel=0.02)
+
+
+def test_a_measured_response_keeps_its_static_deflection() -> None:
+    """A FRF that begins at 20 Hz gives the published location error of its modes (36.70644, 3.73467, -2.07386 um)."""
+    problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
+    measured = frequency_response.modal(problem.dynamics, np.arange(20.0, 6001.0, 1.0))  # type: ignore[arg-type]
+    speeds = [13830.0, 12500.0, 5000.0]
+    with pytest.warns(ToolpointWarning, match="static deflection included"):
+        error = location_error(problem.changed(dynamics=measured), speeds, 0.5e-3)  # type: ignore[arg-type]
+    assert error == pytest.approx([36.70644e-6, 3.73467e-6, -2.07386e-6], abs=0.02e-6)
+
+
+def test_up_milling_finishes_the_wall_at_the_entry() -> None:
+    cuts = (Engagement.down(0.1), Engagement.slot(), Engagement.up(0.1), Engagement.centred(0.5))
+    assert [finished_side(cut) for cut in cuts] == ["exit", "exit", "entry", None]
+    problem = benchmark(Engagement.up(0.05), 2, feed_per_tooth=1e-4)
+    run = simulate(problem, 5000.0, 0.5e-3, 100, ExactSteps(800))
+    error = location_error(problem, [5000.0], 0.5e-3, "entry")[0]  # type: ignore[arg-type]
+    assert dynamic_wall(run, 1e-3, 2001, side="entry").location_error == pytest.approx(error, rel=0.02)
 
 
 def test_gaussian_filter_passes_half_at_its_cutoff() -> None:

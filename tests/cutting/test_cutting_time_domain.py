@@ -227,3 +227,19 @@ def test_growth_with_process_damping_is_the_multiplier_of_the_collocation() -> N
     run = simulate(problem, 3000.0, 0.2e-3, 60, ExactSteps(1500, keeps_contact=True), np.full(2, 1e-5 + 0j))
     assert run.growth(30) == pytest.approx(largest, abs=5e-3)
     assert abs(free - largest) > 0.02
+
+
+@pytest.mark.parametrize("tool", [
+    Tool(0.02, 3), Tool(0.02, 4), Tool(0.02, 2, pitch=[2.9, 2 * np.pi - 2.9]), Tool(0.02, 3, pitch=[1.8, 2.3, 2 * np.pi - 4.1]),
+    Tool(0.02, 3, helix=0.5), Tool(0.02, 4, pitch=np.radians([80, 100, 75, 105]), helix=0.4)], ids=repr)
+def test_growth_of_any_pitch_is_the_multiplier_of_the_collocation(tool: Tool) -> None:
+    """Three and four teeth, equal and unequal pitch, helix: the linear cut grows as the multiplier of another method says;
+    every tooth meets what the tooth before it left."""
+    problem = benchmark(Engagement.down(0.5), 2, tool=tool).changed(feed_per_tooth=1e-4)
+    period = 1 if tool.is_regular else tool.teeth
+    for speed in (7000.0, 9100.0):
+        depth = 0.15e-3 if tool.teeth < 4 else 0.1e-3
+        largest = np.abs(Collocation(slices=8).multipliers(problem, speed, depth)[0]) ** (1 / period)
+        run = simulate(problem, speed, depth, 30, ExactSteps(400, slices=24, keeps_contact=True))
+        growth = run.growth(40 // period) ** (1 / period)
+        assert growth == pytest.approx(largest, abs=4e-3)

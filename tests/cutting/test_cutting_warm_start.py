@@ -192,3 +192,17 @@ def test_a_flip_lobe_that_closes_before_a_hopf_lobe() -> None:
         if not found.uncertain([depth])[0, 0]:
             assert found.stable([depth])[0, 0] == (np.abs(general.multipliers(problem, speed, depth)[0]) < 1)
     assert found.intervals(0).shape[0] >= 2 and found.kind[0] == "flip"
+
+
+def test_memories_beside_each_other_share_panels() -> None:
+    """Feed directions of one helical cut: the panels of the first serve the second, whose roots are its own."""
+    problem = cut(Tool(0.016, 3, helix=0.5))
+    first = WarmStart()
+    second = first.beside()
+    stability.chart(problem, SPEEDS[:1], warm=first)
+    kept = len(first.store.kept)
+    turned = problem.at_feed_angle(0.4)
+    warm = stability.chart(turned, SPEEDS[:1], warm=second)
+    assert kept and second.store is first.store and first.store.kept
+    assert warm.depth == pytest.approx(stability.chart(turned, SPEEDS[:1]).depth, rel=1e-7)
+    assert first.roots.keys() == second.roots.keys() and not np.array_equal(*(m.roots[SPEEDS[0]] for m in (first, second)))

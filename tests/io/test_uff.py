@@ -220,7 +220,7 @@ def test_a_value_that_is_not_finite_is_refused(path):
     uff.write(path, frf)
     data = path.read_bytes().replace(np.float64(1.0).tobytes(), np.float64(np.nan).tobytes())
     path.write_bytes(data)
-    with pytest.raises(ToolpointError, match="not finite"):
+    with pytest.raises(ToolpointError, match=r"1:\+x / 1:\+x is not finite at 1 Hz"):
         uff.read_frf(path)
 
 
@@ -243,3 +243,48 @@ def test_real_shapes_among_complex_ones_share_their_scaling(path):
     found = uff.read_modes(path)
     assert found.scaling == "modal A"
     assert np.allclose(found.shape[:, 0] ** 2, real.shape[:, 0] ** 2 / (2j * real.poles[0].imag), rtol=1e-4)
+
+
+def changed(path, was: bytes, now: bytes) -> None:
+    data = path.read_bytes()
+    assert was in data
+    path.write_bytes(data.replace(was, now))
+
+
+def test_a_complex_response_behind_a_real_one_keeps_its_imaginary_part(path):
+    first, second = (Frf([1.0, 2.0], np.full((2, 1, 1), value), [dof], ["1:+x"])
+                     for value, dof in ((1.0, "1:+x"), (2 - 3j, "2:+x")))
+    uff.write(path, first, second, text=True)
+    data = path.read_bytes()
+    form, numbers = b"%10d%10d%10d" % (6, 2, 1), b"".join(b"%20.12E" % x for x in (1, 0, 1, 0))
+    assert form in data and numbers in data
+    path.write_bytes(data.replace(form, b"%10d%10d%10d" % (4, 2, 1), 1).replace(numbers, numbers[:20] + numbers[40:60]))
+    assert uff.read_frf(path).values[:, :, 0].tolist() == [[1, 2 - 3j]] * 2
+
+
+@pytest.mark.parametrize(("was", "now", "words"), [
+    (b"        13    0    0    0", b"        12    0    0    0", "18 of 18 responses .* motion over acceleration; .*swapped"),
+    (b"        12    0    0    0", b"        13    0    0    0", "18 of 18 responses .* force over another channel; .*swapped"),
+])
+def test_swapped_channels_are_refused_unless_the_quantity_is_stated(path, was, now, words):
+    frf = responses()
+    uff.write(path, Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "accelerance"))
+    changed(path, was, now)
+    with pytest.raises(ToolpointError, match=words):
+        uff.read_frf(path)
+    with pytest.warns(ToolpointWarning, match="not stated as motion over force"):
+        assert uff.read_frf(path, "accelerance").quantity == "accelerance"
+
+
+@pytest.mark.parametrize(("was", "now", "words"), [
+    (b"         6         7         1", b"         6      four         1", "header of function .*damaged"),
+    (b"         6         7         1", b"         6         0         1", "data type 6 and 0 values"),
+    (b"         6         7         1", b"         3         7         1", "data type 3 and 7 values"),
+    (b"        12    0    0    0", b"     metre    0    0    0", "header of function .*damaged"),
+    (b"         1   1\n", b"      NONE   1\n", "header of function .*damaged"),
+])
+def test_a_header_that_is_damaged_is_refused_with_its_function(path, was, now, words):
+    text_file(path)
+    changed(path, was, now)
+    with pytest.raises(ToolpointError, match=words):
+        uff.read_frf(path)

@@ -163,3 +163,35 @@ def test_words_for_what_is_no_number_are_kept_to_be_refused_later(tmp_path, word
 def test_what_is_no_number_is_refused_with_file_and_function(tmp_path, word):
     with pytest.raises(ToolpointError, match=r"numbers\.unv: function 'a function' of 1:\+x: .*damaged"):
         function(tmp_path, f" 1.0E+00 {word}\n 1.0E+00 2.0E+00\n".encode(), 4)
+
+
+@pytest.mark.parametrize("data", [b"", b"\n", b"  \r\n  "])
+def test_a_function_without_numbers_is_cut_short(tmp_path, data):
+    with pytest.raises(ToolpointError, match="holds 0 of 1 values; it is cut short"):
+        function(tmp_path, data, 1)
+
+
+@pytest.mark.parametrize("cut", [1, 2, 3, 4, 5, 8])
+def test_a_number_that_the_end_of_the_file_cuts_is_not_read(tmp_path, cut):
+    whole, _ = function(tmp_path, b"  1.00000E+00  2.00000E+00\n  3.00000E+00  1.23456E-08\n", 4)
+    path = tmp_path / "numbers.unv"
+    data = path.read_bytes()
+    end = data.rindex(b"\n    -1")
+    path.write_bytes(data[:end])  # the closing line alone is lost
+    file = UniversalFile(path)
+    head = uff_functions.header(file, file.sets[0])
+    assert bits(uff_functions.values(file, file.sets[0], head)[1]) == bits(whole)
+    path.write_bytes(data[:end - cut])
+    file = UniversalFile(path)
+    with pytest.raises(ToolpointError, match="holds 3 of 4 values; it is cut short"):
+        uff_functions.values(file, file.sets[0], head)
+
+
+@pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])
+def test_numbers_of_the_next_set_are_not_those_of_a_function_that_is_cut_short(tmp_path, end):
+    lines = b"".join(b"%20.12E" % 1.5 * 4 + b"\n" for _ in range(4))
+    point = b"         1         0         0         0\n" + b"       1.0000E+00       1.0000E+00       1.0000E+00\n"
+    # The set of points is closed where the function would be, were it whole.
+    data = lines + b"    -1\n    -1\n  2411\n" + 3 * point
+    with pytest.raises(ToolpointError, match="holds 16 of 32 values; it is cut short"):
+        function(tmp_path, data.replace(b"\n", end), 32)

@@ -398,3 +398,14 @@ def test_exact_data_of_one_mode_get_no_advice_on_their_residual():
     modes = Modes([500.0], [0.03], [[1.0]], ("tip:+x",))
     found = identify(modal(modes, np.arange(2.0, 3000, 2)))
     assert found.modes.count == 1 and not any("smooth" in line for line in found.advice)
+
+
+def test_lowest_lines_that_drift_and_hide_all_modes_are_told():
+    """A receptance integrated twice from accelerations with an offset: c / w^2 above everything."""
+    lines = np.arange(1.0, 1000)
+    modes = Modes([300.0, 500.0], 0.02, [[1.0, 1.0]], ["1:x"])
+    clean = modal(modes, lines)
+    drift = Frf(lines, clean.values + 20 * np.abs(clean.values).max() / lines[:, None, None] ** 2, clean.outputs, clean.inputs)
+    assert any("lines below 20 Hz hold" in line and "--band 20:999" in line for line in identify(drift).advice)
+    assert not any("lines below" in line for line in identify(drift, band=(20, 999)).advice)
+    assert identify(drift, band=(20, 999)).modes.frequency == pytest.approx([300, 500], rel=1e-3)

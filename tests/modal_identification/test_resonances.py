@@ -11,7 +11,7 @@ from modal_identification.modal_case import BAND, benchmark, structure, with_noi
 from toolpoint import Dof, Frf, Modes
 from toolpoint.modal_identification import cmif, identify
 from toolpoint.modal_identification.indicators import peaks
-from toolpoint.modal_identification.resonances import resonances
+from toolpoint.modal_identification.resonances import remark, resonances
 from toolpoint.vibration.frequency_response import modal
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"
@@ -155,3 +155,14 @@ def test_measured_beam_shows_its_peaks():
     assert sharp.size >= 2
     for peak in sharp:
         assert np.abs(clear / peak - 1).min() < 0.005
+
+
+def test_a_mode_that_carries_next_to_nothing_is_doubted_even_in_noise():
+    lines = np.arange(30.0, 90, 0.25)
+    frf, modes = shown(Modes([50.0, 60.0, 70.0], 0.02, [[1.0, 0.002, 0.3]], ["1:x"]), lines)
+    found = resonances(frf, modes, False)
+    assert [one.faint for one in found] == [one.doubtful for one in found] == [False, True, False]
+    assert found[1].share == pytest.approx(0, abs=1e-3)
+    (words,) = remark(found, modes)
+    assert words.startswith("mode 2 at 60 Hz carries only ")
+    assert len(remark(resonances(frf, modes, True), modes)) == 1  # the strong ones stand out, and none of them is doubtful

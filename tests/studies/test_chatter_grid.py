@@ -1,14 +1,17 @@
-"""Chatter limits over a grid: those of single charts, the worst place, resumed, on workers, with poses that fail."""
+"""Chatter limits over a grid: those of single charts, warm in chains, the worst place, resumed, on workers, with poses that
+fail or kill their worker."""
 
-from dataclasses import dataclass
+import itertools
+from dataclasses import dataclass, field
 
 import numpy as np
 import pytest
+from study_functions import Deadly, static
 
 from toolpoint import ToolpointError
-from toolpoint.cutting import ZeroOrder, stability
+from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
 from toolpoint.studies.chatter_grid import chatter_grid
-from toolpoint.studies.execute import Dask
+from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
 
 AXES = {"X": [-0.2, 0.1], "Z": [0.0, 0.3]}
@@ -73,6 +76,73 @@ def test_workers_give_the_same_map(found, vertical_drives):
 
 
 @dataclass(frozen=True)
+class Told:
+    """PanelArnoldi, telling how many speeds of a neighbour each chart began with."""
+
+    begun: list = field(default_factory=list)
+
+    def __str__(self):
+        return "Told"
+
+    def solve_warm(self, problem, speeds, depth_max, warm):
+        self.begun.append(len(warm.roots))
+        return PanelArnoldi().solve_warm(problem, speeds, depth_max, warm)
+
+
+WIDE = {"X": [-0.2, -0.15, -0.1], "Z": [0.0, 0.05, 0.1]}
+
+
+def test_warm_chains_give_the_cold_charts_within_their_errors(vertical_drives):
+    method, speeds = Told(), SPEEDS[::3]
+    found = chatter_grid(vertical_drives, WIDE, None, speeds, ANGLES, method)
+    # Nine poses are chains of two, in snake order, and one of one: a chain begins cold, its second pose with all three speeds.
+    begun = np.reshape(method.begun, (9, 2))
+    assert (begun[0::2, 0] == 0).all() and (begun[1::2] == 3).all()
+    assert found.depth_max[0, 0] == found.depth_max[0, 1] and found.depth_max[0, 2] == found.depth_max[1, 2]
+    assert found.depth_max[1, 1] == found.depth_max[1, 0]
+    cut = vertical_drives.description.cutting
+    for i, k in itertools.product(range(3), range(3)):
+        study = tool_point(vertical_drives, [found.pose((i, k))])
+        problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
+        for way, angle in enumerate(ANGLES):
+            chart = stability.chart(problem.at_feed_angle(angle), speeds, PanelArnoldi(), depth_limit(problem))
+            error = chart.error[chart.limit_points()]
+            assert (abs(found.limit[i, k, way] - chart.limit) <= 2 * error).all()  # each of the two has its own
+            assert (error < 1e-5 * chart.limit).all()
+
+
+@dataclass(frozen=True)
+class OneByOne:
+    """The serial engine with a chunk a point, and how many it ran."""
+
+    ran: list = field(default_factory=list)
+
+    def run(self, function, points, todo, seconds):
+        for index in todo:
+            self.ran.append(len(points[index]))
+            yield from Serial().run(function, points, [index], seconds)
+
+
+def test_finished_chains_are_kept(vertical_drives, tmp_path):
+    class Stopped(Exception):
+        pass
+
+    def stop(done, total):
+        steps.append((done, total))
+        if done > 4:
+            raise Stopped
+
+    steps, whole = [], chatter_grid(vertical_drives, WIDE, None, SPEEDS, ANGLES, ZeroOrder())
+    with pytest.raises(Stopped):
+        chatter_grid(vertical_drives, WIDE, None, SPEEDS, ANGLES, ZeroOrder(), OneByOne(), tmp_path, stop)
+    again = OneByOne()
+    found = chatter_grid(vertical_drives, WIDE, None, SPEEDS, ANGLES, ZeroOrder(), again, tmp_path,
+                         lambda done, total: steps.append((done, total)))
+    assert steps == [(1, 9), (3, 9), (5, 9), (5, 9), (7, 9), (9, 9)] and again.ran == [2, 1]
+    np.testing.assert_array_equal(found.limit, whole.limit)
+
+
+@dataclass(frozen=True)
 class Choosy:
     """A method that refuses one feed direction, and breaks where the tool is soft."""
 
@@ -98,6 +168,38 @@ def test_places_that_fail_are_kept_with_their_reason(vertical_drives):
     np.testing.assert_array_equal(found.everywhere, found.limit[1 - soft, 0])
     with pytest.raises(ToolpointError, match="every pose failed"):
         chatter_grid(vertical_drives, {"Z": [0.0]}, None, SPEEDS, ANGLES, Choosy(0.0)).worst()
+
+
+def static_of(vertical_drives, index):
+    pose = {name: at[i] for (name, at), i in zip(WIDE.items(), index)}
+    study = tool_point(vertical_drives, [pose])
+    return static(milling_problem(vertical_drives.description.cutting, study.modes.at_pose(0), f"{study.point}:+x",
+                                  f"{study.point}:+y").plane)
+
+
+def test_a_pose_that_breaks_does_not_take_its_chain_along(vertical_drives, tmp_path):
+    steps = []
+    options = {"folder": tmp_path, "progress": lambda done, total: steps.append((done, total))}
+    soft, softest = max((static_of(vertical_drives, index), index) for index in itertools.product(range(3), range(3)))
+    method = Choosy(soft * (1 - 1e-9))
+    found = chatter_grid(vertical_drives, WIDE, None, SPEEDS, [0.0], method, **options)
+    whole = chatter_grid(vertical_drives, WIDE, None, SPEEDS, [0.0], ZeroOrder())
+    assert set(found.failures) == {(*softest, 0)} and "too soft" in found.failures[*softest, 0]
+    others = ~np.isnan(found.limit)
+    assert others.sum() == 8 * SPEEDS.size and steps[-1] == (9, 9)
+    np.testing.assert_allclose(found.limit[others], whole.limit[others], rtol=1e-9)
+    again = OneByOne()
+    kept = chatter_grid(vertical_drives, WIDE, None, SPEEDS, [0.0], method, again, tmp_path)
+    np.testing.assert_array_equal(kept.limit, found.limit)
+    assert not again.ran
+
+
+def test_a_pose_that_kills_its_worker_is_found(vertical_drives):
+    pytest.importorskip("distributed")
+    found = chatter_grid(vertical_drives, WIDE, None, SPEEDS, [0.0], Deadly(static_of(vertical_drives, (1, 1))),
+                         Dask(2))
+    assert set(found.failures) == {(1, 1, 0)} and "died" in found.failures[1, 1, 0]
+    assert np.isfinite(found.limit).sum() == 8 * SPEEDS.size
 
 
 def test_wrong_input(vertical_drives, vertical):

@@ -125,6 +125,23 @@ def test_covariance_holds_by_monte_carlo():
     assert 0.7 < np.mean(scores) < 1.4
 
 
+def test_an_assumed_deviation_that_is_too_wide_makes_measured_ones_no_better():
+    """Shapes without error beside frequencies stated to 0.1 %: the standard errors stay those of the frequencies."""
+    model, parameters = chain()
+    truth, sd, rng = measured(model).modes, 1e-3, np.random.default_rng(6)
+    covariance = np.array([np.diag([(sd * f)**2, 1e-6]) for f in truth.frequency])
+    noisy = Modes(truth.frequency * (1 + 0.1 * sd * rng.normal(size=4)), truth.damping_ratio, truth.shape, truth.dofs,
+                  covariance=covariance)
+    alone = fit(Problem(model, parameters[:3], Targets(noisy)))
+    both = fit(Problem(model, parameters[:3], Targets(noisy, mac=True, mac_sd=1.0)))
+    assert not both.scaled and both.reduced_chi_square < 0.1
+    for name in alone.free:
+        assert both.standard_error[name] == pytest.approx(alone.standard_error[name], rel=0.02)
+    # Where everything is assumed, the misfit is all that is known of the errors.
+    assumed = Modes(noisy.frequency, noisy.damping_ratio, noisy.shape, noisy.dofs)
+    assert fit(Problem(model, parameters[:2], Targets(assumed))).scaled
+
+
 def test_bayesian_posterior_is_the_closed_form_of_a_linear_problem():
     """One spring, ln f = ln k / 2 + const: precision 1/s^2 + 1/(4 sd^2), mean weighted accordingly (Tarantola, ch. 3)."""
     model, parameters = chain()

@@ -30,6 +30,7 @@ BLIND = "Mean forces know no run-out: where it lifts an edge out of the work, th
 NAMED = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
 CHARTS = 8
 SLICES = 40
+LEAST = 2e7  # Pa, of K_t
 
 
 @dataclass(frozen=True)
@@ -136,6 +137,9 @@ def _check_sign(fit: Calibration | None) -> None:
 
 def _negative(fit: Calibration) -> list[str]:
     found = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    if found["kt"] < LEAST:
+        return [f"K_t of {found['kt'] / 1e6:.3g} N/mm^2 is less than any work material has: forces must be in N (not kN or V), "
+                "--depth and --feed in mm"]
     return ["K_n is below zero, which no usual edge has: check the directions of the forces (x along the feed), --direction, "
             "--immersion and --speed"] if found.get("kn", 0.0) < 0 else []
 

@@ -29,7 +29,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.best_speed import from_chart
-from toolpoint.cutting.location import location_error
+from toolpoint.cutting.location import finished_side, location_error
 from toolpoint.cutting.materials import literature, materials
 from toolpoint.cutting.stability import Method
 from toolpoint.cutting.time_domain import Simulation, simulate
@@ -47,6 +47,7 @@ from toolpoint.vibration import Frf
 
 DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
+ROUGH = 0.2  # stated error over limit, above which a remark says so
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 METHODS: dict[str, Method | None] = {
     "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "hill": HillDeterminant(),
@@ -123,9 +124,9 @@ def lobes(
         advice = advice_rows(chart, found, uncertainty)
         report = with_advice(_lobes_page(problem, used, chart, runs), advice)
         report = report if found is None else with_probability(report, found, uncertainty)
-        notes += _doubtful(chart)
-        chart = replace(chart, notes=tuple(dict.fromkeys([*notes, *chart.notes, *warnings])))
-        path = remarked(report, chart.notes).save(output)
+        warnings += doubtful(chart)
+        chart = replace(chart, notes=tuple(dict.fromkeys([*warnings, *notes, *chart.notes])))
+        path = remarked(report, chart.notes, warnings).save(output)
     if not quiet:
         _print_chart(chart)
         console.table("Cuts to make", ["", "rev/min", "depth mm", "why"], advice)
@@ -133,6 +134,15 @@ def lobes(
             console.OUT.print("note: " + text, markup=False)
         console.OUT.print(f"Page written: {path}", markup=False)
     return chart, advice
+
+
+def plain(chart: StabilityChart) -> dict[str, Any]:
+    """Return a chart as plain numbers, SI; with stated error and chatter frequency of every speed's limit (None: no limit)."""
+    points = chart.limit_points().tolist()
+    return {"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
+            "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
+            "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
+            "method": chart.method, "notes": list(chart.notes)}
 
 
 def print_materials() -> None:
@@ -153,9 +163,12 @@ def print_materials() -> None:
                       "and --feed with them.", markup=False)
 
 
-def remarked(report: Report, remarks: Sequence[str]) -> Report:
-    lines = list(dict.fromkeys(remarks))
-    return report.with_section("Remarks", Notes(lines, "assumed")) if lines else report
+def remarked(report: Report, remarks: Sequence[str], warnings: Sequence[str] = ()) -> Report:
+    """Return the report with its remarks; those that are `warnings` stand apart, above the others."""
+    doubts = list(dict.fromkeys(warnings))
+    lines = [line for line in dict.fromkeys(remarks) if line not in doubts]
+    parts = ([Notes(doubts, "warning")] if doubts else []) + ([Notes(lines, "assumed")] if lines else [])
+    return report.with_section("Remarks", *parts) if parts else report
 
 
 def _charted(problem: MillingProblem, speeds: FloatArray, method: Method | None, quiet: bool) -> StabilityChart:
@@ -172,13 +185,18 @@ def _charted(problem: MillingProblem, speeds: FloatArray, method: Method | None,
         return chart
 
 
-def _doubtful(chart: StabilityChart) -> list[str]:
-    """Return a remark on limits that no machine has."""
+def doubtful(chart: StabilityChart) -> list[str]:
+    """Return remarks on limits (depths or widths) that no machine has, and on those whose stated error is large."""
+    points = chart.limit_points()
+    error = np.array([chart.error[p] if p >= 0 else 0.0 for p in points])
+    rough = np.flatnonzero(error > ROUGH * np.minimum(chart.limit, chart.depth_max))
+    lines = [f"the stated error of the limit is above {100 * ROUGH:g} % of it at {rough.size} of {chart.speeds.size} speeds, "
+             f"from {chart.speeds[rough].min():.0f} to {chart.speeds[rough].max():.0f} rev/min"] if rough.size else []
     least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
     if THINNEST < least < THICKEST:
-        return []
-    return [f"a lowest limit of {1e3 * least:.3g} mm is doubtful: check the units of the responses (m/N), --quantity, and the "
-            "coefficients (N/mm^2)"]
+        return lines
+    return [*lines, f"a lowest limit of {1e3 * least:.3g} mm is doubtful: check the units of the responses (lines in Hz, m/N), "
+            "--quantity, and the coefficients (N/mm^2)"]
 
 
 @contextmanager
@@ -197,9 +215,13 @@ def _for_lines(problem: MillingProblem) -> Iterator[None]:
 def _print_chart(chart: StabilityChart) -> None:
     limit = chart.limit
     low, high = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
-    rows = [["lowest limit", f"{chart.speeds[low]:.0f}", _depth(limit[low], chart)],
-            ["highest limit", f"{chart.speeds[high]:.0f}", _depth(limit[high], chart)]]
-    console.table(f"Stability by {chart.method}", ["", "rev/min", "depth mm"], rows)
+    points = chart.limit_points()
+    rows = []
+    for name, i in (("lowest limit", low), ("highest limit", high)):
+        p = int(points[i])
+        end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.1e}", f"{chart.frequency[p]:.1f}"]
+        rows.append([name, f"{chart.speeds[i]:.0f}", _depth(limit[i], chart), *end])
+    console.table(f"Stability by {chart.method}", ["", "rev/min", "depth mm", "error mm", "chatter Hz"], rows)
 
 
 def _depth(value: float, chart: StabilityChart) -> str:
@@ -234,10 +256,12 @@ def _lobes_page(problem: MillingProblem, cut: CuttingDescription, chart: Stabili
                                      clicked_simulations(runs, "stability"))
     else:
         report = report.with_section("Chart", words, Chart(made, name="stability"))
-    if problem.feed_per_tooth > 0 and problem.tool.is_regular:
+    side = finished_side(problem.engagement)
+    if problem.feed_per_tooth > 0 and problem.tool.is_regular and problem.tool.corner_radius == 0 and side is not None:
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:
-            error = location_error(problem, chart.speeds, depth)
-            report = report.with_section("Surface location error", f"At a depth of {1e3 * depth:.4g} mm.",
-                                         Chart(surface_location(chart.speeds, error)))
+            error = location_error(problem, chart.speeds, depth, side)
+            where = "leave" if side == "exit" else "enter"
+            words = f"At a depth of {1e3 * depth:.4g} mm, of the wall where the teeth {where} the cut."
+            report = report.with_section("Surface location error", words, Chart(surface_location(chart.speeds, error)))
     return report

@@ -97,9 +97,7 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
     known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
     chart, advice = cutting.lobes(source, in_si(cut), method, speeds, output, as_json, simulate, known)
     if as_json:
-        intervals = [chart.intervals(i).tolist() for i in range(chart.speeds.size)]
-        click.echo(json.dumps({"speed_rpm": chart.speeds.tolist(), "stable_intervals_m": intervals, "method": chart.method,
-                               "advice": advice, "notes": list(chart.notes)}))
+        click.echo(json.dumps(cutting.plain(chart) | {"advice": advice}))
 
 
 def _direction(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float, float] | None:
@@ -143,6 +141,11 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
     from toolpoint.app import turning
 
+    if diameter is not None and cutting_speed is not None:
+        raise click.UsageError("--diameter and --cutting-speed: must be one of them; the first lets the cutting speed grow "
+                               "with the spindle speed, the second holds it")
+    if not kf > 0:
+        raise click.UsageError(f"--kf {kf:g}: must be above zero, N/mm^2")
     cut = turning.TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
                              cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
     run = turning.turn(source, cut, speeds, output, as_json)
@@ -207,6 +210,8 @@ def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -
     try:
         if ":" in text:
             first, last, number = text.split(":")
+            if int(number) < 1:
+                raise ValueError
             return np.radians(np.linspace(float(first), float(last), int(number)))
         return np.radians([float(part) for part in text.split(",")])
     except ValueError:

@@ -24,6 +24,7 @@ from toolpoint.vibration import Dof, Frf, Modes
 HDF5 = (".h5", ".hdf5")
 LOW_PART = 0.02
 LEAST_FIT = 0.9
+ACTIVE = 0.25  # share of the imaginary part (squares) above zero that no driving point has
 OWN = (*UNIVERSAL, *HDF5, ".mat")
 
 
@@ -269,7 +270,7 @@ def _of_pair(source: Source) -> Dynamics:
 def _one_direction(frf: Frf, source: Source, notes: list[str]) -> Dynamics:
     label = (Dof("tool", "+x"),)
     y = "same" if source.y is None else _rest(source.y)
-    told = "the response across is taken as that along" if y == "same" else "the tool is taken as rigid along y"
+    told = "the response across is taken as that along x" if y == "same" else "the tool is taken as rigid along y"
     return Dynamics(replace(frf, outputs=label, inputs=label), "tool:+x", y, None, (*notes, told, *frf.notes))
 
 
@@ -287,14 +288,19 @@ def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
 
 
 def _doubt_sign(frf: Frf, name: str) -> None:
-    """Warn of a driving point whose imaginary part is positive at its largest peak: no passive structure has it."""
+    """Warn of a driving point whose imaginary part is positive where it is large: no passive structure has it.
+
+    Its real part, read as the imaginary one (columns changed over, a mobility), is positive below every resonance.
+    """
     for i, dof in enumerate(frf.outputs):
         own = frf.values[:, i, frf.inputs.index(dof)] if dof in frf.inputs else frf.values[:, 0, 0]
         peak = own[int(np.argmax(np.abs(own)))]
-        if peak.imag > 0.5 * abs(peak):
-            warnings.warn(f"{name}: the imaginary part along {dof} is positive at the largest peak; at a driving point it is "
-                          "negative (check the sense of hammer and sensor, the sign, and --quantity)", ToolpointWarning,
-                          stacklevel=3)
+        positive = float((np.maximum(own.imag, 0.0) ** 2).sum() / max(float((own.imag**2).sum()), 1e-300))
+        if peak.imag > 0.5 * abs(peak) or positive > ACTIVE:
+            where = "at the largest peak" if peak.imag > 0.5 * abs(peak) else "over wide parts of the band"
+            warnings.warn(f"{name}: the imaginary part along {dof} is positive {where}; at a driving point it is negative "
+                          "(check the sense of hammer and sensor, the sign, the order of the columns, and --quantity)",
+                          ToolpointWarning, stacklevel=3)
 
 
 def identified(frf: Frf, source: Source) -> tuple[Modes, list[str]]:

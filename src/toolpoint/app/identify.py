@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -20,6 +22,10 @@ from toolpoint.signals.setups import assembled
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import auto_mac
 
+STATING = (*UNIVERSAL, ".h5", ".hdf5")  # files that say what quantity they hold
+LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
+          "* stands out, ? doubtful")
+
 
 def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
     """Return the FRFs of files (universal, HDF5, MATLAB, or text of one response each) assembled into one."""
@@ -28,11 +34,12 @@ def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
         return parts[0]
     try:
         return assembled(parts)
-    except ToolpointError as error:
+    except ToolpointError as fault:
+        error = re.sub(r"set-up (\d+)", lambda number: Path(files[int(number[1])]).name, str(fault))
         names = [Path(file) for file in files if Path(file).suffix.lower() in (".txt", ".csv", ".frf")]
         plain = [name.name for name in names if "__" not in name.stem]
-        if not plain:
-            raise
+        if not plain or "are missing" not in error:
+            raise ToolpointError(error) from None
         raise ToolpointError(f"{error}\nA text file without a name of the form OUTPUT__INPUT ({plain[0]}) is taken as a "
                              "driving point; name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)") from None
 
@@ -47,7 +54,9 @@ def _one(path: Path, quantity: str | None) -> Frf:
             raise ToolpointError(f"{path}: holds {type(found).__name__}; identification needs an Frf")
         return found
     if kind == ".mat":
-        return mat.read_frf(path, quantity=quantity or "accelerance")
+        unnamed = mat.read_frf(path, quantity=quantity or "accelerance")
+        return unnamed.noted(f"{path.name}: a MATLAB file names no points: its {len(unnamed.outputs)} responses are taken as "
+                             "points 1, 2 .. along +x, in their order")
     output, _, struck = path.stem.partition("__")
     label = (lambda text: Dof.parse(text.replace("=", ":")) if "=" in text else Dof(text, "+x"))
     return frf_text.read(path, label(output), label(struck or output), quantity or "receptance")
@@ -64,6 +73,8 @@ def identify_files(
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
         frf = read_frf(files, quantity)
+        if quantity is None and any(Path(file).suffix.lower() not in STATING for file in files):
+            frf = frf.noted(f"the files do not say what they hold: read as {frf.quantity}; --quantity for another")
         shape = None if geometry is None else read_geometry(geometry)
         step("identification")
         found = identify(frf, method, band)
@@ -74,8 +85,9 @@ def identify_files(
     if quiet:
         return found
     console.OUT.print(found.table(), markup=False)
+    console.OUT.print(LEGEND, markup=False)
     console.OUT.print(found.status, markup=False)
-    for text in warnings:
+    for text in [*warnings, *(note for note in frf.notes if not any(note in told for told in warnings))]:
         console.ERR.print("warning: " + text, markup=False, style="yellow")
     if modes_file is not None:
         console.OUT.print(f"Modes saved: {modes_file}", markup=False)
@@ -110,6 +122,17 @@ def page(found: Identification, geometry: Geometry | None, names: Sequence[str],
     return report.with_section("Remarks", Notes(notes, "warning")) if notes else report
 
 
+def plain(found: Identification) -> dict[str, Any]:
+    """Return the modes of an identification as plain lists, for JSON; None where an interval is unknown."""
+    modes, strongest = found.modes, found.dominant.tolist()
+    result: dict[str, Any] = {"frequency_hz": modes.frequency.tolist(), "damping_ratio": modes.damping_ratio.tolist()}
+    if modes.covariance is not None:
+        for name, widths in (("frequency_interval_hz", modes.frequency_interval), ("damping_interval", modes.damping_interval)):
+            result[name] = [width if np.isfinite(width) else None for width in widths.tolist()]
+    return result | {"fit": found.mode_quality.tolist(), "share": found.share.tolist(), "doubtful": found.doubtful.tolist(),
+                     "stands_out": [i in strongest for i in range(modes.count)], "status": found.status}
+
+
 def _table(found: Identification) -> Table:
     modes = found.modes
     header = ["mode", "frequency Hz", "damping %", "fit %"]
@@ -123,7 +146,8 @@ def _table(found: Identification) -> Table:
         row: list[object] = [i + 1, round(float(modes.frequency[i]), 4), round(100 * float(modes.damping_ratio[i]), 4),
                              round(100 * float(found.mode_quality[i]), 3)]
         if modes.covariance is not None:
-            row += [float(modes.frequency_interval[i]), 100 * float(modes.damping_interval[i])]
+            widths = float(modes.frequency_interval[i]), 100 * float(modes.damping_interval[i])
+            row += [float(f"{width:.2g}") if np.isfinite(width) else "unknown" for width in widths]
         rows.append([*row, round(100 * float(found.share[i]), 1), words[i]])
     caption = (f"Method: {found.method}. Share: of the responses at its frequency that a mode moves, together with neighbours "
                "that overlap and look like it; the strongest of those that move more than half stand out.")

@@ -19,9 +19,10 @@ from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeVie
 from toolpoint.plot.joint_views import joint_views
 from toolpoint.plot.machine_scene import machine_shapes
 from toolpoint.studies.joint_machine import component_masses, machine_of
+from toolpoint.studies.model_correlation import correlate
 from toolpoint.vibration import Modes
 
-_HEADER = ["mode", "computed Hz", "measured Hz", "difference %"]
+_HEADER = ["mode", "computed Hz", "measured Hz", "difference %", "MAC"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,9 +50,10 @@ def joints(
         step("modes")
         modes = _modes(files, band)
         step("joints")
-        found = identify_joints(real_modes(modes), shape.points, described.points(), described.chain,
+        real = real_modes(modes)
+        found = identify_joints(real, shape.points, described.points(), described.chain,
                                 masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
-        machine = machine_of(described.name, found, bodies, modes, shape.points, described.points()) if bodies else None
+        machine = machine_of(described.name, found, bodies, real, shape.points, described.points()) if bodies else None
         if machine_file is not None:
             if machine is None:
                 raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")
@@ -80,10 +82,18 @@ def _modes(files: Sequence[str | Path], band: tuple[float, float] | None) -> Mod
 
 
 def _rows(machine: MachineDescription, modes: Modes) -> list[list[str]]:
-    computed = body_shapes(build(machine)).frequency
-    count = min(len(computed), modes.count)
-    difference = 100 * (computed[:count] / modes.frequency[:count] - 1)
-    return [[str(i + 1), f"{computed[i]:.3f}", f"{modes.frequency[i]:.3f}", f"{difference[i]:+.2f}"] for i in range(count)]
+    """Return the computed modes beside the measured ones that look like them, then the measured ones without a partner."""
+    built = build(machine)
+    found = correlate(built, real_modes(modes))
+    partner = {int(j): int(i) for i, j in found.pairs.pairs}
+    rows = []
+    for j, computed in enumerate(body_shapes(built).frequency):
+        row = [str(j + 1), f"{computed:.3f}", "", "", ""]
+        if j in partner:
+            measured = modes.frequency[partner[j]]
+            row[2:] = f"{measured:.3f}", f"{100 * (computed / measured - 1):+.2f}", f"{found.mac[partner[j], j]:.3f}"
+        rows.append(row)
+    return rows + [["no partner", "", f"{modes.frequency[i]:.3f}", "", ""] for i in found.pairs.single_first]
 
 
 def _page(described: components_yaml.Components, shape: Geometry, found: JointIdentification, modes: Modes,

@@ -81,7 +81,7 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: boo
     if as_json:
         click.echo(json.dumps({"frequency_hz": found.tolist()}))
         return
-    console.table(str(machine), ["mode", "frequency Hz"], [[str(i + 1), f"{f:.4f}"] for i, f in enumerate(found)])
+    console.table(machine.name, ["mode", "frequency Hz"], [[str(i + 1), f"{f:.4f}"] for i, f in enumerate(found)])
 
 
 @cli.command()
@@ -149,8 +149,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         modes_file, output = output, Path("toolpoint-report")
     found = work.identify_files(files, geometry, modes_file, output, method, band, quantity, quiet=as_json)
     if as_json:
-        click.echo(json.dumps({"frequency_hz": found.modes.frequency.tolist(),
-                               "damping_ratio": found.modes.damping_ratio.tolist(), "status": found.status}))
+        click.echo(json.dumps(work.plain(found), allow_nan=False))
 
 
 def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
+from toolpoint.app.cutting import doubtful
 from toolpoint.app.dynamics import Dynamics, dynamics_of
 from toolpoint.app.source import Source
 from toolpoint.cutting import StabilityChart, stability
@@ -118,7 +119,7 @@ def turn(source: Source, cut: TurningCut, speeds: FloatArray | None = None, outp
             chart = stability.chart(problem, n, None, 2 * chart.depth_max)
         limit = unconditional_limit(problem) if cut.process_damping == 0 else None
         told = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
-        chart = chart.noted(*dict.fromkeys([*told, *assumed, *warnings]))
+        chart = chart.noted(*dict.fromkeys([*warnings, *doubtful(chart), *told, *assumed]))
         run = TurningRun(problem, chart, limit)
         path = page(run, cut).save(output)
     if not quiet:

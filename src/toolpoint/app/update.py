@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.app import console
 from toolpoint.app.measurements import Measurement, measurements
 from toolpoint.app.poses import machine_at
@@ -16,7 +17,9 @@ from toolpoint.app.update_page import as_assumed, page
 from toolpoint.io import machine_yaml
 from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
+from toolpoint.modal_identification import real_modes
 from toolpoint.studies.machine_update import MachineUpdate, default_targets, update
+from toolpoint.studies.model_correlation import correlate
 from toolpoint.updating.sampler import Samples, require_emcee, sample
 from toolpoint.vibration import Modes
 
@@ -43,11 +46,12 @@ def update_machine(
     """
     if samples:
         require_emcee()
-    with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
+    with console.steps(4, quiet) as step, console.collected_warnings() as doubts:
         step("reading")
         built = machine_at(machine, *poses)
         measured = measurements(modes, frf, poses)
         _check_points(built, machine, measured, [*modes, *frf])
+        measured = tuple(_with_partners(built, one) for one in measured)
         names = list(paths) or [p for p in parameters(built.description) if ".stiffness." in p]
         step("updating")
         targets = [default_targets(names, one.modes, one.frf) for one in measured]
@@ -57,12 +61,12 @@ def update_machine(
         step("posterior" if samples else "page")
         drawn = _samples(found, samples, seed) if samples else None
         step("page")
-        path = page(built, found, measured, drawn, warnings).save(output)
+        path = page(built, found, measured, drawn, doubts).save(output)
     if not quiet:
         console.OUT.print(found.report(), markup=False, soft_wrap=True)
         if drawn is not None:
             console.OUT.print("\n" + drawn.table(), markup=False, soft_wrap=True)
-        for text in warnings:
+        for text in doubts:
             console.ERR.print("warning: " + text, markup=False, style="yellow")
         if machine_file is not None:
             console.OUT.print(f"Machine file written: {machine_file}", markup=False)
@@ -84,6 +88,18 @@ def _check_points(built: Machine, file: str | Path, measured: Sequence[Measureme
             f"body and place, for example  {lost[0]}: {{body: {next(iter(built.description.bodies))}, at: [0, 0, 0]}}, or "
             "start from the machine file of 'toolpoint joints --machine', which holds all measured points; "
             "'toolpoint correlate --geometry' tells which measured point is which of the machine's")
+
+
+def _with_partners(built: Machine, one: Measurement) -> Measurement:
+    """Leave out, with a warning, the measured modes that a machine of fewer modes has no partner for."""
+    if one.modes is None or one.modes.count <= built.size:
+        return one
+    pairs = correlate(built, real_modes(one.modes), pose=one.pose, lowest_mac=0.0, frequency_shift=np.inf).pairs
+    kept = sorted(int(i) for i, _ in pairs.pairs)
+    lost = ", ".join(f"{one.modes.frequency[i]:.5g}" for i in range(one.modes.count) if i not in kept)
+    warnings.warn(f"{one.modes.count} measured modes for a machine of {built.size}: the measured modes at {lost} Hz look least "
+                  "like any of the machine's and are left out", ToolpointWarning, stacklevel=2)
+    return replace(one, modes=one.modes.selected(kept))
 
 
 def _samples(found: MachineUpdate, steps: int, seed: int) -> Samples:

@@ -32,14 +32,34 @@ class Advice:
 def from_chart(chart: StabilityChart, margin: float = 0.1, speed_margin: float = 0.02) -> Advice:
     """Return the cut with the largest product of speed and depth that stays stable when both are off by the margins.
 
-    The depth must be stable at all charted speeds within +- `speed_margin` and is reduced by `margin`.
+    The depth must lie below the limit less its stated error at all charted speeds within +- `speed_margin`, and at both ends
+    of that range by the straight line between charted speeds; it is reduced by `margin`. Where the chart cannot show the
+    margin of speed, because it ends there or its speeds lie farther apart, the reason says so.
     """
-    limit = np.minimum(chart.limit, chart.depth_max)
-    near = np.abs(chart.speeds[:, None] / chart.speeds[None, :] - 1) <= speed_margin
-    safe = np.where(near, limit[:, None], np.inf).min(0) * (1 - margin)
-    best = int(np.argmax(safe * chart.speeds))
-    return Advice(float(chart.speeds[best]), float(safe[best]),
-                  f"largest removal rate with {100 * margin:g} % of depth and {100 * speed_margin:g} % of speed in hand")
+    limit, speeds = _trusted(chart), chart.speeds
+    near = np.abs(speeds[:, None] / speeds[None, :] - 1) <= speed_margin
+    order = np.argsort(speeds)
+    ends = [np.interp(speeds * (1 + way), speeds[order], limit[order]) for way in (-speed_margin, speed_margin)]
+    safe = np.minimum(np.where(near, limit[:, None], np.inf).min(0), np.minimum(*ends)) * (1 - margin)
+    best = int(np.argmax(safe * speeds))
+    speed = float(speeds[best])
+    return Advice(speed, float(safe[best]), f"largest removal rate with {100 * margin:g} % of depth and "
+                  f"{100 * speed_margin:g} % of speed in hand" + _unseen(np.sort(speeds), speed, speed_margin))
+
+
+def _trusted(chart: StabilityChart) -> FloatArray:
+    """Return the limit less its stated error, at most the largest depth of the chart, m."""
+    at = chart.limit_points()
+    error = np.array([chart.error[p] if p >= 0 else 0.0 for p in at])
+    return np.maximum(np.minimum(chart.limit, chart.depth_max) - error, 0.0)
+
+
+def _unseen(speeds: FloatArray, speed: float, margin: float) -> str:
+    """Return what the chart does not show of the margin of speed, as words for the end of a reason."""
+    if speed * (1 - margin) < speeds[0] * (1 - 1e-9) or speed * (1 + margin) > speeds[-1] * (1 + 1e-9):
+        return "; the chart ends here: look beyond"
+    gaps = np.diff(speeds)[(speeds[1:] > speed * (1 - margin)) & (speeds[:-1] < speed * (1 + margin))]
+    return "; the chart is coarse here: chart more speeds" if gaps.max(initial=0.0) > margin * speed else ""
 
 
 def from_chatter_frequency(frequency: float, teeth: int, speed_max: float, speed_min: float = 0.0) -> tuple[Advice, ...]:
@@ -65,8 +85,9 @@ def from_cuts(prior: ProbabilityChart, cuts: list[tuple[float, float, bool]], le
     posterior = prior.after_cuts(cuts)
     depth = posterior.depth_at(level)
     best = int(np.argmax(depth * prior.speeds))
+    cut_off = "; deeper cuts were not looked at" if depth[best] >= prior.depths[-1] * (1 - 1e-9) else ""
     return Advice(float(prior.speeds[best]), float(depth[best]),
-                  f"P(stable) at least {level:g} after {len(cuts)} cuts with known outcome")
+                  f"P(stable) at least {level:g} after {len(cuts)} cuts with known outcome{cut_off}")
 
 
 def most_informative(prior: ProbabilityChart) -> Advice:

@@ -9,7 +9,7 @@ import math
 import numba as nb
 import numpy as np
 
-from toolpoint.cutting.floquet_counts import BEFORE, BEYOND, agreed, count_at, split, with_flips
+from toolpoint.cutting.floquet_counts import BEFORE, BEYOND, agreed, count_at, counts_of, split, with_flips
 from toolpoint.cutting.floquet_kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root, size_of
 from toolpoint.cutting.floquet_nodes import begun, far, first_bad, kept, loops
 from toolpoint.cutting.floquet_track import tracked
@@ -111,10 +111,8 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
     top = levels[usable - 1] if usable > 0 else 0.0
     if warm:
         numbers[0] = kept(theta, order, used, at_levels, usable, base, nodes) if status == 0 else 0
-    levels = with_flips(c[order[used - 1]], degrees[order[used - 1]], levels[:usable])
-    counts = np.zeros(levels.size, np.int64)
-    for l in range(levels.size):
-        counts[l], _ = count_at(order, used, c, degrees, levels[l])
+    counts = counts_of(order, used, at_levels, usable)
+    levels, counts = with_flips(order, used, c, degrees, levels[:usable], counts)
     slopes = np.zeros(MAX_POINTS, np.complex128)
     found = -1
     if warm and numbers[1] >= 0 and status == 0:

@@ -271,18 +271,18 @@ def _chips(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoi
     best = np.full(phi.shape, np.inf)
     for i in range(1, tool.teeth + 1):
         back = (np.arange(tool.teeth) - i) % tool.teeth
-        ahead = (lag[:, back] - lag) % (2 * np.pi)
-        ahead = np.where(ahead < 1e-12, 2 * np.pi, ahead)
-        feed = f * tool.teeth * ahead / (2 * np.pi)
-        base = feed * np.sin(phi) if not trochoidal else _trochoid(phi, tool.radius, feed, ahead)
+        since = (lag - lag[:, back]) % (2 * np.pi)
+        since = np.where(since < 1e-12, 2 * np.pi, since)
+        feed = f * tool.teeth * since / (2 * np.pi)
+        base = feed * np.sin(phi) if not trochoidal else _trochoid(phi, tool.radius, feed, since)
         best = np.minimum(best, base + radius - radius[:, back])
     return best
 
 
-def _trochoid(phi: FloatArray, radius: float, feed: FloatArray, ahead: FloatArray) -> FloatArray:
+def _trochoid(phi: FloatArray, radius: float, feed: FloatArray, since: FloatArray) -> FloatArray:
     out = np.empty_like(phi)
     for m in range(phi.shape[1]):
         for j in range(phi.shape[2]):
-            teeth = 2 * np.pi / ahead[m, j]
+            teeth = 2 * np.pi / since[m, j]
             out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth)  # type: ignore[arg-type]
     return out

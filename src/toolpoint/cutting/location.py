@@ -2,12 +2,19 @@ r"""Surface location error from the frequency response: stable forced vibration 
 
 from __future__ import annotations
 
+import warnings
+
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, fail, one_of, positive
+from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, one_of, positive
 from toolpoint.cutting.arc import gauss
 from toolpoint.cutting.coefficients import force_direction
+from toolpoint.cutting.plane import PlaneDynamics
 from toolpoint.cutting.problem import MillingProblem, checked_speeds
+from toolpoint.cutting.tool import Engagement
+
+NEAR = 1e-6  # rad
+LOWEST = 5  # lines of a measured FRF whose median stands for the response below it
 
 
 def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -> ComplexArray:
@@ -34,6 +41,13 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
     return series
 
 
+def finished_side(engagement: Engagement) -> str | None:
+    """Return the side of the cut that leaves a wall: ``exit`` (down-milling, slot), ``entry`` (up-milling), None (neither)."""
+    if engagement.exit > np.pi - NEAR:
+        return "exit"
+    return "entry" if engagement.entry < NEAR else None
+
+
 def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, side: str = "exit",
                    harmonics: int = 0) -> FloatArray:
     r"""Return the surface location error at each speed, m: positive where the tool leaves material (undercut).
@@ -54,6 +68,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
     harmonics : int
         Tooth harmonics kept; chosen by the highest mode where 0.
 
+    A measured FRF is taken as zero above its band; below it, and for the static deflection, as the real part of its lowest
+    lines, with a ToolpointWarning.
+
     Source: Schmitz, Ziegert, Precision Engineering 23 (1999) 51; Mann, Young, Schmitz, Dilley, JMSE 127 (2005) 652.
     """
     one_of("side", side, ("exit", "entry"))
@@ -64,6 +81,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero", "problem.changed(feed_per_tooth=...)")
     tool, arc = problem.tool, problem.engagement
+    if not problem.plane.is_modal and problem.plane.span[0] > 0:
+        warnings.warn(f"surface location error: the response below {problem.plane.span[0]:g} Hz, static deflection included, "
+                      "is taken as the real part at the lowest measured lines", ToolpointWarning, stacklevel=2)
     out = []
     for speed in checked_speeds(speeds):
         plane = problem.plane_at(float(speed))
@@ -71,10 +91,19 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
         top = harmonics or int(np.ceil(60 * plane.span[1] / tooth)) + 200
         c = static_force_series(problem, depth, top)
         order = np.arange(-top, top + 1)
-        g = plane.response(np.abs(order) * tooth)
+        g = _response(plane, np.abs(order) * tooth)
         g = np.where((order < 0)[:, None, None], g.conj(), g)
         turn = (np.pi if side == "exit" else 0.0) - arc.entry
         y = np.einsum("kab,kb,k->a", g, c[:, :plane.size], np.exp(1j * order * tool.teeth * turn)).real
         # The finished wall is at the tooth's own direction n = (0, cos): outward motion there cuts too deep.
         out.append(-y[1] * (-1.0 if side == "exit" else 1.0))
     return np.array(out)
+
+
+def _response(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:
+    """G with the static part of a measured FRF, which has no line at 0 Hz, from its lowest lines."""
+    g = plane.response(frequency)
+    if plane.is_modal:
+        return g
+    below = np.median(plane.values[:LOWEST].real, axis=0)  # type: ignore[index]
+    return np.where((frequency < plane.span[0])[:, None, None], below, g)

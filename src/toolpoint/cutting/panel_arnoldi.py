@@ -67,9 +67,9 @@ class PanelArnoldi:
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []
         overflow = False
-        settings = (self.nodes, self.levels, self.tolerance)
+        settings, store = (self.nodes, self.levels, self.tolerance), warm.panels(problem)
         for i, speed in enumerate(speeds.tolist()):
-            one = Search(settings, problem, speed, depth_max, warm.store, warm.roots.get(speed))
+            one = Search(settings, problem, speed, depth_max, store, warm.roots.get(speed))
             rows += [(i, *row) for row in one.rows()]
             warm.keep_roots(speed, one.slopes)
             overflow |= one.overflow

@@ -10,6 +10,7 @@ import numba as nb
 import numpy as np
 
 TURN = 2 * math.pi
+STEEP = 300.0  # decay over a panel, as an exponent, beyond which its parts before and after a node are beyond double precision
 SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
 
 
@@ -181,6 +182,7 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
     rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights).
     """
     d, m = left.shape
+    ahead, behind = np.empty((count.max(), m), np.complex128), np.empty((count.max(), m), np.complex128)
     for p in range(begin.size):
         for r in range(m):
             step[p, r] = np.exp(poles[r] * (end[p] - begin[p]))
@@ -188,6 +190,7 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
         for i in range(n):
             for r in range(m):
                 e = np.exp(poles[r] * (time[o + i] - begin[p]))
+                ahead[i, r], behind[i, r] = e, np.exp(poles[r] * (begin[p] - time[o + i]))
                 for a in range(d):
                     free[p, i * d + a, r] = left[a, r] * e
                     free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
@@ -203,7 +206,9 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
                         speed_resp[p, i * d + a, j * d + b] = 0.0
                 weight = half[o + j] * rising[kinds[p], i, j]
                 for r in range(m):
-                    e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * weight)
+                    e = ahead[i, r] * behind[j, r] * (2 * weight)
+                    if abs(poles[r].real) * (end[p] - begin[p]) > STEEP:
+                        e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * weight)
                     for a in range(d):
                         x = e * left[a, r]
                         y = x * poles[r]

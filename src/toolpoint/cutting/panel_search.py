@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.collocation import _Modal, modal
 from toolpoint.cutting.panel_bumps import Level, bump
+from toolpoint.cutting.panel_eigenvalues import eigenvalues
 from toolpoint.cutting.panel_kernels import extended, inverses, responses, ritz
 from toolpoint.cutting.panel_store import PanelStore
 from toolpoint.cutting.panels import CutPanels, rising_table
@@ -19,8 +20,10 @@ from toolpoint.cutting.search import mean_period
 
 FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
 ROUNDED = 3.0  # on the error of rounded edges: a wall that begins to bound them halfway leaves roots in the integrands
-FIRST = 14  # Arnoldi vectors before the first look at the residual
-BEFORE, BEYOND = 3, 2  # parts in which the depths before and beyond a root are looked at once more
+FIRST = 14  # Arnoldi vectors before the first look at the residual, where nothing is known
+LESS, MORE = 2, 8  # as many less than last time are tried first, as many more after a look that does not do
+BEFORE, BEYOND = (1 / 3, 2 / 3), (1 / 8, 1 / 2)  # where between a root and its neighbours it is looked once more
+CROSSED = 3e-4  # relative error of depth at which the search for a root with few nodes ends
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
 
 
@@ -28,7 +31,7 @@ class PeriodMap:
     """The one-period map of the vibration at one spindle speed, for any depth: multipliers by Arnoldi's method."""
 
     def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
-                 store: PanelStore) -> None:
+                 store: PanelStore, enough: dict[float, int] | None = None) -> None:
         self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
         self.system = _Modal(plane)
         # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
@@ -37,7 +40,8 @@ class PeriodMap:
         self.least, self.points, self.store = least, points, store
         self.damped = problem.process_damping > 0
         self.of: CutPanels | None = None
-        self.vector, self.enough = np.zeros(0), 0
+        self.vector = np.zeros(0)
+        self.enough = {} if enough is None else enough  # Arnoldi vectors that were enough last time, by what was wanted
         self.overflow = False
 
     def _times(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -65,7 +69,8 @@ class PeriodMap:
         self.speed_resp = real[1]
         responses(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), panels.offset,
                   panels.count, kind, system.poles, np.ascontiguousarray(self.left.astype(complex)),
-                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], *free, push, step)
+                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], free[0], free[1], push,
+                  step)
         drag = self.problem.process_damping / self.problem.tool.radius
         scaled = (panels.drag * (drag * rate)[:, None, None],)
         self.layout = (*panels.layout[:4], *scaled, *panels.layout[5:])
@@ -86,22 +91,24 @@ class PeriodMap:
         most = min(size - 1, 160)
         basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
         basis[0] = self._start(size)
-        have, step, vector = 0, min(most, max(FIRST, self.enough - 2)), np.zeros(size)
+        have, step, vector = 0, min(most, max(FIRST, self.enough.get(wanted, 0) - LESS)), np.zeros(size)
         while True:
             now = extended(basis, h, have, step, scale, self.layout, self.waves, self.solved, self.damped)
             if now < 0:
                 self.overflow = True
                 return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
-            values = np.linalg.eigvals(h[:now, :now])
+            values = eigenvalues(h[:now, :now])
+            if np.isnan(values[0]):
+                values = np.linalg.eigvals(h[:now, :now])
             top = values[np.argmax(np.abs(values))]
             residual = ritz(h, now, complex(top), basis, vector)
             size_ = abs(top)
             good = residual < abs(wanted) * max(size_, 1e-3) or (
                 wanted < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
             if good or now < step or step == most:
-                self.vector, self.enough = vector, now
+                self.vector, self.enough[wanted] = vector, now
                 return values[np.argsort(-np.abs(values))]
-            have, step = now, min(most, step + 8)
+            have, step = now, min(most, step + MORE)
 
     def _start(self, size: int) -> FloatArray:
         """Start of the Arnoldi basis: something in every direction, and the last Ritz vector where it fits."""
@@ -121,6 +128,7 @@ def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> flo
     return 1.05 * top / (2 * np.pi * speed / 60 * (1 - swing))
 
 
+Point = tuple[float, float]  # depth, growth
 ROUNDS = 3  # of looking for meetings of multipliers between levels
 Start = tuple[float, float]  # depth of a root, slope of the growth there
 
@@ -137,12 +145,14 @@ class Search:
         self.plane = modal(problem.plane_at(speed))
         self.waves = waves_of(self.plane, problem, speed)
         self.maps: dict[int, PeriodMap] = {}
+        self.enough: dict[float, int] = {}
 
     def map(self, more: int) -> PeriodMap:
         """The map with `more` extra nodes on every panel."""
         if more not in self.maps:
             points = 4 + (2 if more else 0)
-            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, self.store)
+            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, self.store,
+                                       self.enough)
         return self.maps[more]
 
     @property
@@ -165,7 +175,7 @@ class Search:
         found = []
         for a, b in pairwise(levels):
             if (a.growth > 0) != (b.growth > 0):
-                found += self._boundaries(a.depth, b.depth, b.growth > 0)
+                found += self._boundaries((a.depth, a.growth), (b.depth, b.growth))
         return found
 
     def _look(self, depth: float) -> Level:
@@ -185,22 +195,21 @@ class Search:
             levels = sorted([*levels, *fresh], key=_depth)
         return levels
 
-    def _boundaries(self, a: float, b: float, rising: bool, again: int = 3) -> list[tuple[float, ...]]:
+    def _boundaries(self, low: Point, high: Point, again: int = 3) -> list[tuple[float, ...]]:
         """Rows of all roots in a bracket: before and beyond the one found it is looked once more, for a band can open and
         close beside it (a flip lobe before a Hopf lobe)."""
-        row = self._boundary(a, b, rising)
-        w, near = row[0], 1e-6 * row[0] + 2 * row[-1]
-        before = [a + (w - a) * k / BEFORE for k in range(1, BEFORE)]
-        beyond = [w + (b - w) * k / BEYOND for k in range(1, BEYOND)]
+        row, slope = self._boundary(low, high)
+        w, near, a, b = row[0], 1e-6 * row[0] + 2 * row[-1], low[0], high[0]
         if again == 0 or w - near <= a or w + near >= b:
             return [row]
-        left = [(a, not rising), *((x, self._above(x)) for x in before), (w - near, not rising)]
-        right = [(w + near, rising), *((x, self._above(x)) for x in beyond), (b, rising)]
+        beside = max(abs(slope) * near, 1e-300) * (1 if high[1] > 0 else -1)
+        left = [low, *(self._point(a + (w - a) * place) for place in BEFORE), (w - near, -beside)]
+        right = [(w + near, beside), *(self._point(w + (b - w) * place) for place in BEYOND), high]
         parts = [part for side in (left, right) for part in pairwise(side)]
-        return [row] + [r for (x, gx), (y, gy) in parts if gx != gy for r in self._boundaries(x, y, gy, again - 1)]
+        return [row] + [r for x, y in parts if (x[1] > 0) != (y[1] > 0) for r in self._boundaries(x, y, again - 1)]
 
-    def _above(self, depth: float) -> bool:
-        return self.growth(depth, wanted=-1e-6)[0] > 0
+    def _point(self, depth: float) -> Point:
+        return depth, self.growth(depth, wanted=-1e-6)[0]
 
     def _least(self, first: Level) -> Level:
         """A depth so small that the cut is stable, from the first level down."""
@@ -246,29 +255,47 @@ class Search:
         reach = ga + left * (w - a.depth)
         return w if reach > near else None
 
-    def _boundary(self, a: float, b: float, rising: bool) -> tuple[float, ...]:
+    def _boundary(self, low: Point, high: Point) -> tuple[tuple[float, ...], float]:
+        """Row of a root in a bracket, and the slope of the growth there."""
+        a, b, rising = low[0], high[0], high[1] > 0
         best, error, mu, slope = self._solved(a, b, self._known(a, b, rising), rising)
         if not error < b - a:  # also where there was nothing near, or it led astray
-            best, error, mu, slope = self._solved(a, b, self._crossed(a, b), rising)
+            best, error, mu, slope = self._solved(a, b, self._crossed(low, high), rising)
         self.slopes.append((best, slope))
         theta = abs(float(np.angle(mu)))
         if abs(mu.imag) < 1e-7 * abs(mu):
             theta = np.pi if mu.real < 0 else 0.0
         single = 1 if theta in (0.0, np.pi) else 2
-        return best, theta, self._frequency(theta), single if rising else -single, error
+        return (best, theta, self._frequency(theta), single if rising else -single, error), slope
 
     def _known(self, a: float, b: float, rising: bool) -> Start | None:
         """Root and slope that a near problem had in this bracket."""
         inside = [(w, slope) for w, slope in self.near.tolist() if a < w < b and (slope > 0) == rising]
         return inside[0] if len(inside) == 1 else None
 
-    def _crossed(self, a: float, b: float) -> Start:
-        """Root to a few parts in ten thousand, and the slope there."""
-        from scipy.optimize import brentq
-
-        w = float(brentq(lambda x: self.growth(x, wanted=-1e-7)[0], a, b, xtol=3e-4 * b, rtol=3e-4, disp=False))
-        delta = 1e-4 * (w if w + 1e-4 * w < b else -w)
-        return w, (self.growth(w + delta)[0] - self.growth(w)[0]) / delta
+    def _crossed(self, low: Point, high: Point) -> Start:
+        """Root to a few parts in ten thousand and the slope there: inverse quadratic interpolation, bisection where that is
+        not safe (Chandrupatla, Advances in Engineering Software 28 (1997) 145)."""
+        (b, gb), (a, ga) = low, high
+        share = min(max(ga / (ga - gb), 0.05), 0.95)
+        while True:
+            w = a + share * (b - a)
+            g = self.growth(w, wanted=-1e-7)[0]
+            slope = (g - ga) / (w - a)
+            if (g > 0) == (ga > 0):
+                c, gc = a, ga
+            else:
+                c, gc, b, gb = b, gb, a, ga
+            a, ga = w, g
+            other = (g - gb) / (w - b)
+            if abs(g) < CROSSED * w * min(abs(slope), abs(other)) or abs(b - a) < CROSSED * w:
+                return w, slope if (slope > 0) == (high[1] > 0) else other
+            place, part = (a - b) / (c - b), (ga - gb) / (gc - gb)
+            share = 0.5
+            if part**2 < place and (1 - part)**2 < 1 - place:
+                share = ga / (gb - ga) * gc / (gb - gc) + (c - a) / (b - a) * ga / (gc - ga) * gb / (gc - gb)
+            least = min(0.5, 0.1 * CROSSED * w / abs(b - a))
+            share = min(max(share, least), 1 - least)
 
     def _solved(self, a: float, b: float, start: Start | None, rising: bool) -> tuple[float, float, complex, float]:
         """(root, error, multiplier, slope) from a start near it; the error is the bracket's width where there is no root."""

@@ -25,6 +25,14 @@ class PanelStore:
     levels: set[float] = field(default_factory=set)
     kept: OrderedDict[Key, CutPanels] = field(default_factory=OrderedDict)
     size: int = 0
+    cut: tuple[object, ...] = ()
+
+    def fit(self, cut: tuple[object, ...]) -> None:
+        """Forget everything if this is another cut."""
+        if cut != self.cut:
+            self.kept.clear()
+            self.levels.clear()
+            self.size, self.cut = 0, cut
 
     def panels(self, problem: MillingProblem, depth: float, waves: float, least: int, points: int) -> CutPanels:
         """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
@@ -41,9 +49,3 @@ class PanelStore:
             while self.size > self.room and len(self.kept) > 1:
                 self.size -= self.kept.popitem(last=False)[1].nbytes
         return found
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self.kept.clear()
-        self.levels.clear()
-        self.size = 0

@@ -122,6 +122,8 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
     if modes.frequency.ndim > 1:
         fail("dynamics", f"{modes.frequency.shape[0]} poses", "must be one pose",
              "use stability.chart_poses or at_pose(i)")
+    if modes.count == 0:
+        fail("dynamics", "no modes", "must have at least one", "a tool that does not vibrate is stable at every depth")
     if modes.is_rigid.any():
         fail("dynamics", "a rigid-body mode", "cutting needs a tool and work that are held",
              "leave rigid-body modes out")

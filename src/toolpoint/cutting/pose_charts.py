@@ -73,9 +73,9 @@ def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes 
     workers : int
         Threads; the kernels run without the interpreter's lock.
     warm : bool
-        Let each chart begin with what its neighbour left (`WarmStart`): the feed directions of a pose after each other, then
-        the next pose. A chain of poses has an eighth of them, ten at most, whatever the number of workers, so that charts do
-        not hang on it. List poses so that neighbours in the list are near in space.
+        Let each chart begin with what the pose before left for the same feed direction (`WarmStart`). A chain of poses has an
+        eighth of them, ten at most, whatever the number of workers, so that charts do not hang on it. List poses so that
+        neighbours in the list are near in space.
     chain : int, optional
         Poses of a chain, instead of that rule.
 
@@ -87,8 +87,10 @@ def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes 
     chains = [every[i:i + length] for i in range(0, len(every), length)]
 
     def follow(chain: list[Modes | Frf]) -> list[StabilityChart | str]:
-        memory = WarmStart() if warm else None
-        return [_charted(problem, pose, float(a), speeds, method, depth_max, memory) for pose in chain for a in angles]
+        first = WarmStart()
+        memories = [first, *(first.beside() for _ in angles[1:])] if warm else [None] * angles.size
+        return [_charted(problem, pose, float(a), speeds, method, depth_max, memory)
+                for pose in chain for a, memory in zip(angles, memories)]
 
     if count("workers", workers) == 1:
         found = [f for chain in chains for f in follow(chain)]

@@ -265,6 +265,7 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
                      "(largest resonance plus tooth-passing frequency)")
     if f[0] > 0.5 * peak:
         notes.append(f"the FRF begins at {f[0]:g} Hz; missing is the band from {0.5 * peak:.0f} Hz")
+    notes = [f"{note}; limits may be far too high for it, and no stated error holds it" for note in notes]
     for note in notes:
         warnings.warn(note, ToolpointWarning, stacklevel=3)
     return tuple(notes)

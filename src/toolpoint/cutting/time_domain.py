@@ -87,8 +87,14 @@ class Simulation:
         return bool(np.abs(tail[m:] - tail[:-m]).max() > tolerance * max(np.ptp(tail, axis=0).max(), 1e-300))
 
     def growth(self, periods: int = 80) -> float:
-        """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary."""
+        """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary.
+
+        Raises ToolpointError where the run holds fewer periods (it may have been stopped, see `status`).
+        """
         m = self.steps_per_repeat
+        held = (self.displacement.shape[0] - 1) // m - 2
+        if not 1 <= periods <= held:
+            fail("periods", str(periods), f"must be 1 to {held}, what the run holds ({self.status})", "simulate more revolutions")
         d = self.displacement[-(periods + 2) * m - 1:]
         change = d[m:] - d[:-m]
         energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
@@ -316,7 +322,7 @@ def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) 
     for i in range(1, memory + 1):
         back = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
         turns = (i - 1) // tool.teeth
-        angle = (lag[:, back] - lag) % (2 * np.pi)
+        angle = (lag - lag[:, back]) % (2 * np.pi)
         angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * turns
         delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * per_turn, 9)
         extra[:, :, i - 1] = distance - distance[:, back]

@@ -39,7 +39,6 @@ class WarmStart:
     roots: dict[float, FloatArray] = field(default_factory=dict, repr=False)
     attempts: dict[float, int] = field(default_factory=dict, repr=False)
     cut: tuple[Any, ...] = field(default=(), repr=False)
-    laid: tuple[Any, ...] = field(default=(), repr=False)
 
     @cached_property
     def store(self) -> PanelStore:
@@ -48,16 +47,24 @@ class WarmStart:
 
         return PanelStore()
 
+    def beside(self) -> WarmStart:
+        """Return an empty memory that shares the panels: for the same cut with another feed direction, say."""
+        made = WarmStart()
+        made.__dict__["store"] = self.store
+        return made
+
     def fit(self, problem: MillingProblem, depth_max: float) -> None:
         """Forget what does not hold for this cut."""
         cut = (*(_content(getattr(problem, name)) for name in SAME), problem.plane.size, depth_max)
-        laid = tuple(_content(getattr(problem, name)) for name in LAID)
         if cut != self.cut:
             for part in (self.scans, self.roots, self.attempts):
                 part.clear()
-        if (*cut, *laid) != (*self.cut, *self.laid):
-            self.store.clear()
-        self.cut, self.laid = cut, laid
+        self.cut = cut
+
+    def panels(self, problem: MillingProblem) -> PanelStore:
+        """Return the panels, emptied if they were another cut's."""
+        self.store.fit((*(_content(getattr(problem, name)) for name in (*SAME, *LAID)), problem.plane.size))
+        return self.store
 
     def begin(self, speeds: FloatArray, empty: Memory) -> Memory:
         """Return what is known of these speeds as one array a kind, for the kernel to bring up to date.

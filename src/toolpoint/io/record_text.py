@@ -18,7 +18,9 @@ _HEAD = re.compile(r"^\s*([^\[\](]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
 TIMES = ("t", "time")
-KINDS = {"force": units.FORCE, "feed": units.LENGTH, "time": units.TIME}
+GRAVITY = 9.80665
+KINDS = {"force": units.FORCE, "acceleration": units.ACCELERATION, "velocity": units.FEED, "displacement": units.LENGTH,
+         "feed": units.LENGTH, "time": units.TIME}
 STEADY = 0.01  # largest deviation of a time step from the mean one
 
 
@@ -113,6 +115,8 @@ def _factor(path: Path, text: str, at: int, name: str, unit: str) -> float:
     quantity = "time" if name.lower() in TIMES else channel_of(name)[1]
     if not unit or quantity not in KINDS:
         return 1.0
+    if quantity == "acceleration" and unit.lower() == "g":  # not the gram
+        return GRAVITY
     try:
         return units.quantity(f"1 {unit}", KINDS[quantity])
     except units.UnitError as error:

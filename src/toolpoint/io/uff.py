@@ -99,6 +99,14 @@ def _quantity(file: UniversalFile, found: list[FunctionHeader], given: str | Non
     if len(kinds) > 1 and len(stated) > 1:
         raise ToolpointError(f"{file.path}: responses of different quantities, {', '.join(sorted(stated))}; split the "
                              "file")
+    swapped = [KINDS[head.denominator] for head in found if head.denominator in names]
+    swapped += ["force over another channel" for head in found if KINDS.get(head.numerator) == "force"]
+    if swapped:
+        if given is None:
+            raise ToolpointError(f"{file.path}: {len(swapped)} of {len(found)} responses are stated as "
+                                 f"{'motion over ' * (swapped[0] in CODES)}{swapped[0]}; must be motion over force: the "
+                                 "channels may be swapped; measure again, or state the quantity if only the labels are wrong")
+        file.repaired(f"{len(swapped)} responses are not stated as motion over force; read as {given} on request")
     if given is not None:
         one_of("quantity", given, QUANTITIES)
         if stated and stated != {given}:
@@ -126,16 +134,22 @@ def _table(file: UniversalFile, found: list[tuple[UniversalSet, FunctionHeader]]
     filled = np.zeros((len(rows), len(columns)), bool)
     for one, head in found:
         axis, data = uff_functions.values(file, one, head)
+        if not np.isfinite(data).all():
+            line = int(np.argmin(np.isfinite(data)))
+            raise ToolpointError(f"{file.path}: {head.response} / {head.reference} is not finite at {axis[line]:g} Hz (value "
+                                 f"{line + 1} of {data.size}); measure it again or take the response out")
         if frequency is None:
             # One contiguous run for each response while reading; turned to lines first at the end.
             frequency, values = axis, np.empty((len(rows), len(columns), axis.size), data.dtype)
         if not (np.array_equal(axis, frequency) or (axis.size == frequency.size and np.allclose(axis, frequency, rtol=1e-6))):
-            raise ToolpointError(f"{file.path}: {head.response} / {head.reference} has {axis.size} lines to "
-                                 f"{axis[-1]:g} Hz beside {frequency.size} to {frequency[-1]:g}; axes must be equal; "
-                                 "split the file")
+            raise ToolpointError(f"{file.path}: {head.response} / {head.reference} has {axis.size} lines, "
+                                 f"{axis[0]:g} .. {axis[-1]:g} Hz, beside {frequency.size}, {frequency[0]:g} .. "
+                                 f"{frequency[-1]:g} Hz; axes must be equal; split the file")
         at = row_at[head.response], column_at[_reference(file, head)]
         if filled[at]:
             raise ToolpointError(f"{file.path}: {head.response} / {head.reference} is there twice; remove one")
+        if np.iscomplexobj(data) and not np.iscomplexobj(values):
+            values = values.astype(complex)
         values[at], filled[at] = data, True
     if not filled.all():
         row, column = np.argwhere(~filled)[0]

@@ -27,6 +27,7 @@ AXES: dict[str, Callable[[float, float, int], Array]] = {
     "rate": lambda start, rate, n: start + np.arange(n) / rate,
 }
 _TOUCHING = re.compile(r"(?<=\d)(?=[-+]\d*\.)")
+_CLOSING = re.compile(rb"(?:^|[\r\n])[ \t]{0,8}-1[ \t]*(?=[\r\n]|$)")
 # Fortran drops the letter of an exponent of three digits: 1.234-105.
 _UNMARKED = re.compile(r"(\.\d*)([-+]\d{3})(?=[-+\s]|$)")
 
@@ -64,6 +65,16 @@ def header(file: UniversalFile, one: UniversalSet) -> FunctionHeader:
     lines = list(one.header)
     if len(lines) < 11:
         raise ToolpointError(f"{file.path}: a set 58 of {len(lines)} lines; must have 11 header lines; it is cut short")
+    try:
+        return _header(file, lines)
+    except ToolpointError:
+        raise
+    except (ValueError, IndexError) as error:
+        raise ToolpointError(f"{file.path}: the header of function {lines[0].strip()!r} (set 58): {error}; the file is "
+                             "damaged") from None
+
+
+def _header(file: UniversalFile, lines: list[str]) -> FunctionHeader:
     if any(len(line.rstrip()) > 80 for line in lines[:5]):
         file.repaired("identification lines longer than 80 columns")
     dof = _fields(lines[5], (5, 10, 5, 10, 11, 10, 4, 11, 10, 4))
@@ -84,6 +95,10 @@ def header(file: UniversalFile, one: UniversalSet) -> FunctionHeader:
 
 def values(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> tuple[FloatArray, Array]:
     """Return abscissa (n,) and values (n,), real or complex, of a function set."""
+    if head.data_type not in (2, 4, 5, 6) or head.count < 1:
+        raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} states data type {head.data_type} and "
+                             f"{head.count} values; must be type 2, 4 (real), 5 or 6 (complex) and one value at least; "
+                             "take the set out")
     numbers = _binary(file, one, head) if one.binary else _text(file, one, head)
     each = (1 + head.is_complex) + (not head.even)
     if numbers.size != head.count * each:
@@ -120,12 +135,25 @@ def _text(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> Float
     data = file.behind(one, HEADER_LINES)
     if b"D" in data or b"d" in data:
         file.repaired("Fortran D exponents")
+    if one.stop == file.size and data[-1:] not in (b"\r", b"\n"):
+        data = _less_a_part(data)
     found, rest = regular(data)
+    closing = _CLOSING.search(rest)  # the next sets were taken for lines of this one, which is cut short
+    rest = rest if closing is None else rest[:closing.start()]
     return np.concatenate([found, _any_text(file, head, rest)]) if rest.strip() or not found.size else found
+
+
+def _less_a_part(data: bytes) -> bytes:
+    """Return numbers less the last one where the end of the file has cut it: 1.5E-0 of what was 1.5E-08."""
+    words = data.split()
+    tail = [len(word[word.find(b"."):]) for word in (words[0], words[-1])] if words else [0, 0]
+    return data[:len(data) - len(words[-1])] if tail[1] < tail[0] else data
 
 
 def _any_text(file: UniversalFile, head: FunctionHeader, data: bytes) -> FloatArray:
     """Return the numbers of text in any layout."""
+    if not data.strip():  # of which older and newer numpy make the number -1
+        return np.empty(0)
     body = "\n".join(data.decode("latin-1").splitlines()).replace("D", "E").replace("d", "e")
     try:
         return _parsed(body)

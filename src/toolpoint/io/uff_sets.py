@@ -67,6 +67,11 @@ class UniversalFile:
             raise ToolpointError(f"{path}: an empty file; expected a universal file") from None
         self.sets = tuple(self._scan())
 
+    @property
+    def size(self) -> int:
+        """Bytes of the file."""
+        return len(self._map)
+
     def text(self, one: UniversalSet) -> str:
         """Return the text records of a set (for a binary one, its header records)."""
         stop = one.data if one.binary else one.stop

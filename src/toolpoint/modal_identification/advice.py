@@ -15,6 +15,8 @@ from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
 BLIND = 0.02
+LOW_PART = 0.02  # of the range of lines: where integrated accelerations drift
+DRIFT = 0.5
 POOR_FIT = 0.9
 UNCERTAIN = 0.2
 SHARED = 4.0
@@ -24,9 +26,21 @@ EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
 def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
             spread: float, found: tuple[Resonance, ...]) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
-    return (*_fit_remarks(frf, quality, mode_quality, modes, excess), *_shared_remarks(spread, quality),
-            *doubtful_remark(found, modes), *_mode_remarks(frf, modes), *_pair_remarks(modes),
-            *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+    return (*_drift_remarks(frf, modes), *_fit_remarks(frf, quality, mode_quality, modes, excess),
+            *_shared_remarks(spread, quality), *doubtful_remark(found, modes), *_mode_remarks(frf, modes),
+            *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+
+
+def _drift_remarks(frf: Frf, modes: Modes) -> list[str]:
+    low = LOW_PART * float(frf.frequency[-1])
+    below = frf.frequency < low
+    power = (np.abs(frf.values) ** 2).reshape(frf.frequency.size, -1)
+    share = float(np.median(power[below].sum(axis=0) / np.maximum(power.sum(axis=0), np.finfo(float).tiny)))
+    if share < DRIFT or (modes.frequency < low).any():
+        return []
+    return [f"the lines below {low:.3g} Hz hold {100 * share:.4g} % of the power of the responses and no mode: "
+            "integrated accelerations drift there and hide all else; begin the band above them "
+            f"(--band {low:.3g}:{frf.frequency[-1]:.5g})"]
 
 
 def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:

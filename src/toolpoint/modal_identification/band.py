@@ -44,6 +44,8 @@ def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) 
     if frf.values.ndim != 3:
         fail("frf", repr(frf), "must be one pose", "use frf.at_pose(i)")
     limits = limits_of(frf, band)
+    if limits.high <= 0 or frf.frequency[-1] <= 0:
+        fail("band", f"{frf.frequency.size} lines within {limits}", f"must hold at least {lines} above 0 Hz")
     inside = frf.between(max(limits.low, np.nextafter(0.0, 1.0)), limits.high)
     if inside.frequency.size < lines:
         fail("band", f"{inside.frequency.size} lines within {limits}", f"must hold at least {lines}",

@@ -95,7 +95,7 @@ class Identification:
 
     @property
     def doubtful(self) -> np.ndarray:
-        """Whether each mode is doubtful: it does not stand out, and the residual is not noise."""
+        """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise."""
         unsure = {i for one in self.resonances if one.doubtful for i in one.modes}
         return np.array([i in unsure for i in range(self.modes.count)])
 

@@ -25,6 +25,8 @@ from toolpoint.vibration.modes import Modes
 
 ALIKE = 0.5
 HALF = 0.5
+# Of the power of the responses at one frequency: what this little carries may be the error that all of them share.
+FAINT = 1e-3
 
 
 @dataclass(frozen=True)
@@ -40,7 +42,8 @@ class Resonance:
     share : float
         Share of the responses at that frequency that belongs to the resonance, 0 .. 1.
     doubtful : bool
-        Whether it does not stand out while the residual is not noise: it may then stand for a misfit of stronger modes.
+        Whether it is faint, or does not stand out while the residual is not noise: it may then stand for a misfit of
+        stronger modes.
     """
 
     modes: tuple[int, ...]
@@ -52,6 +55,11 @@ class Resonance:
     def stands_out(self) -> bool:
         """Whether it moves the responses at its frequency more than all the rest together."""
         return self.share > HALF
+
+    @property
+    def faint(self) -> bool:
+        """Whether it carries less than a thousandth of the power of the responses at its frequency."""
+        return self.share < FAINT
 
 
 def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance, ...]:
@@ -70,7 +78,7 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
         part = _part(frf, modes.selected(members), lines[at]) * weight
         own, rest = _power(part), _power(flat[lines[at]] * weight - part)
         share = own / (own + rest) if own > 0 else 0.0
-        found.append(Resonance(tuple(members), members[at], share, smooth_residual and share <= HALF))
+        found.append(Resonance(tuple(members), members[at], share, share < FAINT or (smooth_residual and share <= HALF)))
     return tuple(found)
 
 
@@ -100,14 +108,17 @@ def _part(frf: Frf, modes: Modes, line: int) -> ComplexArray:
 
 def remark(found: tuple[Resonance, ...], modes: Modes) -> list[str]:
     """Return which resonances stand out and which modes are doubtful; nothing where none is."""
-    doubtful = [i for one in found if one.doubtful for i in one.modes]
+    faint = [f"{_numbers(one.modes)} at {modes.frequency[one.strongest]:.4g} Hz {'carry' if len(one.modes) > 1 else 'carries'} "
+             f"only {100 * one.share:.2g} % of the responses there: look at the shape before using it; noise that the "
+             "responses share makes such modes, and another band or reference does not" for one in found if one.faint]
+    doubtful = [i for one in found if one.doubtful and not one.faint for i in one.modes]
     if not doubtful:
-        return []
+        return faint
     clear = ", ".join(f"{modes.frequency[one.strongest]:.4g} Hz ({_numbers(one.modes)})" for one in found if one.stands_out)
     return [f"{clear or 'no resonance'} stand{'s' * (not clear)} out of the responses; {_numbers(doubtful)} "
             f"{'lie' if len(doubtful) > 1 else 'lies'} under stronger ones and, as the residual is not noise, may be small "
             "modes or stand for what the strong ones do not follow: real ones return in another band and in other responses "
-            "alone"]
+            "alone", *faint]
 
 
 def _numbers(modes: tuple[int, ...] | list[int]) -> str:

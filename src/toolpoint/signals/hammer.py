@@ -120,7 +120,12 @@ def _blocks(record: Record, force_at: int, others: list[int], block: int, rules:
             force_window: bool) -> list[tuple[Hit, FloatArray, FloatArray]]:
     if record.samples.shape[0] < block:
         fail("duration", f"{block / record.sample_rate:g} s", f"must not exceed the record of {record.duration:g} s")
-    hits = judged(found(record.samples[:, force_at], block, rules), record, force_at, others, block, rules, final)
+    hits = found(record.samples[:, force_at], block, rules)
+    pulse = max((hit.pulse - hit.start for hit in hits), default=0)
+    if pulse >= block:
+        fail("duration", f"{block / record.sample_rate:.2g} s", f"must exceed the {pulse / record.sample_rate:.2g} s of the "
+             "force pulse by far", "take one over the line spacing that is wanted")
+    hits = judged(hits, record, force_at, others, block, rules, final)
     decaying = exponential(block, record.sample_rate, final)[0]
     result = []
     for hit in hits:

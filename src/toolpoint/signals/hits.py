@@ -108,8 +108,15 @@ def judged(hits: list[Hit], record: Record, forces: int, others: list[int], bloc
 
 def _judged(hit: Hit, record: Record, force_at: int, others: list[int], block: int, rules: HitRules, final: float,
             typical: float) -> Hit:
-    if hit.start < 0 or hit.start + block > record.samples.shape[0]:
-        return hit.rejected("block reaches beyond the record")
+    samples, rate = record.samples.shape[0], record.sample_rate
+    rise = hit.start + round(rules.pretrigger * block)
+    if hit.start < 0:
+        fits = np.floor(1e5 * max(rise, 0) / block) / 1e5
+        return hit.rejected(f"block begins {-hit.start / rate:.2g} s before the record: HitRules(pretrigger={fits:g}) fits")
+    if hit.start + block > samples:
+        fits = np.floor(1e3 * (samples - rise - 1) / (1 - rules.pretrigger) / rate) / 1e3
+        return hit.rejected(f"block ends {(hit.start + block - samples) / rate:.2g} s behind the record: a duration of "
+                            f"{fits:g} s fits")
     part = record.samples[hit.start:hit.start + block]
     force, peak = part[:, force_at], hit.peak - hit.start
     if _swing(force, peak) > SWING:

@@ -1,4 +1,9 @@
-"""Chatter limits over a grid of axis positions and feed directions: serial or on workers, resumable, the worst place named."""
+"""Chatter limits over a grid of axis positions and feed directions: serial or on workers, resumable, the worst place named.
+
+Neighbouring poses are computed in short chains, each chart warm from the one before. How the grid is cut into chains hangs
+on the grid alone, so limits do not hang on workers or interruptions. A chain is finished, and kept, as a whole; where it
+breaks, its poses run again one at a time, so that only the one to blame is a failure.
+"""
 
 from __future__ import annotations
 
@@ -17,8 +22,9 @@ from toolpoint.cutting.stability import Method
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.chatter_map import chatter_map
-from toolpoint.studies.execute import Engine, Progress, execute
+from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 
+CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
 
 @dataclass(frozen=True)
 class WorstCut:
@@ -85,7 +91,7 @@ class ChatterGrid:
 
 @dataclass(frozen=True)
 class _Charts:
-    """Charts of all feed directions at one pose."""
+    """Charts of all feed directions at the poses of a chain, each warm from the one before; values have one row a pose."""
 
     machine: Machine
     names: tuple[str, ...]
@@ -99,19 +105,18 @@ class _Charts:
         """What tells this study from another one on the same grid."""
         return repr((self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method)))
 
-    def __call__(self, position: Sequence[float]) -> dict[str, Any]:
-        found = chatter_map(self.machine, [dict(zip(self.names, position, strict=True))], np.array(self.speeds),
-                            np.array(self.feed_angles), self.cut, self.method)
-        charts = found.charts.charts[0]
+    def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
+        poses = [dict(zip(self.names, position, strict=True)) for position in chain]
+        found = chatter_map(self.machine, poses, np.array(self.speeds), np.array(self.feed_angles), self.cut, self.method,
+                            chain=len(poses)).charts
         empty = np.full(len(self.speeds), np.nan)
-        reasons = [""] * len(charts)
-        for _, way, reason in found.charts.failures:
-            reasons[way] = reason
-        notes = dict.fromkeys(note for chart in charts if chart is not None for note in chart.notes)
-        return {"limit": np.array([empty if c is None else c.limit for c in charts]),
-                "frequency": np.array([empty if c is None else _chatter(c) for c in charts]),
-                "depth_max": np.array(found.charts.depth_max), "reasons": np.array(reasons),
-                "notes": np.array("\n".join(notes))}
+        reasons = np.full((len(poses), len(self.feed_angles)), "", object)
+        for at, way, reason in found.failures:
+            reasons[at, way] = reason
+        notes = ["\n".join(dict.fromkeys(note for c in row if c is not None for note in c.notes)) for row in found.charts]
+        return {"limit": found.limit,
+                "frequency": np.array([[empty if c is None else _chatter(c) for c in row] for row in found.charts]),
+                "depth_max": np.full(len(poses), found.depth_max), "reasons": reasons.astype(str), "notes": np.array(notes)}
 
 
 def _chatter(chart: StabilityChart) -> FloatArray:
@@ -142,7 +147,8 @@ def chatter_grid(
         rad from x towards y.
     method : stability method, optional
         Chosen to suit the cut where left out; `ZeroOrder` is quicker by far and says its usual error.
-    engine, folder, progress : see `execute.execute`; a point of the study is a pose.
+    engine, folder, progress
+        See `execute.execute`; a point of the study is a chain of neighbouring poses, `progress` counts poses.
     """
     used = cut or machine.description.cutting
     if used is None:
@@ -156,12 +162,46 @@ def chatter_grid(
     n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     function = _Charts(machine, tuple(grid), tuple(map(float, n)), tuple(map(float, angles)), used, method)
-    poses = [list(map(float, pose)) for pose in itertools.product(*grid.values())]
-    run = execute(function, poses, engine, folder, progress)
-    return _gathered(run.outcomes, grid, angles, n, used)
+    outcomes = _chained(function, list(grid.values()), engine, None if folder is None else Path(folder), progress)
+    return _gathered(outcomes, grid, angles, n, used)
 
 
-def _gathered(outcomes: Sequence[Any], grid: Mapping[str, FloatArray], angles: FloatArray, speeds: FloatArray,
+def _chained(function: _Charts, grid: Sequence[FloatArray], engine: Engine | None, folder: Path | None,
+             progress: Progress | None) -> list[Outcome]:
+    """The outcome of every pose, in the order of the grid."""
+    shape = tuple(len(v) for v in grid)
+    order = _snake(shape)
+    length = min(CHAIN, -(-len(order) // CHAINS))
+    chains = [order[i:i + length] for i in range(0, len(order), length)]
+
+    def run(parts: Sequence[Sequence[tuple[int, ...]]], place: Path | None, before: int) -> dict[tuple[int, ...], Outcome]:
+        total = sum(map(len, parts))
+        told = (lambda done, every: progress(before + total * done // every, len(order))) if progress else None
+        points = [[[float(v[i]) for v, i in zip(grid, index)] for index in part] for part in parts]
+        found = execute(function, points, engine, place, told).outcomes
+        return {index: _one(outcome, row) for part, outcome in zip(parts, found) for row, index in enumerate(part)}
+
+    outcomes = run(chains, folder, 0)
+    broken = [[index] for part in chains if len(part) > 1 and outcomes[part[0]].values is None for index in part]
+    if broken:
+        outcomes |= run(broken, folder and folder / "alone", len(order) - len(broken))
+    return [outcomes[index] for index in itertools.product(*map(range, shape))]
+
+
+def _snake(shape: tuple[int, ...]) -> list[tuple[int, ...]]:
+    """Indices of a grid in an order in which each is a neighbour of the last."""
+    if not shape:
+        return [()]
+    inner = _snake(shape[1:])
+    return [(i, *rest) for i in range(shape[0]) for rest in (inner[::-1] if i % 2 else inner)]
+
+
+def _one(outcome: Outcome, row: int) -> Outcome:
+    """The outcome of one pose of a chain."""
+    return outcome if outcome.values is None else Outcome({name: value[row] for name, value in outcome.values.items()})
+
+
+def _gathered(outcomes: Sequence[Outcome], grid: Mapping[str, FloatArray], angles: FloatArray, speeds: FloatArray,
               cut: CuttingDescription) -> ChatterGrid:
     shape = tuple(len(v) for v in grid.values())
     lost = np.full((angles.size, speeds.size), np.nan)

@@ -43,7 +43,7 @@ class ChatterMap:
 def chatter_map(
     machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, speeds: ArrayLike | None = None,
     feed_angles: ArrayLike = (0.0,), cut: CuttingDescription | None = None, method: Method | None = None, workers: int = 1,
-    warm: bool = True,
+    warm: bool = True, chain: int | None = None,
 ) -> ChatterMap:
     """Return stability charts of a cut over poses and feed directions.
 
@@ -64,6 +64,8 @@ def chatter_map(
         Threads.
     warm : bool
         Let each chart begin with what its neighbour left, see `chart_poses`.
+    chain : int, optional
+        Poses that follow each other warm; by the rule of `chart_poses` where left out.
     """
     cut = cut or machine.description.cutting
     if cut is None:
@@ -73,5 +75,5 @@ def chatter_map(
     problems = [milling_problem(cut, study.modes.at_pose(i), f"{study.point}:+x", f"{study.point}:+y")
                 for i in range(len(study.poses))]
     depth = max(depth_limit(problem) for problem in problems)
-    charts = chart_poses(problems[0], study.modes, n, depth, np.atleast_1d(feed_angles), method, workers, warm)
+    charts = chart_poses(problems[0], study.modes, n, depth, np.atleast_1d(feed_angles), method, workers, warm, chain)
     return ChatterMap(study, charts, cut)

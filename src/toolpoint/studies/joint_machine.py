@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from toolpoint.machine.description import (
     MachineDescription,
     ReferenceDescription,
 )
-from toolpoint.studies.model_correlation import with_measured_points
+from toolpoint.studies.model_correlation import correlate, with_measured_points
 from toolpoint.vibration import Modes
 
 
@@ -38,7 +39,8 @@ def machine_of(
         With stiffnesses, that is identified with masses.
     bodies : mapping of component to BodyDescription
     modes : Modes
-        The measured ones, kept as reference; their mean damping ratio becomes that of all modes.
+        The measured ones, real, kept as reference; their mean damping ratio becomes that of all modes. With measured points
+        those that no mode of the machine looks like (MAC below one half) are left out of both and named in the assumptions.
     points : mapping of name to (3,) position in the machine frame, m, optional
         Measured points; those that `owner` (component to its points) names become points of the bodies, so that the machine
         can be correlated with the test and updated to it as it is.
@@ -52,15 +54,21 @@ def machine_of(
     missing = [one.child for one in joints.joints if one.child not in bodies]
     if missing:
         fail("bodies", f"no mass properties of {missing[0]}", "every component of the chain needs them")
-    ratio = float(np.mean(modes.damping_ratio))
-    measured = ReferenceDescription("measured", tuple(float(f) for f in modes.frequency),
-                                    tuple(float(z) for z in modes.damping_ratio), "measured")
     found = MachineDescription(
-        name, dict(bodies), described, damping_ratio=ratio, reference=(measured,),
-        description="Minimal model from measured mode shapes.", source="identified from measured modes",
-        assumptions=(f"A damping ratio of {100 * ratio:.3g} %, the mean of the measured ones, is taken for every mode.",
-                     *(f"{one.parent} - {one.child}: {one.status}" for one in joints.joints)))
-    return found if not owner else with_measured_points(build(found), points or {}, owner).description
+        name, dict(bodies), described, description="Minimal model from measured mode shapes.",
+        source="identified from measured modes")
+    if owner:
+        found = with_measured_points(build(found), points or {}, owner).description
+    lonely = correlate(build(found), modes).pairs.single_first if owner else []
+    kept = [i for i in range(modes.count) if i not in lonely] or list(range(modes.count))
+    ratio = float(np.mean(modes.damping_ratio[kept]))
+    measured = ReferenceDescription("measured", tuple(float(f) for f in modes.frequency[kept]),
+                                    tuple(float(z) for z in modes.damping_ratio[kept]), "measured")
+    left = [f"{modes.frequency[i]:.4g} Hz" for i in range(modes.count) if i not in kept]
+    alone = (f"Measured without a partner among the modes of this machine and left out: {', '.join(left)}.",) if left else ()
+    return replace(found, damping_ratio=ratio, reference=(measured,), assumptions=(
+        f"A damping ratio of {100 * ratio:.3g} %, the mean of the measured ones, is taken for every mode.", *alone,
+        *(f"{one.parent} - {one.child}: {one.status}" for one in joints.joints)))
 
 
 def _joint(one: JointEstimate) -> JointDescription:

@@ -44,7 +44,8 @@ class PointPairing:
     def _kept(self, what: str, measured: Sequence[Dof]) -> list[Dof]:
         keep = [d for d in measured if d.point in self.pairs]
         if not keep:
-            fail(what, "no paired point", "must share points with the pairing")
+            fail(what, f"no paired point ({self.status})", "must share points with the pairing",
+                 "toolpoint correlate: give --components, three of --pair TEST=MODEL, or a larger --furthest")
         if any(d.is_rotation for d in keep):
             fail(what, "rotational Dofs", "points are paired for translations", "use at_dofs or selected first")
         return keep

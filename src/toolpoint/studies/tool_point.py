@@ -65,7 +65,8 @@ def tool_point(
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     poses = tuple(poses if poses is not None else description.poses) or ({},)
     batch = {axis.name: np.array([float(pose.get(axis.name, 0.0)) for pose in poses]) for axis in machine.chain.axes}
-    labels = [Dof(point, way) for way in ("+x", "+y", "+z")]
+    # Read as the cut reads them: the point named 7 of a measured machine is the number 7.
+    labels = [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")]
     system = assemble(machine, batch or None, labels, modal_damping=False)
     if not batch:
         system = _as_batch(system, len(poses))

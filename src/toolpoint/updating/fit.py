@@ -218,6 +218,7 @@ def _finished(
     covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
     freedom = last.values.size - len(names)
     scaled = problem.assumed and not isinstance(method, Bayesian) and freedom > 0
+    scaled = scaled and not (problem.measured and chi < freedom)  # an assumption too wide makes no measurement better
     fitted = Fit(
         problem.parameters, x, problem.values(x), names, reasons,
         covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),

@@ -78,6 +78,11 @@ class Problem:
         """Whether any standard deviation in use is an assumption and not the measurement's own."""
         return any(t.assumed for t in self.targets)
 
+    @property
+    def measured(self) -> bool:
+        """Whether any standard deviation in use is the measurement's own."""
+        return any(t.measured for t in self.targets)
+
     def values(self, x: FloatArray) -> dict[str, float]:
         """Return all numbers of the model at x, links included."""
         return self.coordinates.values(x)

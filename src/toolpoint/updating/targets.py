@@ -19,7 +19,8 @@ class Targets:
 
     Every residual is a difference divided by its standard deviation. Standard deviations come from the measurement
     (`Modes.covariance`, `Modes.shape_variance`, `Frf.variance`) where it has them, otherwise from the numbers here, which
-    are then assumptions: standard errors of the fit are scaled by the root of the reduced chi-square.
+    are then assumptions: standard errors of the fit are scaled by the root of the reduced chi-square, but never below
+    those that the measurement's own deviations give.
 
     Parameters
     ----------
@@ -109,6 +110,14 @@ class Targets:
             ((self.frequency or self.damping) and modes.covariance is None)
             or (self.shape and modes.shape_variance is None) or self.mac)
         return from_modes or (frf is not None and frf.variance is None)
+
+    @property
+    def measured(self) -> bool:
+        """Whether any standard deviation in use is the measurement's own."""
+        modes, frf = self.modes, self.frf
+        from_modes = modes is not None and (((self.frequency or self.damping) and modes.covariance is not None)
+                                            or (self.shape and modes.shape_variance is not None))
+        return from_modes or (frf is not None and frf.variance is not None)
 
     @property
     def weights(self) -> tuple[str, ...]:

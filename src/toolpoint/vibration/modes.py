@@ -159,19 +159,23 @@ class Modes:
 
     @property
     def frequency_interval(self) -> FloatArray:
-        """Half width of the 95 % interval of each frequency, Hz, shape (..., n_modes); needs `covariance`."""
-        return 1.959964 * np.sqrt(self._covariance()[..., 0, 0])
+        """Half width of the 95 % interval of each frequency, Hz, shape (..., n_modes); needs `covariance`.
+
+        NaN where the variance is negative: nearly equal modes that cancel each other have no certainty of their own.
+        """
+        return self._half_width(0)
 
     @property
     def damping_interval(self) -> FloatArray:
-        """Half width of the 95 % interval of each damping ratio, shape (..., n_modes); needs `covariance`."""
-        return 1.959964 * np.sqrt(self._covariance()[..., 1, 1])
+        """Half width of the 95 % interval of each damping ratio, NaN as for the frequency, shape (..., n_modes)."""
+        return self._half_width(1)
 
-    def _covariance(self) -> FloatArray:
+    def _half_width(self, which: int) -> FloatArray:
         if self.covariance is None:
             fail("Modes.covariance", "none", "must be given for an interval",
                  "identify with a method that estimates it")
-        return self.covariance
+        variance = self.covariance[..., which, which]
+        return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
     def shape_at(self, wanted: Iterable[Dof | str | int]) -> Array:
         """Return the rows of the shapes at these Dofs, shape (..., n_wanted, n_modes)."""

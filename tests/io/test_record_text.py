@@ -1,0 +1,24 @@
+"""Time histories in text: units of the columns."""
+
+from __future__ import annotations
+
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.io import record_text
+
+
+@pytest.mark.parametrize(("column", "factor"), [
+    ("acceleration", 1.0), ("acceleration [g]", 9.80665), ("acceleration [mm/s^2]", 1e-3), ("velocity [mm/s]", 1e-3),
+    ("displacement [um]", 1e-6), ("Fx [kN]", 1e3)])
+def test_columns_become_si(tmp_path, column, factor):
+    (tmp_path / "r.csv").write_text(f"time [ms],{column}\n0,1\n1,2\n2,3\n")
+    record = record_text.read(tmp_path / "r.csv")
+    assert record.sample_rate == pytest.approx(1000)
+    assert record.samples[:, 0] == pytest.approx([factor, 2 * factor, 3 * factor])
+
+
+def test_a_unit_of_another_kind_is_refused(tmp_path):
+    (tmp_path / "r.csv").write_text("time,acceleration [mm]\n0,1\n1,2\n")
+    with pytest.raises(ToolpointError, match="acceleration"):
+        record_text.read(tmp_path / "r.csv")
