@@ -143,7 +143,7 @@ def test_a_mode_that_the_machine_does_not_have_has_no_partner_and_stops_nothing(
     assert rows[-1][2] == "44.700" and max(abs(float(row[3])) for row in rows[:6]) < 0.5
     written = machine_yaml.read(tmp_path / "found.yaml").description
     assert written.reference[0].frequencies == pytest.approx(truth.frequency, rel=1e-6)
-    assert any("without a partner among the modes of this machine and left out: 44.7 Hz" in text for text in written.assumptions)
+    assert any("without a partner" in text and "left out: 44.7 Hz" in text for text in written.assumptions)
     main(["update", found, "--modes", str(tmp_path / "modes.h5"), *page])
     shown = capsys.readouterr()
     assert "the measured modes at 44.7 Hz look least like" in shown.err and "57.98" in shown.out

@@ -67,8 +67,10 @@ def chart(
     if isinstance(problem, MillingProblem) and problem.plane.is_modal and str(method).startswith(NEED_MODES):
         remarks = (*remarks, *problem.plane.with_modal_residual().notes[len(problem.plane.notes):])
     if warm is not None and isinstance(method, WarmMethod):
-        return method.solve_warm(problem, np.asarray(n), depth_max, warm).noted(*remarks)
-    return method.solve(problem, np.asarray(n), depth_max).noted(*remarks)
+        found = method.solve_warm(problem, np.asarray(n), depth_max, warm)
+    else:
+        found = method.solve(problem, np.asarray(n), depth_max)
+    return found.noted(*remarks, *([] if found.status == "complete" else [found.status]))
 
 
 def default_method(problem: Problem) -> Method:

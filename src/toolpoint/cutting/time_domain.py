@@ -94,7 +94,8 @@ class Simulation:
         m = self.steps_per_repeat
         held = (self.displacement.shape[0] - 1) // m - 2
         if not 1 <= periods <= held:
-            fail("periods", str(periods), f"must be 1 to {held}, what the run holds ({self.status})", "simulate more revolutions")
+            fail("periods", str(periods), f"must be 1 to {held}, what the run holds ({self.status})",
+                 "simulate more revolutions")
         d = self.displacement[-(periods + 2) * m - 1:]
         change = d[m:] - d[:-m]
         energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
