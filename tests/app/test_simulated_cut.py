@@ -56,6 +56,13 @@ def test_a_cut_from_measured_lines_is_that_of_their_modes(folder, tmp_path, caps
     assert "explain only 100 % of a response; identify them with care" in capsys.readouterr().err
 
 
+def test_a_best_cut_from_too_short_a_band_is_doubted(folder, tmp_path, capsys):
+    """The response ends on a resonance: what it says to cut is marked; with the whole band it is not."""
+    for band, doubted in (("20:900", True), ("20:4900", False)):
+        main(["lobes", "--frf", str(folder / "y.txt"), "--band", band, *CUT, *SPEEDS, "-o", str(tmp_path)])
+        assert ("doubtful, as the FRF lacks" in " ".join(capsys.readouterr().out.replace("│", " ").split())) == doubted
+
+
 def test_a_short_simulation_does_not_take_the_start_for_chatter(tmp_path, capsys):
     """The slowest mode of the machine, 21.5 Hz at 3 %, needs more than a second to forget the start."""
     cut = ["mill", MACHINE, "--speed", 1350, "--depth", 2, "-o", tmp_path]

@@ -19,6 +19,7 @@ from toolpoint.cutting.probability import (
     modal_parameters,
     probability,
 )
+from toolpoint.cutting.problem import MISSING
 from toolpoint.cutting.stability import Method
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.probability import importance_chart, probability_chart
@@ -94,13 +95,14 @@ def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -
 
 
 def advice_rows(chart: StabilityChart, found: ProbabilityChart | None, uncertainty: Uncertainty) -> list[list[str]]:
-    """Return rows (what, rev/min, depth mm, reason) of the cuts to make."""
+    """Return rows (what, rev/min, depth mm, reason) of the cuts to make; doubtful where the FRF lacks part of the band."""
+    doubt = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
     advice: list[tuple[str, Advice]] = [("best cut of the chart", from_chart(chart))]
     if found is not None:
         advice.append(("best cut with 95 % certainty", from_cuts(found, list(uncertainty.cuts), LEVEL)))
         after = found.after_cuts(uncertainty.cuts)
         advice.append(("next test cut", most_informative(after)))
-    return [[name, f"{one.speed:.0f}", f"{1e3 * one.depth:.3g}", one.reason] for name, one in advice]
+    return [[name, f"{one.speed:.0f}", f"{1e3 * one.depth:.3g}", doubt + one.reason] for name, one in advice]
 
 
 def with_probability(report: Report, found: ProbabilityChart, uncertainty: Uncertainty) -> Report:

@@ -17,6 +17,8 @@ from toolpoint.vibration import Frf, Modes
 Response = Modes | Frf | PlaneDynamics
 Dynamics = Response | tuple[Response, Response] | Callable[[float], "Response"]
 
+MISSING = "missing is the band"  # in every remark of `coverage`
+
 
 @dataclass(frozen=True)
 class SpeedVariation:
@@ -259,12 +261,12 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
     tooth = teeth * float(speeds.max()) / 60
     if size[-max(2, f.size // 100):].max() > 0.1 * size[inner].max():
         notes.append(f"the FRF ends at {f[-1]:g} Hz where its response is still above a tenth of the largest: "
-                     f"missing is the band above {f[-1]:g} Hz, to at least {max(2 * peak, 1.2 * float(f[-1])):.0f} Hz")
+                     f"{MISSING} above {f[-1]:g} Hz, to at least {max(2 * peak, 1.2 * float(f[-1])):.0f} Hz")
     if f[-1] < peak + tooth:
-        notes.append(f"the FRF ends at {f[-1]:g} Hz; missing is the band to {peak + tooth:.0f} Hz "
+        notes.append(f"the FRF ends at {f[-1]:g} Hz; {MISSING} to {peak + tooth:.0f} Hz "
                      "(largest resonance plus tooth-passing frequency)")
     if f[0] > 0.5 * peak:
-        notes.append(f"the FRF begins at {f[0]:g} Hz; missing is the band from {0.5 * peak:.0f} Hz")
+        notes.append(f"the FRF begins at {f[0]:g} Hz; {MISSING} from {0.5 * peak:.0f} Hz")
     notes = [f"{note}; limits may be far too high for it, and no stated error holds it" for note in notes]
     for note in notes:
         warnings.warn(note, ToolpointWarning, stacklevel=3)
