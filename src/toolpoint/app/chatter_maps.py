@@ -140,7 +140,7 @@ def page(found: ChatterGrid, machine: Machine, notes: Sequence[str] = ()) -> Rep
     units = {axis.name: "rad" if axis.is_rotary else "m" for axis in machine.chain.axes}
     described = words(found.cut).replace(f", feed along {found.cut.feed}", "")  # the feed turns here
     report = Report(f"Chatter limits over the workspace: {machine.description.name}", f"{described}.",
-                    subtitle=repr(found))
+                    subtitle=repr(found)[12:-1])
     report = report.with_section(
         "Stable depth", *_map_parts(found, units),
         Table(HEADER, rows(found), "Depth that is stable at every charted speed; the worst pose of each feed direction"))
