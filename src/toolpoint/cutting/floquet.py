@@ -58,7 +58,7 @@ class FloquetDeterminant:
 
     tolerance: float = 1e-6
     nodes: int = 5
-    levels: int = 96
+    levels: int = 48
     base: int = 16
 
     def __post_init__(self) -> None:
