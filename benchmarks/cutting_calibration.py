@@ -10,8 +10,8 @@ import numpy as np
 
 from toolpoint import Modes
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
-from toolpoint.cutting.calibration import instantaneous
-from toolpoint.cutting.forces import rigid_forces
+from toolpoint.cutting.force.calibration import instantaneous
+from toolpoint.cutting.force.laws import rigid_forces
 
 
 def main() -> None:

@@ -34,8 +34,8 @@ from toolpoint.cutting import (
     Tool,
     stability,
 )
-from toolpoint.cutting.collocation import Cut, _monodromy
-from toolpoint.cutting.hill import HillDeterminant
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.methods.collocation import Cut, _monodromy
 from toolpoint.vibration import frequency_response
 
 TOP = 0.01

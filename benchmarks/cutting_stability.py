@@ -28,8 +28,8 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.pose_charts import chart_poses
-from toolpoint.cutting.probability import coefficient_parameters, modal_parameters, probability
+from toolpoint.cutting.advice.probability import coefficient_parameters, modal_parameters, probability
+from toolpoint.cutting.stability.pose_charts import chart_poses
 
 
 def two_dof() -> MillingProblem:

@@ -11,8 +11,8 @@ import numpy as np
 
 from toolpoint import Modes, ToolpointWarning
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.cutting.location import location_error
-from toolpoint.cutting.time_domain import ExactSteps, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, simulate
+from toolpoint.cutting.surface.location import location_error
 
 
 def random_problem(rng: np.random.Generator, n: int) -> MillingProblem:

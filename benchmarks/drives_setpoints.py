@@ -9,7 +9,7 @@ import time
 import numpy as np
 
 from toolpoint.drives import JerkLimits, Path, planned, seven_phase
-from toolpoint.io import gcode
+from toolpoint.io.program import gcode
 
 
 def program(lines: int) -> str:

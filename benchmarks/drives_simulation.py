@@ -81,8 +81,8 @@ print(json.dumps({"seconds per simulated second": 2 * spent, "relative error of 
 
 def speed(servo: object, command: object, substeps: int, runs: int) -> float:
     """Return the least CPU seconds of a simulation of one second."""
-    from toolpoint.drives.kernel import run
-    from toolpoint.drives.simulate import prepared
+    from toolpoint.drives.simulation.kernel import run
+    from toolpoint.drives.simulation.simulate import prepared
 
     best = np.inf
     for _ in range(runs):
@@ -148,9 +148,9 @@ def large(modes: int = 200) -> dict[str, float]:
     from servo_cases import benchmark_command, benchmark_servo, lugre
 
     from toolpoint.drives import Servo, Structure, plant
-    from toolpoint.drives.exact_step import step_matrices
-    from toolpoint.drives.kernel import run
-    from toolpoint.drives.simulate import prepared
+    from toolpoint.drives.simulation.exact_step import step_matrices
+    from toolpoint.drives.simulation.kernel import run
+    from toolpoint.drives.simulation.simulate import prepared
     from toolpoint.vibration import Modes
 
     rng, base = np.random.default_rng(0), benchmark_servo(lugre())

@@ -4,7 +4,7 @@ from importlib import resources
 
 import numpy as np
 
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.vibration import eigen
 
@@ -12,7 +12,7 @@ from toolpoint.vibration import eigen
 def main() -> float:
     """Return the largest deviation from the experiment, in per cent."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
-        machine = machine_yaml.read(path)
+        machine = machine_file.read(path)
     modes = eigen.undamped(assemble(machine))
     measured = np.array(machine.description.reference[0].frequencies)
     deviation = 100 * (modes.frequency / measured - 1)

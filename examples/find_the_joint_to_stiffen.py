@@ -2,7 +2,7 @@
 
 from importlib import resources
 
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import parameters
@@ -12,7 +12,7 @@ from toolpoint.vibration import sensitivity
 def main() -> str:
     """Return the path of the stiffness that matters most for the lowest mode."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical_drives.yaml") as path:
-        machine = machine_yaml.read(path)
+        machine = machine_file.read(path)
     paths = [p for p in parameters(machine.description) if ".stiffness." in p]
     slopes = sensitivity.frequencies(assemble(machine), matrix_derivatives(machine, paths), 1)[:, 0]
     gains = {p: 0.01 * machine.value(p) * slope for p, slope in zip(paths, slopes, strict=True)}

@@ -4,7 +4,7 @@ from importlib import resources
 
 import numpy as np
 
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.modal_identification.identify import identify
 from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import assembled
@@ -15,7 +15,7 @@ from toolpoint.vibration import Dof
 def main() -> float:
     """Return the largest deviation of an identified from a true frequency, in per cent."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
-        machine = machine_yaml.read(path)
+        machine = machine_file.read(path)
     rng = np.random.default_rng(7)
     points = surface_points(machine, 40, rng)
     truth = true_modes(machine, points, 0.03)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 
 ROOT = Path(__file__).resolve().parents[1]
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
@@ -15,13 +15,13 @@ MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
 @pytest.fixture(scope="session")
 def vertical():
     """The published three-axis vertical machining centre, six freedoms."""
-    return machine_yaml.read(MACHINES / "three_axis_vertical.yaml")
+    return machine_file.read(MACHINES / "three_axis_vertical.yaml")
 
 
 @pytest.fixture(scope="session")
 def vertical_drives():
     """The same with its feed drives, eighteen freedoms."""
-    return machine_yaml.read(MACHINES / "three_axis_vertical_drives.yaml")
+    return machine_file.read(MACHINES / "three_axis_vertical_drives.yaml")
 
 
 @pytest.fixture(scope="session")

@@ -9,9 +9,10 @@ from scipy.io import savemat
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
-from toolpoint.cutting.forces import rigid_forces
-from toolpoint.cutting.plane import PlaneDynamics
-from toolpoint.io import hdf5, record_text
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.force.laws import rigid_forces
+from toolpoint.io import hdf5
+from toolpoint.io.text import record_table
 from toolpoint.vibration import Dof, Record
 
 MATERIAL = CuttingCoefficients(767e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
@@ -42,7 +43,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("forces")
     rng = np.random.default_rng(5)
     for i, feed in enumerate(FEEDS):
-        record_text.write(as_record(dynamometer(feed, rng, phase=rng.uniform(0, 2 * np.pi))), folder / f"f{i}.csv")
+        record_table.write(as_record(dynamometer(feed, rng, phase=rng.uniform(0, 2 * np.pi))), folder / f"f{i}.csv")
     return folder
 
 
@@ -119,7 +120,7 @@ def test_ball_end_mill_and_unequal_pitch(tmp_path, capsys):
                        (Tool(0.016, 4, helix=0.4, pitch=pitch, runout=8e-6, runout_angle=1.0),
                         ["--teeth", "4", "--pitch", "80,95,85,100"])):
         for i, feed in enumerate((0.06, 0.12)):
-            record_text.write(as_record(dynamometer(feed, rng, tool, arc, 1.1 + i, noise=0.01)), tmp_path / f"{i}.txt")
+            record_table.write(as_record(dynamometer(feed, rng, tool, arc, 1.1 + i, noise=0.01)), tmp_path / f"{i}.txt")
         angles = ["--helix", str(np.degrees(0.4)), "--entry", str(np.degrees(0.3)), "--exit", str(np.degrees(1.9))]
         found = run(capsys, str(tmp_path / "0.txt"), str(tmp_path / "1.txt"), "--diameter", "16", *more, *angles,
                     "--speed", "3000", "--depth", "2", "--feed", "0.06,0.12", "-o", str(tmp_path),
@@ -134,8 +135,8 @@ def test_ball_end_mill_and_unequal_pitch(tmp_path, capsys):
 
 def test_a_written_record_reads_back_equal(tmp_path):
     record = as_record(np.random.default_rng(0).standard_normal((50, 3)))
-    record_text.write(record, tmp_path / "r.csv")
-    back = record_text.read(tmp_path / "r.csv")
+    record_table.write(record, tmp_path / "r.csv")
+    back = record_table.read(tmp_path / "r.csv")
     np.testing.assert_array_equal(back.samples, record.samples)
     assert back.channels == record.channels and back.sample_rate == pytest.approx(RATE)
 

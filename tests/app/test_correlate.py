@@ -8,7 +8,8 @@ import pytest
 from four_part_mill import four_part_mill
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, machine_yaml
+from toolpoint.io import hdf5
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.machine.placement import placed
 from toolpoint.spatial import rotation
@@ -38,8 +39,8 @@ def test_data(tmp_path_factory):
     frf = frequency_response.direct(assemble(mill, None, labels, labels[:1]), np.linspace(10, 90, 241))
     hdf5.write(replace(frf, outputs=numbered, inputs=numbered[:1]), folder / "frf.h5")
     wrong = mill.with_values({PATH: 0.5 * mill.value(PATH)})
-    machine_yaml.write(wrong.description, folder / "wrong.yaml")
-    machine_yaml.write(mill.description, folder / "right.yaml")
+    machine_file.write(wrong.description, folder / "wrong.yaml")
+    machine_file.write(mill.description, folder / "right.yaml")
     return folder, names
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.app.cut_options import changed, in_si
 from toolpoint.cutting import Engagement
-from toolpoint.cutting.described import coefficients_of, engagement_of
+from toolpoint.cutting.build import coefficients_of, engagement_of
 from toolpoint.machine.description import CuttingDescription, SpeedVariationDescription
 
 FULL = CuttingDescription(0.016, 4, 0.4, 8e8, 3e8, "up", edge_axial=1e3)

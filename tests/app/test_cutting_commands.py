@@ -8,7 +8,8 @@ import pytest
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, SpeedVariation, Tool, stability
-from toolpoint.io import frf_text, hdf5
+from toolpoint.io import hdf5
+from toolpoint.io.text import frf_table
 from toolpoint.vibration import Modes, frequency_response
 
 MACHINE = str(Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/three_axis_vertical_drives.yaml")
@@ -22,7 +23,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dynamics")
     hdf5.write(TOOL, folder / "modes.h5")
     frf = frequency_response.modal(TOOL, np.arange(100.0, 6000.0, 1.0), ["tip:+x"], ["tip:+x"])
-    frf_text.write(frf, folder / "tip.txt")
+    frf_table.write(frf, folder / "tip.txt")
     return folder
 
 

@@ -10,10 +10,10 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.app.drive_servo import friction_law, servo_of
 from toolpoint.drives import Contact, SynchronousMotor, loops, low_pass, notch, simulate
-from toolpoint.drives.command import constant_velocity, step
-from toolpoint.drives.simulate import Excitation
-from toolpoint.io import drive_yaml
-from toolpoint.io.drive_schema import json_schema
+from toolpoint.drives.program.command import constant_velocity, step
+from toolpoint.drives.simulation.simulate import Excitation
+from toolpoint.io.yaml import drive_file
+from toolpoint.io.yaml.drive_schema import json_schema
 
 pytestmark = pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 
@@ -34,7 +34,7 @@ def servo(tmp_path, mechanics=TWO, position="", velocity="", axis=""):
     text += f"    velocity: {{gain: 1.5 N*m*s/rad, integral_time: 20 ms{velocity}}}\n"
     text += "".join(f"    {line}\n" for line in axis.splitlines())
     (tmp_path / "drive.yaml").write_text(text)
-    return servo_of(drive_yaml.read(tmp_path / "drive.yaml"))
+    return servo_of(drive_file.read(tmp_path / "drive.yaml"))
 
 
 SHAFT = {
@@ -50,7 +50,7 @@ SHAFT = {
 @pytest.mark.parametrize("law", SHAFT)
 def test_torque_at_constant_speed_is_the_law_at_the_shaft(tmp_path, law):
     made = servo(tmp_path, axis=f"friction: {{law: {law}, {SHAFT[law]}}}")
-    found = friction_law(drive_yaml.read(tmp_path / "drive.yaml").axes["X"].friction)
+    found = friction_law(drive_file.read(tmp_path / "drive.yaml").axes["X"].friction)
     w = 0.03 / RATIO
     torque = simulate(made, constant_velocity(0.03, 1e-3, 0.8)).signal("torque_set", "X")[-400:].mean()
     assert torque == pytest.approx(float(found.steady(w)) + 0.01 * w, rel=2e-3)
@@ -68,7 +68,7 @@ GUIDE = {
 @pytest.mark.parametrize("mechanics", [TWO, SCREW])
 def test_torque_at_constant_speed_is_the_law_at_the_guide(tmp_path, law, mechanics):
     made = servo(tmp_path, mechanics, axis=f"guide_friction: {{law: {law}, {GUIDE[law]}}}")
-    found = friction_law(drive_yaml.read(tmp_path / "drive.yaml").axes["X"].guide_friction)
+    found = friction_law(drive_file.read(tmp_path / "drive.yaml").axes["X"].guide_friction)
     torque = simulate(made, constant_velocity(0.03, 1e-3, 0.8)).signal("torque_set", "X")[-400:].mean()
     loss = 0.01 * 0.03 / RATIO if mechanics is TWO else 0.0
     assert torque == pytest.approx(float(found.steady(0.03)) * RATIO + loss, rel=5e-3)
@@ -82,7 +82,7 @@ def test_rack_and_linear_motor(tmp_path):
     text = ("toolpoint: 1\nname: t\naxes:\n  X:\n    mechanics: {kind: linear-motor, table_mass: 50 kg, guide_damping: 40}\n"
             "    position: {gain: 40 1/s, feedback: scale}\n    velocity: {gain: 2e4, integral_time: 10 ms}\n")
     (tmp_path / "linear.yaml").write_text(text)
-    linear = servo_of(drive_yaml.read(tmp_path / "linear.yaml"))
+    linear = servo_of(drive_file.read(tmp_path / "linear.yaml"))
     force = simulate(linear, constant_velocity(0.05, 1e-3, 0.5)).signal("torque_set", "X")[-1]
     assert force == pytest.approx(40 * 0.05, rel=1e-3)
 

@@ -9,7 +9,8 @@ from scipy.io import savemat
 from conftest import MACHINES
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.io import frf_text, hdf5, uff
+from toolpoint.io import hdf5, uff
+from toolpoint.io.text import frf_table
 from toolpoint.vibration import Frf, Modes, frequency_response
 
 X, Y, Z = LABELS = ("tip:+x", "tip:+y", "tip:+z")
@@ -37,14 +38,14 @@ def folder(tmp_path_factory):
     savemat(folder / "plane.mat", {"f": LINES, "H": WHOLE.values[:, :2, :2]})
     for name, (output, struck) in {"x": (X, X), "y": (Y, Y), "xy": (X, Y), "tip=+x__tip=+x": (X, X), "tip=+y__tip=+y": (Y, Y),
                                    "tip=+x__tip=+y": (X, Y), "tip=+y__tip=+x": (Y, X)}.items():
-        frf_text.write(WHOLE.selected([output], [struck]), folder / f"{name}.txt")
+        frf_table.write(WHOLE.selected([output], [struck]), folder / f"{name}.txt")
     coarse = frequency_response.modal(TOOL, np.arange(20.0, 4200.0, 1.0), [Y], [Y])
-    frf_text.write(coarse, folder / "y_other_lines.txt")
-    frf_text.write(Frf(LINES, -WHOLE.values[:, :1, :1], (X,), (X,)), folder / "upside_down.txt")
+    frf_table.write(coarse, folder / "y_other_lines.txt")
+    frf_table.write(Frf(LINES, -WHOLE.values[:, :1, :1], (X,), (X,)), folder / "upside_down.txt")
     opposite = Frf(LINES, -WHOLE.values[:, :1, :1], (X,), ("tip:-x",))
     hdf5.write(opposite, folder / "hammer_opposite.h5")
     changed_over = WHOLE.values[:, :1, :1].imag + 1j * WHOLE.values[:, :1, :1].real
-    frf_text.write(Frf(LINES, changed_over, (X,), (X,)), folder / "changed_over.txt")
+    frf_table.write(Frf(LINES, changed_over, (X,), (X,)), folder / "changed_over.txt")
     return folder
 
 

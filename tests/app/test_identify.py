@@ -8,7 +8,8 @@ import scipy.io
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.io import frf_text, hdf5, uff
+from toolpoint.io import hdf5, uff
+from toolpoint.io.text import frf_table
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 FREQUENCY, RATIO = np.array([21.0, 34.0, 52.0]), np.array([0.02, 0.03, 0.015])
@@ -68,7 +69,7 @@ def test_identified_modes_go_straight_into_lobes_and_a_simulated_cut(tmp_path, c
     frf = frequency_response.modal(modes, np.arange(2.0, 1600, 1.0))
     noise = 0.002 * np.sqrt((np.abs(frf.values) ** 2).mean())
     noisy = frf.values + noise * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape))
-    frf_text.write(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), tmp_path / "tip.txt")
+    frf_table.write(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), tmp_path / "tip.txt")
     main(["identify", str(tmp_path / "tip.txt"), "--band", "50:1500", "-m", str(tmp_path / "modes.h5"), "-o", str(tmp_path)])
     cut = ["--diameter", "12", "--teeth", "2", "--direction", "slot", "--kt", "600", "--kn", "200", "-o", str(tmp_path),
            "--json"]
@@ -98,7 +99,7 @@ def test_modes_for_a_folder_that_is_not_there_are_refused_before_any_work(measur
 def test_text_files_without_the_names_of_their_points_tell_the_rule(tmp_path, capsys):
     modes = Modes([500.0], [0.03], [[50.0]], ("tip:+x",))
     for name in ("one.txt", "two.txt"):
-        frf_text.write(frequency_response.modal(modes, np.arange(2.0, 900, 2.0)), tmp_path / name)
+        frf_table.write(frequency_response.modal(modes, np.arange(2.0, 900, 2.0)), tmp_path / name)
     with pytest.raises(SystemExit):
         main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt")])
     assert "OUTPUT__INPUT" in capsys.readouterr().err
@@ -108,7 +109,7 @@ def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_pa
     modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "2:+x"])
     frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, ["1:+x"])
     for number, lines in ((1, slice(None)), (2, slice(600))):
-        frf_text.write(Frf(frf.frequency[lines], frf.values[lines, number - 1:number], [f"{number}:+x"], ["1:+x"]),
+        frf_table.write(Frf(frf.frequency[lines], frf.values[lines, number - 1:number], [f"{number}:+x"], ["1:+x"]),
                        tmp_path / f"{number}=+x__1=+x.txt")
     names = sorted(str(path) for path in tmp_path.glob("*.txt"))
     with pytest.raises(SystemExit):

@@ -9,7 +9,8 @@ from conftest import MACHINES
 from toolpoint import ToolpointError
 from toolpoint.app.geometry import read_geometry
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, machine_yaml, uff
+from toolpoint.io import hdf5, uff
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.virtual_test import MeasuringPoints, surface_points, true_modes
@@ -51,7 +52,7 @@ def arguments(folder, *more):
 
 def test_geometry_is_read_from_a_machine_file_too():
     found = read_geometry(MACHINES / "three_axis_vertical.yaml")
-    machine = machine_yaml.read(MACHINES / "three_axis_vertical.yaml")
+    machine = machine_file.read(MACHINES / "three_axis_vertical.yaml")
     assert set(found.points) == set(machine.description.points)
     place = placed(machine)
     for name, at in found.points.items():
@@ -73,7 +74,7 @@ def test_measured_responses_become_a_machine_that_runs(measured_machine, tmp_pat
     main(arguments(measured_machine, "--machine", str(tmp_path / "found.yaml"), "-o", str(tmp_path / "page")))
     shown = capsys.readouterr().out
     assert "3 joints established" in shown
-    found = machine_yaml.read(tmp_path / "found.yaml")
+    found = machine_file.read(tmp_path / "found.yaml")
     kinds = {name: tuple(joint.stiffness) for name, joint in found.description.joints.items()}
     # Tables 3 and 4 of the paper: six freedoms and no others.
     assert kinds == {"ground_base": ("rx", "ry", "rz"), "base_column": ("rx",), "column_magazine": ("ry", "rz")}
@@ -111,7 +112,7 @@ def test_the_machine_is_correlated_updated_and_studied_without_further_options(m
     test, modes = str(measured_machine / "test.uff"), str(tmp_path / "modes.h5")
     main(["identify", test, "--modes", modes, *page])
     main(arguments(measured_machine, "--machine", found, *page))
-    points = machine_yaml.read(found).description.points
+    points = machine_file.read(found).description.points
     assert len(points) == 60 and {point.body for point in points.values()} == set(BODIES)
     capsys.readouterr()
     main(["correlate", found, test, *page, "--json"])
@@ -119,9 +120,9 @@ def test_the_machine_is_correlated_updated_and_studied_without_further_options(m
     assert len(agreed["points_paired"]) == 60 and len(agreed["modes"]) == 6
     assert min(mode["mac"] for mode in agreed["modes"]) > 0.99 and agreed["total"] > 0.98
     # A wrong foot is mended again by the modes of the same test.
-    machine = machine_yaml.read(found)
+    machine = machine_file.read(found)
     path = "joints.ground_base.stiffness.rx"
-    machine_yaml.write(machine.with_values({path: 0.7 * machine.value(path)}).description, tmp_path / "wrong.yaml")
+    machine_file.write(machine.with_values({path: 0.7 * machine.value(path)}).description, tmp_path / "wrong.yaml")
     main(["update", str(tmp_path / "wrong.yaml"), "--modes", modes, *page, "--json"])
     updated = json.loads(capsys.readouterr().out)
     assert updated["values"][path] == pytest.approx(902.78e6, rel=0.02) and updated["status"].startswith("converged")
@@ -141,7 +142,7 @@ def test_a_mode_that_the_machine_does_not_have_has_no_partner_and_stops_nothing(
     rows = [[cell.strip() for cell in line.split("│")[1:-1]] for line in capsys.readouterr().out.splitlines() if "│" in line]
     assert [row[0] for row in rows] == ["1", "2", "3", "4", "5", "6", "no partner"]
     assert rows[-1][2] == "44.700" and max(abs(float(row[3])) for row in rows[:6]) < 0.5
-    written = machine_yaml.read(tmp_path / "found.yaml").description
+    written = machine_file.read(tmp_path / "found.yaml").description
     assert written.reference[0].frequencies == pytest.approx(truth.frequency, rel=1e-6)
     assert any("without a partner" in text and "left out: 44.7 Hz" in text for text in written.assumptions)
     main(["update", found, "--modes", str(tmp_path / "modes.h5"), *page])

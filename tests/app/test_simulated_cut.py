@@ -8,7 +8,8 @@ import pytest
 from conftest import MACHINES
 from toolpoint.app import console, dynamics
 from toolpoint.app.main import main
-from toolpoint.io import frf_text, hdf5
+from toolpoint.io import hdf5
+from toolpoint.io.text import frf_table
 from toolpoint.vibration import Modes, frequency_response
 
 MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")
@@ -23,10 +24,10 @@ def folder(tmp_path_factory):
     hdf5.write(TOOL, folder / "modes.h5")
     for way in "xy":
         frf = frequency_response.modal(TOOL, np.arange(2.0, 5000.0, 2.0), [f"tip:+{way}"], [f"tip:+{way}"])
-        frf_text.write(frf, folder / f"{way}.txt")
+        frf_table.write(frf, folder / f"{way}.txt")
     rng = np.random.default_rng(1)
     noise = frf.values * 0 + 1e-7 * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape))
-    frf_text.write(type(frf)(frf.frequency, noise, frf.outputs, frf.inputs), folder / "noise.txt")
+    frf_table.write(type(frf)(frf.frequency, noise, frf.outputs, frf.inputs), folder / "noise.txt")
     return folder
 
 

@@ -8,9 +8,11 @@ import pytest
 from conftest import MACHINES
 from toolpoint.app.main import main
 from toolpoint.cutting import stability
-from toolpoint.cutting.problem import TurningProblem
-from toolpoint.cutting.turning import least_width, lobe_tips
-from toolpoint.io import frf_text, hdf5, machine_yaml
+from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
+from toolpoint.io import hdf5
+from toolpoint.io.text import frf_table
+from toolpoint.io.yaml import machine_file
 from toolpoint.studies.tool_point import tool_point
 from toolpoint.vibration import Modes, frequency_response
 
@@ -26,7 +28,7 @@ def folder(tmp_path_factory):
     hdf5.write(BAR, folder / "bar.h5")
     for way in "xy":
         frf = frequency_response.modal(BAR, np.arange(2.0, 900.0, 0.25), [f"bar:+{way}"], [f"bar:+{way}"])
-        frf_text.write(frf, folder / f"bar_{way}.txt")
+        frf_table.write(frf, folder / f"bar_{way}.txt")
     return folder
 
 
@@ -73,7 +75,7 @@ def test_a_machine_at_a_pose_and_its_cross_response(tmp_path, capsys):
     """The chart of the Python problem whose receptance is n^T G (n + K_t/K_f c), of the machine's tool against its table."""
     found = turn(capsys, MACHINE, "--pose", "X=100mm", "--kf", 800, "--kt", 1600, "--direction", "z", "--speeds", "800:1600:3",
                  "-o", tmp_path)
-    study = tool_point(machine_yaml.read(MACHINE), [{"X": 0.1}])
+    study = tool_point(machine_file.read(MACHINE), [{"X": 0.1}])
     modes = study.modes.at_pose(0)
     f = np.linspace(5, 700, 60_001)
     g = frequency_response.modal(modes, f).values

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, machine_yaml
+from toolpoint.io import hdf5
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.machine.description import parameters
 from toolpoint.vibration import Modes, eigen
@@ -27,7 +28,7 @@ def measurement(vertical, tmp_path_factory):
     hdf5.write(eigen.undamped(system), folder / "modes.h5")
     hdf5.write(fr.direct(system.selected(labels[:3], labels[:1]), np.linspace(10, 70, 241)), folder / "frf.h5")
     wrong = vertical.with_values({path: factor * vertical.value(path) for path, factor in WRONG.items()})
-    machine_yaml.write(wrong.description, folder / "wrong.yaml")
+    machine_file.write(wrong.description, folder / "wrong.yaml")
     return folder
 
 
@@ -36,7 +37,7 @@ def test_wrong_stiffnesses_are_found(measurement, vertical, tmp_path, capsys):
     main(["update", str(measurement / "wrong.yaml"), "--modes", str(measurement / "modes.h5"),
           "--frf", str(measurement / "frf.h5"), *options, "--machine", str(tmp_path / "right.yaml"),
           "-o", str(tmp_path / "page")])
-    found = machine_yaml.read(tmp_path / "right.yaml")
+    found = machine_file.read(tmp_path / "right.yaml")
     for path in WRONG:
         assert found.value(path) == pytest.approx(vertical.value(path), rel=1e-3)
     page = (tmp_path / "page/index.html").read_text()
@@ -81,7 +82,7 @@ def two_poses(vertical_drives, tmp_path_factory):
         hdf5.write(fr.direct(system.selected(labels[:2], labels[:1]), np.linspace(10, 60, 101)), folder / f"frf{k}.h5")
     paths = [p for p in parameters(vertical_drives.description) if ".stiffness." in p][:2]
     wrong = vertical_drives.with_values({p: f * vertical_drives.value(p) for p, f in zip(paths, (1.3, 0.75), strict=True)})
-    machine_yaml.write(wrong.description, folder / "wrong.yaml")
+    machine_file.write(wrong.description, folder / "wrong.yaml")
     return folder, places, paths
 
 

@@ -10,9 +10,9 @@ import pytest
 from cutting.cutting_cases import altintas, benchmark, random_problem
 from toolpoint import Modes
 from toolpoint.cutting import Engagement, FloquetDeterminant, stability
-from toolpoint.cutting.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
-from toolpoint.cutting.pose_charts import chart_poses
-from toolpoint.cutting.probability import coefficient_parameters, modal_parameters, probability
+from toolpoint.cutting.advice.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
+from toolpoint.cutting.advice.probability import coefficient_parameters, modal_parameters, probability
+from toolpoint.cutting.stability.pose_charts import chart_poses
 
 SPEEDS = np.linspace(8000, 16000, 33)
 

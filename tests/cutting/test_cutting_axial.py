@@ -19,8 +19,8 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.coefficients import chip_direction, edge_matrix, force_direction, mean_matrix
-from toolpoint.cutting.forces import rigid_forces
+from toolpoint.cutting.cut.coefficients import chip_direction, edge_matrix, force_direction, mean_matrix
+from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.vibration import frequency_response
 
 F, ZETA, K = np.array([600.0, 900, 1400]), np.array([0.03, 0.02, 0.04]), np.array([4e6, 6e6, 9e6])

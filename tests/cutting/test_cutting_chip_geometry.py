@@ -7,7 +7,7 @@ import pytest
 
 from cutting.cutting_cases import benchmark
 from toolpoint.cutting import Engagement, Tool
-from toolpoint.cutting.forces import chip_field
+from toolpoint.cutting.force.laws import chip_field
 
 
 def swept(tool: Tool, feed: float, turn: float, tooth: int) -> tuple[float, float]:

@@ -9,8 +9,8 @@ import pytest
 
 from toolpoint import Dof, Modes, ToolpointError
 from toolpoint.cutting import Engagement
-from toolpoint.cutting.described import coefficients_of, fault_of, mean_chip, named_material, words
-from toolpoint.cutting.forces import Kienzle
+from toolpoint.cutting.build import coefficients_of, fault_of, mean_chip, named_material, words
+from toolpoint.cutting.force.laws import Kienzle
 from toolpoint.machine.description import CuttingDescription, SpeedVariationDescription
 from toolpoint.studies.tool_point import milling_problem
 

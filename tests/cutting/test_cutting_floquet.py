@@ -203,7 +203,7 @@ def test_what_it_cannot_do_is_refused() -> None:
 
 def test_depths_of_a_flip_lobe_between_levels_are_added() -> None:
     """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between two levels only; without such a lobe nothing is added."""
-    from toolpoint.cutting.floquet_counts import with_flips
+    from toolpoint.cutting.stability.floquet.counts import with_flips
 
     levels, counts = np.array([0.25, 0.5, 1.0]), np.zeros(3, int)
 

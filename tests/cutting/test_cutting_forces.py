@@ -8,8 +8,8 @@ import pytest
 from cutting.cutting_cases import benchmark
 from toolpoint import Dof, Record, ToolpointError
 from toolpoint.cutting import CuttingCoefficients, Engagement, Tool
-from toolpoint.cutting.calibration import average_force, instantaneous, revolution
-from toolpoint.cutting.forces import (
+from toolpoint.cutting.force.calibration import average_force, instantaneous, revolution
+from toolpoint.cutting.force.laws import (
     Kienzle,
     LinearEdge,
     TotalEnergy,
@@ -17,7 +17,7 @@ from toolpoint.cutting.forces import (
     oblique_coefficients,
     rigid_forces,
 )
-from toolpoint.cutting.materials import literature, materials
+from toolpoint.cutting.force.materials import literature, materials
 
 MATERIAL = CuttingCoefficients(767e6, 168.8e6, 222e6, 27.7e3, 26.6e3, 0.7e3)
 

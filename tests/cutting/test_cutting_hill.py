@@ -18,9 +18,9 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.coefficients import edge_matrix
-from toolpoint.cutting.hill import HillDeterminant
-from toolpoint.cutting.hill_cut import hill_cut
+from toolpoint.cutting.cut.coefficients import edge_matrix
+from toolpoint.cutting.stability.hill.fourier import hill_cut
+from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.vibration import frequency_response
 
 KINDS = ("pitch", "helix", "unequal helix", "both", "damping", "corner", "ball", "helical ball")

@@ -19,8 +19,8 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.coefficients import chip_direction, force_direction
-from toolpoint.cutting.floquet import Frozen
+from toolpoint.cutting.cut.coefficients import chip_direction, force_direction
+from toolpoint.cutting.stability.floquet.method import Frozen
 from toolpoint.vibration import frequency_response
 
 # |mu| of the 1-DOF slot at 5000 rev/min for depths in mm, converged (not the 200-interval values of the literature).

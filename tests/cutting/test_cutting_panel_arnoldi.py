@@ -21,8 +21,8 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.automatic import Automatic, estimated_seconds
-from toolpoint.cutting.panel_bumps import Level, bump
+from toolpoint.cutting.stability.automatic import Automatic, estimated_seconds
+from toolpoint.cutting.stability.panels.bumps import Level, bump
 
 SLOT = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}  # |mu|, depth in mm, 5000 rev/min
 

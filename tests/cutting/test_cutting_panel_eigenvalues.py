@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from toolpoint.cutting.panel_eigenvalues import eigenvalues
+from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 
 
 def distance(a: np.ndarray, b: np.ndarray) -> float:

@@ -8,8 +8,8 @@ import pytest
 from cutting.cutting_cases import benchmark
 from toolpoint import ToolpointError
 from toolpoint.cutting import Engagement, Tool
-from toolpoint.cutting.forces import rigid_forces
-from toolpoint.cutting.pixel_bed import PixelBed, cut
+from toolpoint.cutting.force.laws import rigid_forces
+from toolpoint.cutting.simulation.pixel_bed import PixelBed, cut
 
 
 def test_slot_forces_and_volume() -> None:

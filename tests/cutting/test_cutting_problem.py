@@ -11,7 +11,7 @@ from scipy.integrate import quad
 from cutting.cutting_cases import altintas, benchmark, one_mode
 from toolpoint import Frf, Modes, ToolpointError, ToolpointWarning
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, TurningProblem, stability
-from toolpoint.cutting.coefficients import chip_direction, force_direction, mean_matrix
+from toolpoint.cutting.cut.coefficients import chip_direction, force_direction, mean_matrix
 from toolpoint.vibration import frequency_response
 
 MATERIAL = CuttingCoefficients(6e8, 2e8)

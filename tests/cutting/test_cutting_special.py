@@ -8,10 +8,10 @@ import pytest
 from cutting.cutting_cases import altintas, benchmark, modes_of
 from toolpoint import Modes
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, TurningProblem, stability
-from toolpoint.cutting.mode_coupling import mode_coupling
-from toolpoint.cutting.plane import against
-from toolpoint.cutting.problem import plane_dynamics
-from toolpoint.cutting.turning import least_width, lobe_tips
+from toolpoint.cutting.cut.plane import against
+from toolpoint.cutting.cut.problem import plane_dynamics
+from toolpoint.cutting.stability.methods.mode_coupling import mode_coupling
+from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
 
 M, K, Z, KF = 1.0, 1e7, 0.03, 1e9
 

@@ -10,11 +10,11 @@ from hypothesis import strategies as st
 from cutting.cutting_cases import benchmark
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.cutting import Engagement, Tool
-from toolpoint.cutting.filters import Lifting, gaussian, separated
-from toolpoint.cutting.location import finished_side, location_error
-from toolpoint.cutting.roughness import areal_parameters, profile_parameters, spectrum
-from toolpoint.cutting.surface import dynamic_wall, static_wall
-from toolpoint.cutting.time_domain import ExactSteps, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, simulate
+from toolpoint.cutting.surface.filters import Lifting, gaussian, separated
+from toolpoint.cutting.surface.location import finished_side, location_error
+from toolpoint.cutting.surface.roughness import areal_parameters, profile_parameters, spectrum
+from toolpoint.cutting.surface.topography import dynamic_wall, static_wall
 from toolpoint.vibration import frequency_response
 
 

@@ -17,9 +17,9 @@ from toolpoint.cutting import (
     Tool,
     stability,
 )
-from toolpoint.cutting.forces import rigid_forces
-from toolpoint.cutting.location import location_error
-from toolpoint.cutting.time_domain import ExactSteps, Simulation, simulate
+from toolpoint.cutting.force.laws import rigid_forces
+from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.surface.location import location_error
 
 
 def at_exit(run: Simulation, direction: int = 1) -> float:

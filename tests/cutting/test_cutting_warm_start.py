@@ -22,8 +22,8 @@ from toolpoint.cutting import (
     WarmStart,
     stability,
 )
-from toolpoint.cutting.automatic import Automatic
-from toolpoint.cutting.pose_charts import chart_poses
+from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.pose_charts import chart_poses
 
 SPEEDS = np.linspace(5000, 15000, 5)
 DEPTHS = np.linspace(5e-5, 0.01, 200)
@@ -117,7 +117,7 @@ def test_every_point_is_known_afterwards() -> None:
 
 def test_nodes_to_begin_with() -> None:
     """Poles as they were: the nodes kept. One that moved, widened or grew: nodes about it, the even base if it is wide."""
-    from toolpoint.cutting.floquet_nodes import begun
+    from toolpoint.cutting.stability.floquet.nodes import begun
 
     period, before = 1e-3, np.array([0.0, 1.0, 2.0, np.pi])
     w, s, loop = np.array([1500.0, 2500.0]), np.array([50.0, 100.0]), np.array([1.0 + 0j, 2.0])
@@ -133,7 +133,7 @@ def test_nodes_to_begin_with() -> None:
 
 def test_nodes_to_keep() -> None:
     """Of values along a line few nodes stay, none with a gap above two base intervals; a bend keeps its node."""
-    from toolpoint.cutting.floquet_nodes import kept
+    from toolpoint.cutting.stability.floquet.nodes import kept
 
     theta = np.linspace(0, np.pi, 65)
     values = np.ones((65, 3), complex) + 0.2j * theta[:, None]

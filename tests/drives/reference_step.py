@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint.drives.friction import LuGre
-from toolpoint.drives.plant import Plant
+from toolpoint.drives.axis.plant import Plant
+from toolpoint.drives.friction.laws import LuGre
 from toolpoint.vibration.state_space import hold_matrices
 
 

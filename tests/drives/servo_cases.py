@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from toolpoint.drives.command import circle
-from toolpoint.drives.control import Controller, CurrentLoop, PositionLoop, VelocityLoop
-from toolpoint.drives.friction import Coulomb, FrictionLaw, LuGre, Viscous
-from toolpoint.drives.motor import Inverter, SynchronousMotor
-from toolpoint.drives.plant import Axis, Plant, Structure, plant
-from toolpoint.drives.servo import Servo
-from toolpoint.drives.simple_axes import two_mass_axis
+from toolpoint.drives.axis.motor import Inverter, SynchronousMotor
+from toolpoint.drives.axis.plant import Axis, Plant, Structure, plant
+from toolpoint.drives.axis.simple_axes import two_mass_axis
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.controller.settings import Controller, CurrentLoop, PositionLoop, VelocityLoop
+from toolpoint.drives.friction.laws import Coulomb, FrictionLaw, LuGre, Viscous
+from toolpoint.drives.program.command import circle
 from toolpoint.vibration import Dof, Modes
 
 RATIO = 0.010 / (2 * np.pi)
@@ -79,8 +79,8 @@ def dry(law: LuGre) -> Coulomb:
 
 def continuous(servo: Servo, command, duration: float, tolerance: float = 1e-12, method: str = "DOP853"):
     """Return plant states at every current sample from an adaptive solver between the same sampled controllers."""
-    from toolpoint.drives.control_kernel import STATE
-    from toolpoint.drives.kernel import held_inputs, sample_controllers
+    from toolpoint.drives.controller.kernel import STATE
+    from toolpoint.drives.simulation.kernel import held_inputs, sample_controllers
 
     p, step = servo.plant, servo.controllers[0].sample_times[0]
     parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, p.axes)])

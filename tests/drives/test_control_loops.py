@@ -29,7 +29,7 @@ from toolpoint.drives import (
     simulate_many,
     two_mass_axis,
 )
-from toolpoint.drives.command import constant_velocity, rest, step
+from toolpoint.drives.program.command import constant_velocity, rest, step
 
 
 def p2_servo(inverter=None, law=None):
@@ -76,7 +76,7 @@ def test_prbs_of_the_position_loop_while_the_axis_slides():
 @pytest.mark.parametrize("share", [0.03, 0.10])
 def test_current_step(share):
     """P2: steps of 3 and 10 % of the limit settle on the set point, and equal the linear response."""
-    from toolpoint.drives.simulate import Excitation
+    from toolpoint.drives.simulation.simulate import Excitation
 
     servo = p2_servo()
     height = share * 60.0

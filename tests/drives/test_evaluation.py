@@ -29,12 +29,12 @@ from toolpoint.drives import (
     tuned,
     two_mass_axis,
 )
-from toolpoint.drives.contour import torque_comparison
-from toolpoint.drives.loop_identification import averaged_response, prbs
-from toolpoint.drives.loops import margins
-from toolpoint.drives.metrology import circular_hysteresis
-from toolpoint.drives.path import Path, polyline
-from toolpoint.drives.transforms import clarke, inverse_clarke, inverse_park, park
+from toolpoint.drives.accuracy.contour import torque_comparison
+from toolpoint.drives.accuracy.metrology import circular_hysteresis
+from toolpoint.drives.axis.transforms import clarke, inverse_clarke, inverse_park, park
+from toolpoint.drives.controller.loops import margins
+from toolpoint.drives.program.path import Path, polyline
+from toolpoint.drives.simulation.loop_identification import averaged_response, prbs
 
 
 def test_contour_error_on_an_arc_is_the_radial_error():

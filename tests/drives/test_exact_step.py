@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from drives import servo_cases as cases
 from toolpoint.drives import Axis, Coupling, Screw, TorqueMotor, ball_screw_axis, linear_motor_axis, plant, rigid_axis
-from toolpoint.drives.exact_step import coordinates, step_matrices
-from toolpoint.drives.kernel import advance
+from toolpoint.drives.simulation.exact_step import coordinates, step_matrices
+from toolpoint.drives.simulation.kernel import advance
 from toolpoint.vibration.state_space import hold_matrices
 
 

@@ -9,14 +9,14 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.drives import Axis, Coulomb, LuGre, MaxwellSlip, Stribeck, TorqueMotor, TwoExponential, Viscous, plant
-from toolpoint.drives.free_motion import free_motion
-from toolpoint.drives.friction_identification import (
+from toolpoint.drives.axis.mechanics import Chain, Rub
+from toolpoint.drives.friction.identification import (
     constant_velocity_points,
     identified_friction,
     plausibility,
     variants,
 )
-from toolpoint.drives.mechanics import Chain, Rub
+from toolpoint.drives.simulation.free_motion import free_motion
 
 # Canudas de Wit et al. 1995, Table I
 TABLE = LuGre(1e5, np.sqrt(1e5), 1.0, 1.5, 1e-3, 0.4)
@@ -81,7 +81,7 @@ def test_steady_sliding_reaches_the_steady_curve(law):
 
 def test_maxwell_slip_follows_masing():
     """With equal static and Coulomb level: the virgin curve is a sum of clipped springs, the return twice as wide."""
-    from toolpoint.drives.friction_kernel import SLOTS, maxwell_force
+    from toolpoint.drives.friction.kernel import SLOTS, maxwell_force
 
     law = MaxwellSlip((4e4, 1e4, 2e3), (0.5, 0.3, 0.2), Stribeck(2.0, 2.0, 0.01), 1e9)
     k, limit = np.array(law.stiffness), 2.0 * np.array(law.share)

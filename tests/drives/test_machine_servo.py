@@ -25,8 +25,8 @@ from toolpoint.drives import (
     plant,
     simulate,
 )
-from toolpoint.drives.friction_identification import variants
-from toolpoint.drives.planner import smoothed
+from toolpoint.drives.friction.identification import variants
+from toolpoint.drives.program.planner import smoothed
 from toolpoint.machine import assemble
 from toolpoint.vibration import eigen
 

@@ -24,7 +24,7 @@ from toolpoint.drives import (
     plant,
     simulate,
 )
-from toolpoint.drives.moving_nut import simulate_moving_nut
+from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
 
 SCREW, COUPLING = Screw(0.025, 0.010, 1.2), Coupling(2e4, 2.0)
 

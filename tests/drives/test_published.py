@@ -22,7 +22,7 @@ from toolpoint.drives import (
     simulate,
     variants,
 )
-from toolpoint.drives.command import circle, constant_velocity
+from toolpoint.drives.program.command import circle, constant_velocity
 
 R_L, GAIN = 0.001591, 0.0766 * 15.1
 X, Y = Stribeck(0.0115, 4.7318, 0.5, 0.1), Stribeck(0.0069, 1.3374, 0.5, 0.16)

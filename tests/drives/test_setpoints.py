@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
 from toolpoint.drives import Command, JerkLimits, Quintic, check_limits, planned, seven_phase, smoothed, straight_move
-from toolpoint.drives.clothoid import Blend, half_lengths
-from toolpoint.drives.path import ARC, CLOTHOID, Path, blended, polyline, softened
+from toolpoint.drives.program.clothoid import Blend, half_lengths
+from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blended, polyline, softened
 
 LIMITS = JerkLimits(0.5, 4.0, 80.0)
 
@@ -24,7 +24,7 @@ def test_duration_when_all_limits_are_reached():
 @given(st.floats(1e-6, 2.0), st.floats(0.0, 1.0), st.floats(0.0, 1.0))
 def test_profile_ends_where_it_must(extra, start, end):
     v0, v1 = 0.5 * start, 0.5 * end
-    from toolpoint.drives.jerk_profile import speed_change
+    from toolpoint.drives.program.jerk_profile import speed_change
 
     length = speed_change(v0, v1, LIMITS)[2] + extra
     profile = seven_phase(length, LIMITS, v0, v1)

@@ -31,10 +31,10 @@ from toolpoint.drives import (
     simulate,
     two_mass_axis,
 )
-from toolpoint.drives.command import circle, constant_velocity, rest, step
-from toolpoint.drives.free_motion import free_motion
-from toolpoint.drives.kernel import run
-from toolpoint.drives.simulate import prepared
+from toolpoint.drives.program.command import circle, constant_velocity, rest, step
+from toolpoint.drives.simulation.free_motion import free_motion
+from toolpoint.drives.simulation.kernel import run
+from toolpoint.drives.simulation.simulate import prepared
 
 
 @pytest.fixture(scope="module")
@@ -211,8 +211,8 @@ def test_printed_axis_poles():
 
 def test_feed_drive_library_axis():
     """FeedDriveLibrary axis: encoder 3e-6 kg m2 on 3000 N m/rad (5033 Hz), shaft 2000 N m/rad, screw, nut, 4000 kg."""
-    from toolpoint.drives.catalogue import series
-    from toolpoint.drives.mechanics import Chain
+    from toolpoint.drives.axis.catalogue import series
+    from toolpoint.drives.axis.mechanics import Chain
 
     ratio = 0.020 / (2 * np.pi)
     chain = Chain(("encoder", "motor", "screw", "table"))

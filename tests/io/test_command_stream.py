@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.io import command_stream
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.program import command_stream
 
 
 def written(tmp_path, text):

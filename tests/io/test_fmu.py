@@ -35,7 +35,7 @@ from toolpoint.drives import (
     simulate,
     two_mass_axis,
 )
-from toolpoint.drives.plant import OUTPUTS
+from toolpoint.drives.axis.plant import OUTPUTS
 from toolpoint.io import fmu
 
 needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler installed")
@@ -106,7 +106,7 @@ def test_load_parameters_and_states(tmp_path):
 
 
 def _rest(duration):
-    from toolpoint.drives.command import rest
+    from toolpoint.drives.program.command import rest
 
     return rest(1, 1e-3, duration)
 

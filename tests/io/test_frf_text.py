@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from toolpoint.io import frf_text
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.text import frf_table
 
 ROWS = "{0}10{1}1e-6{1}-2e-6{2}\n{0}11{1}1.5E-006{1}-2.5e-006{2}\n{0}12{1}2e-6{1}-3e-6{2}\n"
 
@@ -13,17 +13,17 @@ ROWS = "{0}10{1}1e-6{1}-2e-6{2}\n{0}11{1}1.5E-006{1}-2.5e-006{2}\n{0}12{1}2e-6{1
 def test_separators_and_header(tmp_path, marks):
     path = tmp_path / "a.txt"
     path.write_text("Frequency Real Imag\n# Hz m/N m/N\n\n" + ROWS.format(*marks))
-    frf = frf_text.read(path, "tool:+x")
+    frf = frf_table.read(path, "tool:+x")
     np.testing.assert_allclose(frf.frequency, [10, 11, 12])
     np.testing.assert_allclose(frf.values[:, 0, 0], [1e-6 - 2e-6j, 1.5e-6 - 2.5e-6j, 2e-6 - 3e-6j])
 
 
 def test_round_trip_is_bit_exact(tmp_path):
     (tmp_path / "a.txt").write_text(ROWS.format("", " ", ""))
-    frf = frf_text.read(tmp_path / "a.txt")
+    frf = frf_table.read(tmp_path / "a.txt")
     odd = frf.converted_to("accelerance")
-    frf_text.write(odd, tmp_path / "b.txt")
-    np.testing.assert_array_equal(frf_text.read(tmp_path / "b.txt", quantity="accelerance").values, odd.values)
+    frf_table.write(odd, tmp_path / "b.txt")
+    np.testing.assert_array_equal(frf_table.read(tmp_path / "b.txt", quantity="accelerance").values, odd.values)
 
 
 @pytest.mark.parametrize(("text", "line", "message"), [
@@ -34,20 +34,20 @@ def test_faults_name_their_line(tmp_path, text, line, message):
     path = tmp_path / "a.txt"
     path.write_text(text)
     with pytest.raises(FileFaults, match=message) as caught:
-        frf_text.read(path)
+        frf_table.read(path)
     assert caught.value.faults[0].line == line
 
 
 def test_binary_and_missing_files(tmp_path):
     (tmp_path / "a.txt").write_bytes(b"\0\1\2")
     with pytest.raises(ValueError, match="binary"):
-        frf_text.read(tmp_path / "a.txt")
+        frf_table.read(tmp_path / "a.txt")
     with pytest.raises(ValueError, match="cannot be read"):
-        frf_text.read(tmp_path / "none.txt")
+        frf_table.read(tmp_path / "none.txt")
 
 
 def test_measured_tool_holder(measured):
     paths = [measured / "tool_holder_frf" / f"Point_{i}_Channel_1_CH1.txt" for i in range(1, 6)]
-    frf = frf_text.read_several(paths, [f"{i}:+x" for i in range(1, 6)], "1:+x")
+    frf = frf_table.read_several(paths, [f"{i}:+x" for i in range(1, 6)], "1:+x")
     assert frf.values.shape == (5001, 5, 1)
     np.testing.assert_allclose(np.diff(frf.frequency), 1.0)

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from toolpoint.drives import JerkLimits, Path, planned
-from toolpoint.io import gcode
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.program import gcode
 
 PROGRAM = """N10 G17 G90 G71 ; comment
 N20 G0 X0 Y0 (start)

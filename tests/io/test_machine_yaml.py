@@ -9,15 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint.app.main import main
-from toolpoint.io import machine_yaml, units
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.machine_schema import json_schema
+from toolpoint.io.quantities import units
+from toolpoint.io.yaml import machine_file
+from toolpoint.io.yaml.machine_schema import json_schema
 
 
 def read(tmp_path, text):
     path = tmp_path / "machine.yaml"
     path.write_text(text, encoding="utf-8")
-    return machine_yaml.read(path)
+    return machine_file.read(path)
 
 
 def test_good_file_is_read_in_si(tmp_path):
@@ -31,8 +32,8 @@ def test_good_file_is_read_in_si(tmp_path):
 
 def test_written_file_reads_back_equal(tmp_path, vertical, vertical_drives):
     for machine in (vertical, vertical_drives, read(tmp_path, GOOD)):
-        machine_yaml.write(machine.description, tmp_path / "copy.yaml")
-        assert machine_yaml.read(tmp_path / "copy.yaml").description == machine.description
+        machine_file.write(machine.description, tmp_path / "copy.yaml")
+        assert machine_file.read(tmp_path / "copy.yaml").description == machine.description
 
 
 @pytest.mark.parametrize("name", list(CHANGED))
@@ -82,16 +83,16 @@ def test_command_line_ends_with_code_two_and_no_traceback(tmp_path, capsys, name
 
 def test_missing_and_binary_files(tmp_path):
     with pytest.raises(ValueError, match="No such file"):
-        machine_yaml.read(tmp_path / "none.yaml")
+        machine_file.read(tmp_path / "none.yaml")
     (tmp_path / "binary.yaml").write_bytes(b"\xff\xfe\x00\x01")
     with pytest.raises(ValueError, match="UTF-8"):
-        machine_yaml.read(tmp_path / "binary.yaml")
+        machine_file.read(tmp_path / "binary.yaml")
 
 
 def test_byte_order_mark_and_windows_line_ends_are_fine(tmp_path):
     path = tmp_path / "machine.yaml"
     path.write_bytes(b"\xef\xbb\xbf" + GOOD.replace("\n", "\r\n").encode())
-    assert machine_yaml.read(path).size == 4
+    assert machine_file.read(path).size == 4
 
 
 def test_numbers_of_yaml_1_2(tmp_path):
@@ -157,7 +158,7 @@ def test_any_text_gives_faults_and_nothing_else(tmp_path_factory, text):
     path = tmp_path_factory.mktemp("fuzz") / "m.yaml"
     path.write_text(text, encoding="utf-8", errors="replace")
     with pytest.raises(ValueError):
-        machine_yaml.read(path)
+        machine_file.read(path)
 
 
 CUTTING = """tool: tool
@@ -194,11 +195,11 @@ def test_cutting_section_is_read_in_si_and_written_back(tmp_path, capsys):
     assert (cut.runout, cut.tilt, cut.axial, cut.edge_tangential) == pytest.approx((8e-6, 1e-4, 3e8, 12e3))
     assert (cut.speed_variation.amplitude, cut.speed_variation.phase) == pytest.approx((0.1, np.pi / 6))
     assert cut.process_damping == 250 and cut.feed_per_tooth == pytest.approx(1e-4) and cut.tangential is None
-    machine_yaml.write(machine.description, tmp_path / "copy.yaml")
-    assert machine_yaml.read(tmp_path / "copy.yaml").description == machine.description
-    machine_yaml.write_cutting(cut, tmp_path / "cut.yaml")
+    machine_file.write(machine.description, tmp_path / "copy.yaml")
+    assert machine_file.read(tmp_path / "copy.yaml").description == machine.description
+    machine_file.write_cutting(cut, tmp_path / "cut.yaml")
     (tmp_path / "joined.yaml").write_text(GOOD + (tmp_path / "cut.yaml").read_text())
-    assert machine_yaml.read(tmp_path / "joined.yaml").description.cutting == cut
+    assert machine_file.read(tmp_path / "joined.yaml").description.cutting == cut
     main(["check", str(tmp_path / "copy.yaml")])
     shown = capsys.readouterr().out
     assert "helix 30/32 deg" in shown and "Al 7075, set 3 of 4" in shown and "corner radius 2 mm" in shown

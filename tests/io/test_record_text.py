@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.io import record_text
+from toolpoint.io.text import record_table
 
 
 @pytest.mark.parametrize(("column", "factor"), [
@@ -13,7 +13,7 @@ from toolpoint.io import record_text
     ("displacement [um]", 1e-6), ("Fx [kN]", 1e3)])
 def test_columns_become_si(tmp_path, column, factor):
     (tmp_path / "r.csv").write_text(f"time [ms],{column}\n0,1\n1,2\n2,3\n")
-    record = record_text.read(tmp_path / "r.csv")
+    record = record_table.read(tmp_path / "r.csv")
     assert record.sample_rate == pytest.approx(1000)
     assert record.samples[:, 0] == pytest.approx([factor, 2 * factor, 3 * factor])
 
@@ -21,4 +21,4 @@ def test_columns_become_si(tmp_path, column, factor):
 def test_a_unit_of_another_kind_is_refused(tmp_path):
     (tmp_path / "r.csv").write_text("time,acceleration [mm]\n0,1\n1,2\n")
     with pytest.raises(ToolpointError, match="acceleration"):
-        record_text.read(tmp_path / "r.csv")
+        record_table.read(tmp_path / "r.csv")

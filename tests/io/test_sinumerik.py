@@ -7,8 +7,8 @@ import struct
 import numpy as np
 import pytest
 
-from toolpoint.io import sinumerik
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.program import sinumerik
 
 
 def averaged(trace):

@@ -12,7 +12,7 @@ from hypothesis.extra import numpy as hnp
 
 from toolpoint import Dof, Frf, Modes, Record, ToolpointError, ToolpointWarning
 from toolpoint.io import uff
-from toolpoint.io.uff_geometry import MeasuredGeometry
+from toolpoint.io.uff.geometry import MeasuredGeometry
 
 
 def responses(seed: int = 0, points: int = 3, lines: int = 40, quantity: str = "accelerance") -> Frf:

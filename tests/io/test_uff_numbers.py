@@ -8,9 +8,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
-from toolpoint.io import uff_functions
-from toolpoint.io.uff_numbers import regular, twenty_wide
-from toolpoint.io.uff_sets import UniversalFile
+from toolpoint.io.uff.file import functions
+from toolpoint.io.uff.numbers import regular, twenty_wide
+from toolpoint.io.uff.sets import UniversalFile
 
 NUMBERS = st.floats(allow_nan=False, allow_infinity=False, min_value=-1e99, max_value=1e99).filter(
     lambda x: x == 0 or abs(x) > 1e-98)
@@ -85,7 +85,7 @@ def function(tmp_path, data: bytes, count: int) -> tuple[np.ndarray, list[str]]:
     path = tmp_path / "numbers.unv"
     path.write_bytes(("    -1\n    58\n" + "".join(f"{line:80s}\n" for line in lines)).encode() + data + b"    -1\n")
     file = UniversalFile(path)
-    return uff_functions.values(file, file.sets[0], uff_functions.header(file, file.sets[0]))[1], file.repairs
+    return functions.values(file, file.sets[0], functions.header(file, file.sets[0]))[1], file.repairs
 
 
 @st.composite
@@ -179,12 +179,12 @@ def test_a_number_that_the_end_of_the_file_cuts_is_not_read(tmp_path, cut):
     end = data.rindex(b"\n    -1")
     path.write_bytes(data[:end])  # the closing line alone is lost
     file = UniversalFile(path)
-    head = uff_functions.header(file, file.sets[0])
-    assert bits(uff_functions.values(file, file.sets[0], head)[1]) == bits(whole)
+    head = functions.header(file, file.sets[0])
+    assert bits(functions.values(file, file.sets[0], head)[1]) == bits(whole)
     path.write_bytes(data[:end - cut])
     file = UniversalFile(path)
     with pytest.raises(ToolpointError, match="holds 3 of 4 values; it is cut short"):
-        uff_functions.values(file, file.sets[0], head)
+        functions.values(file, file.sets[0], head)
 
 
 @pytest.mark.parametrize("end", [b"\n", b"\r\n", b"\r"])

@@ -2,7 +2,7 @@
 
 import pytest
 
-from toolpoint.io import units
+from toolpoint.io.quantities import units
 
 
 @pytest.mark.parametrize(("wrong", "meant"), [

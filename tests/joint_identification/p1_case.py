@@ -10,7 +10,7 @@ from importlib import resources
 
 import numpy as np
 
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.joint_identification import MassProperties
 from toolpoint.machine.model import Machine
 from toolpoint.modal_identification import identify, real_modes
@@ -41,7 +41,7 @@ class Case:
 def machine() -> Machine:
     """Return the machine of six freedoms."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
-        return machine_yaml.read(path)
+        return machine_file.read(path)
 
 
 def case(model: Machine, rng: np.random.Generator, number: int = 131) -> Case:

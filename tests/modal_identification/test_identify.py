@@ -373,7 +373,7 @@ def test_broken_measurements_are_refused_before_they_are_identified():
 
 
 def test_rooms_need_no_display_and_no_charts():
-    code = ("import sys, toolpoint.modal_identification, toolpoint.signals, toolpoint.io.uff; "
+    code = ("import sys, toolpoint.modal_identification, toolpoint.signals, toolpoint.io.uff.file; "
             "assert not {'matplotlib', 'plotly', 'PyQt5', 'tkinter', 'numba'} & set(sys.modules)")
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
     assert subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0

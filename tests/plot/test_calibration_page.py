@@ -4,10 +4,10 @@ import numpy as np
 
 from toolpoint.app.calibrate import Calibrated, CuttingTest, _page
 from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
-from toolpoint.cutting.calibration import average_force, fitted_forces, instantaneous
-from toolpoint.cutting.described import engagement_of
-from toolpoint.cutting.forces import rigid_forces
-from toolpoint.cutting.plane import PlaneDynamics
+from toolpoint.cutting.build import engagement_of
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.force.calibration import average_force, fitted_forces, instantaneous
+from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.machine.description import CuttingDescription
 
 

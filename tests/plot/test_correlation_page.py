@@ -13,12 +13,12 @@ from toolpoint.app.identify import Geometry
 from toolpoint.app.measurements import Measurement
 from toolpoint.app.update_page import page as update_page
 from toolpoint.machine import assemble
-from toolpoint.plot.bands import frac_bands
-from toolpoint.plot.correlation import mac_matrix
-from toolpoint.plot.joint_views import joint_views
-from toolpoint.plot.point_views import point_pairs, point_values
-from toolpoint.plot.sensitivity import cumulative_bars, sensitivity_map
-from toolpoint.plot.shape_pairs import partners, turned_alike
+from toolpoint.plot.figures.bands import frac_bands
+from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.joint_views import joint_views
+from toolpoint.plot.figures.point_views import point_pairs, point_values
+from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
 from toolpoint.studies import machine_update
 from toolpoint.studies.model_correlation import correlate
 from toolpoint.studies.point_pairing import paired_points

@@ -5,7 +5,7 @@ import numpy as np
 from toolpoint.app.cutting import _lobes_page
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
-from toolpoint.cutting.time_domain import simulate
+from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.plot import Report
 from toolpoint.vibration import Modes
 

@@ -8,8 +8,8 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table, Text
-from toolpoint.plot.page import chart_script
-from toolpoint.plot.theme import figure
+from toolpoint.plot.figures.theme import figure
+from toolpoint.plot.page.frame import chart_script
 
 EVIL = "</script ><script >window.broken = 1</script><img src=x onerror=\"window.broken = 2\">"
 

@@ -9,7 +9,7 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.plot import AnimatedShapes, Scene, ShapeView
-from toolpoint.plot.shape_view import _packed
+from toolpoint.plot.shape_view.view import _packed
 
 VIEW = "window.toolpointViews.shapes"
 NO_WEBGL = """const get = HTMLCanvasElement.prototype.getContext;

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.cutting.turning import least_width
+from toolpoint.cutting.stability.methods.turning import least_width
 from toolpoint.io import hdf5
 from toolpoint.vibration import Modes
 

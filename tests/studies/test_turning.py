@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
 from toolpoint.cutting import stability
-from toolpoint.cutting.problem import TurningProblem
-from toolpoint.cutting.turning import least_width, lobe_tips
+from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
 from toolpoint.studies.turning import oriented, unconditional_limit, width_range
 from toolpoint.vibration import Modes, frequency_response
 

@@ -12,14 +12,14 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, positive
 from toolpoint.app import console, force_records
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
-from toolpoint.cutting.calibration import Calibration, average_force, fitted_forces, instantaneous
-from toolpoint.cutting.described import engagement_of, tool_of
-from toolpoint.cutting.plane import PlaneDynamics
-from toolpoint.io import machine_yaml
+from toolpoint.cutting.build import engagement_of, tool_of
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.force.calibration import Calibration, average_force, fitted_forces, instantaneous
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.calibration import fitted_forces as fitted_chart
-from toolpoint.plot.calibration import mean_forces
+from toolpoint.plot.figures.calibration import fitted_forces as fitted_chart
+from toolpoint.plot.figures.calibration import mean_forces
 
 SHOWN = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
          "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
@@ -90,7 +90,7 @@ def calibrate(files: Sequence[Path], test: CuttingTest, output: str | Path = "to
         page = _page(found, test)
         path = (page if not warnings else page.with_section("Remarks", Notes(warnings, "warning"))).save(output)
     if yaml_file is not None:
-        machine_yaml.write_cutting(found.description, yaml_file)
+        machine_file.write_cutting(found.description, yaml_file)
     if not quiet:
         _print(found, test, yaml_file)
         for text in warnings:

@@ -14,12 +14,12 @@ from toolpoint.app import console
 from toolpoint.app.cut_options import changed
 from toolpoint.app.cutting import METHODS, example_cut
 from toolpoint.app.poses import grid
-from toolpoint.cutting.described import words
-from toolpoint.io import machine_yaml
+from toolpoint.cutting.build import words
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.lobes import StabilityCurve, stability_chart
-from toolpoint.plot.pose_map import frequency_curves, frequency_map
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.chatter_grid import ChatterGrid, WorstCut, chatter_grid
 from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.tool_point import FEED_ANGLE
@@ -44,7 +44,7 @@ def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | P
             quiet: bool = False) -> ChatterGrid:
     """Map the stable depth of a cut over a grid of poses, print the worst places, and write the page."""
     one_of("--method", study.method, METHODS)
-    built = machine_yaml.read(machine)
+    built = machine_file.read(machine)
     positions = grid(built, study.axes, "--axis")
     given = {name: value for name, value in cut.items() if value is not None}
     notes: list[str] = []

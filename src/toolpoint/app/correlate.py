@@ -12,7 +12,8 @@ from toolpoint.app.correlation_page import CorrelationRun, Point, Test, page
 from toolpoint.app.geometry import positions, read_geometry
 from toolpoint.app.identify import read_frf
 from toolpoint.app.poses import machine_at
-from toolpoint.io import components_yaml, hdf5
+from toolpoint.io import hdf5
+from toolpoint.io.yaml import component_file
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.model_correlation import ModelCorrelation, correlate, with_measured_points
@@ -67,7 +68,7 @@ def _test(files: Sequence[str | Path], geometry: str | Path | None, components: 
     shape = None if geometry is None else read_geometry(geometry)
     if components is not None and shape is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
-    owner = None if components is None else components_yaml.read(components)[0].points()
+    owner = None if components is None else component_file.read(components)[0].points()
     return Test(real_modes(modes), frf, shape, owner)
 
 

@@ -11,11 +11,11 @@ from toolpoint._check import FloatArray
 from toolpoint.app.geometry import Geometry, positions
 from toolpoint.machine import Machine
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.bands import frac_bands
-from toolpoint.plot.correlation import mac_matrix
-from toolpoint.plot.frf import bode
-from toolpoint.plot.point_views import point_pairs, point_values
-from toolpoint.plot.shape_pairs import turned_alike
+from toolpoint.plot.figures.bands import frac_bands
+from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.point_views import point_pairs, point_values
+from toolpoint.plot.shape_view.shape_pairs import turned_alike
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.model_correlation import ModelCorrelation
 from toolpoint.vibration import Frf, Modes

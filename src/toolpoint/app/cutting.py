@@ -28,20 +28,20 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.best_speed import from_chart
-from toolpoint.cutting.location import finished_side, location_error
-from toolpoint.cutting.materials import literature, materials
-from toolpoint.cutting.stability import Method
-from toolpoint.cutting.time_domain import Simulation, simulate
+from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.force.materials import literature, materials
+from toolpoint.cutting.simulation.milling import Simulation, simulate
+from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.surface.location import finished_side, location_error
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report
-from toolpoint.plot.cutting import (
+from toolpoint.plot.figures.cutting import (
     clicked_simulations,
     intervals_of,
     surface_location,
     with_simulations,
 )
-from toolpoint.plot.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.studies.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Frf
 

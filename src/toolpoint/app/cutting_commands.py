@@ -162,7 +162,7 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
 def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: bool) -> None:
     """Spindle speeds to try against chatter of a known frequency, with nothing else known."""
     from toolpoint.app import console
-    from toolpoint.cutting.best_speed import from_chatter_frequency
+    from toolpoint.cutting.advice.best_speed import from_chatter_frequency
 
     if not 0 <= lowest < highest:
         raise click.UsageError(f"--lowest {lowest:g} and --highest {highest:g}: must be 0 <= lowest < highest")

@@ -14,17 +14,19 @@ from toolpoint.app import console
 from toolpoint.app.drive_servo import servo_of, servo_on
 from toolpoint.app.poses import machine_at
 from toolpoint.drives import JerkLimits, Path, Servo, circular_test, contour_error, loops, planned, simulate
-from toolpoint.drives.command import Command
-from toolpoint.drives.contour import ContourError
-from toolpoint.drives.loops import ServoLoops
-from toolpoint.drives.metrology import CircularTest
-from toolpoint.drives.moving_nut import simulate_moving_nut
-from toolpoint.drives.planner import smoothed
-from toolpoint.drives.simulate import ServoResult
-from toolpoint.io import drive_yaml, fmu, gcode
-from toolpoint.io.drive_schema import Drives
+from toolpoint.drives.accuracy.contour import ContourError
+from toolpoint.drives.accuracy.metrology import CircularTest
+from toolpoint.drives.controller.loops import ServoLoops
+from toolpoint.drives.program.command import Command
+from toolpoint.drives.program.planner import smoothed
+from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
+from toolpoint.drives.simulation.simulate import ServoResult
+from toolpoint.io import fmu
+from toolpoint.io.program import gcode
+from toolpoint.io.yaml import drive_file
+from toolpoint.io.yaml.drive_schema import Drives
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
-from toolpoint.plot.drives import enlarged_path, histories, loop_bode
+from toolpoint.plot.figures.drives import enlarged_path, histories, loop_bode
 
 _PLACES = ("scale", "table", "tool")
 _WINDOW = 3e-3
@@ -62,7 +64,7 @@ def drive(
         raise ToolpointError("drive: give either --program FILE or --circle RADIUS,FEED")
     with console.steps(4, quiet) as step, console.collected_warnings() as warned:
         step("reading")
-        described = drive_yaml.read(drives)
+        described = drive_file.read(drives)
         servo = servo_of(described, None if machine is None else machine_at(machine, pose), pose)
         path = circle_path(*circle) if circle is not None else Path(**gcode.read(program).path_arrays)  # type: ignore[arg-type]
         step("set points")
@@ -96,7 +98,7 @@ def _command(path: Path, described: Drives, servo: Servo) -> Command:
 def export(drives: str | FilePath, unit: str | FilePath, machine: str | FilePath | None = None,
            pose: Mapping[str, float] | None = None, sources_only: bool = False) -> None:
     """Write the servo of a drive file as a functional mock-up unit (FMI 2.0, co-simulation)."""
-    described = drive_yaml.read(drives)
+    described = drive_file.read(drives)
     with console.collected_warnings() as warned:
         servo = servo_of(described, None if machine is None else machine_at(machine, pose), pose)
     if any(axis.mechanics.nut_moves for axis in described.axes.values()):

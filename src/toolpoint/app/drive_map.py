@@ -12,9 +12,9 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
 from toolpoint.app.drive_servo import held_on, servo_on
 from toolpoint.app.poses import grid as grid_of
-from toolpoint.io import drive_yaml, machine_yaml
+from toolpoint.io.yaml import drive_file, machine_file
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.pose_map import frequency_curves, frequency_map
+from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.servo_map import ServoMap, servo_map
 
 # A map of less change than this share would show rounding, not the machine.
@@ -39,7 +39,7 @@ def drive_map(drives: Path, machine: Path | None, axes: Sequence[str], circle: t
     """
     if machine is None:
         raise ToolpointError("--map: a map needs the machine; give --machine FILE")
-    described, built = drive_yaml.read(drives), machine_yaml.read(machine)
+    described, built = drive_file.read(drives), machine_file.read(machine)
     grid = grid_of(built, axes, "--map")
     if len(grid) > 2:
         raise ToolpointError(f"--map: {len(grid)} axes; a map has one or two")

@@ -42,9 +42,9 @@ from toolpoint.drives import (
     rigid_axis,
     two_mass_axis,
 )
-from toolpoint.drives.filters import Filter
-from toolpoint.drives.friction import FrictionLaw
-from toolpoint.io.drive_schema import Current, DriveAxis, Drives, Friction, GuideFriction, Motor, TorqueFilter
+from toolpoint.drives.controller.filters import Filter
+from toolpoint.drives.friction.laws import FrictionLaw
+from toolpoint.io.yaml.drive_schema import Current, DriveAxis, Drives, Friction, GuideFriction, Motor, TorqueFilter
 from toolpoint.machine import Machine
 from toolpoint.studies.servo_map import structure_at
 

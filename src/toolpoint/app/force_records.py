@@ -9,8 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.cutting.calibration import revolution
-from toolpoint.io import hdf5, record_mat, record_text, uff
+from toolpoint.cutting.force.calibration import revolution
+from toolpoint.io import hdf5, record_mat, uff
+from toolpoint.io.text import record_table
 from toolpoint.vibration import Record
 
 MOST = 360  # samples of a revolution that a fit takes
@@ -30,7 +31,7 @@ def read(path: Path) -> Record:
         if not isinstance(found, Record):
             raise ToolpointError(f"{path}: holds {type(found).__name__}; needs a Record of forces")
         return found
-    return record_text.read(path)
+    return record_table.read(path)
 
 
 def by_feed(files: Sequence[Path], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:

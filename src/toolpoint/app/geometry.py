@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.io import machine_yaml, uff
+from toolpoint.io import uff
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 from toolpoint.machine.placement import placed
 
@@ -49,7 +50,7 @@ def read_geometry(path: str | Path) -> Geometry:
 
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
     try:
-        points = positions(machine_yaml.read(path), None)
+        points = positions(machine_file.read(path), None)
     except ToolpointError as error:
         raise ToolpointError(f"{_FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"
                              ) from None

@@ -12,12 +12,13 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
 from toolpoint.app.geometry import UNIVERSAL, Geometry, read_geometry
-from toolpoint.io import frf_text, hdf5, mat, uff
+from toolpoint.io import hdf5, mat, uff
+from toolpoint.io.text import frf_table
 from toolpoint.modal_identification import Identification, cmif, identify, residues
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.correlation import mac_matrix
-from toolpoint.plot.frf import bode
-from toolpoint.plot.stabilization import indicators, stabilization
+from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.stabilization import indicators, stabilization
 from toolpoint.signals.setups import assembled
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.correlation import auto_mac
@@ -59,7 +60,7 @@ def _one(path: Path, quantity: str | None) -> Frf:
                              "points 1, 2 .. along +x, in their order")
     output, _, struck = path.stem.partition("__")
     label = (lambda text: Dof.parse(text.replace("=", ":")) if "=" in text else Dof(text, "+x"))
-    return frf_text.read(path, label(output), label(struck or output), quantity or "receptance")
+    return frf_table.read(path, label(output), label(struck or output), quantity or "receptance")
 
 
 def identify_files(

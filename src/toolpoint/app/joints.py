@@ -10,14 +10,16 @@ from toolpoint._check import ToolpointError
 from toolpoint.app import console
 from toolpoint.app.geometry import Geometry, read_geometry
 from toolpoint.app.identify import read_frf
-from toolpoint.io import components_yaml, hdf5, machine_yaml
+from toolpoint.io import hdf5
+from toolpoint.io.yaml import component_file
+from toolpoint.io.yaml import machine_file as machine_yaml
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import MachineDescription, build
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.joint_views import joint_views
-from toolpoint.plot.machine_scene import machine_shapes
+from toolpoint.plot.figures.joint_views import joint_views
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.joint_machine import component_masses, machine_of
 from toolpoint.studies.model_correlation import correlate
 from toolpoint.vibration import Modes
@@ -46,7 +48,7 @@ def joints(
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
         shape = read_geometry(geometry)
-        described, bodies = components_yaml.read(components)
+        described, bodies = component_file.read(components)
         step("modes")
         modes = _modes(files, band)
         step("joints")
@@ -96,7 +98,7 @@ def _rows(machine: MachineDescription, modes: Modes) -> list[list[str]]:
     return rows + [["no partner", "", f"{modes.frequency[i]:.3f}", "", ""] for i in found.pairs.single_first]
 
 
-def _page(described: components_yaml.Components, shape: Geometry, found: JointIdentification, modes: Modes,
+def _page(described: component_file.Components, shape: Geometry, found: JointIdentification, modes: Modes,
           machine: MachineDescription | None, warnings: Sequence[str]) -> Report:
     report = Report(f"Joints of {described.name}", found.status, subtitle=" - ".join(described.chain))
     rows = []

@@ -8,17 +8,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.cutting import StabilityChart, described
-from toolpoint.cutting.stability import Method
+from toolpoint.cutting import StabilityChart, build
+from toolpoint.cutting.stability.compute import Method
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
-from toolpoint.plot.frf import bode
-from toolpoint.plot.lobes import StabilityCurve, stability_chart
-from toolpoint.plot.machine_scene import machine_shapes
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.tool_point import ToolPoint, lobes, tool_point
 
 Step = Callable[[str], None]
@@ -164,7 +164,7 @@ def lobe_parts(results: MachineResults) -> list[Chart | Table | str]:
     assert cut is not None
     names = [pose_name(pose) for pose in results.study.poses]
     curves = [StabilityCurve(chart.speeds, chart.limit, name) for chart, name in zip(results.charts, names, strict=True)]
-    words = (f"{described.words(cut)}. "
+    words = (f"{build.words(cut)}. "
              f"Method: {results.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]

@@ -90,7 +90,7 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: boo
 def check(machine: Path, as_json: bool) -> None:
     """Check a machine file: all its faults at once, or what it holds."""
     from toolpoint.app import run
-    from toolpoint.cutting.described import words
+    from toolpoint.cutting.build import words
 
     found = run.check(machine)
     cut = None if found.description.cutting is None else words(found.description.cutting)
@@ -185,7 +185,7 @@ def drive(drives: Path | None, program: Path | None, circle: tuple[float, float]
     from toolpoint.app import drive_map
 
     if schema:
-        from toolpoint.io.drive_schema import json_schema
+        from toolpoint.io.yaml.drive_schema import json_schema
 
         click.echo(json.dumps(json_schema(), indent=2))
         return
@@ -213,7 +213,7 @@ def drive(drives: Path | None, program: Path | None, circle: tuple[float, float]
 @cli.command()
 def schema() -> None:
     """The JSON schema of machine files, for editors that check YAML while it is typed."""
-    from toolpoint.io.machine_schema import json_schema
+    from toolpoint.io.yaml.machine_schema import json_schema
 
     click.echo(json.dumps(json_schema(), indent=2))
 

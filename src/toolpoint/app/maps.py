@@ -9,10 +9,10 @@ import numpy as np
 
 from toolpoint.app import console
 from toolpoint.app.poses import grid
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.plot import Chart, Notes, Report
-from toolpoint.plot.pose_map import frequency_curves
-from toolpoint.plot.pose_map import frequency_map as figure
+from toolpoint.plot.figures.pose_map import frequency_curves
+from toolpoint.plot.figures.pose_map import frequency_map as figure
 from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.pose_map import PoseMap, pose_map
 
@@ -21,7 +21,7 @@ def frequency_map(
     machine: Path, axes: Sequence[str], count: int = 6, workers: int = 0, folder: Path | None = None, quiet: bool = False
 ) -> PoseMap:
     """Return the frequencies of a machine file over a grid; axes as ``X=-0.3:0.3:21``."""
-    built = machine_yaml.read(machine)
+    built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
     engine = Dask(workers) if workers else Serial()
     with console.counted("blocks of poses", quiet or not console.interactive()) as progress:

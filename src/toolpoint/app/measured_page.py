@@ -10,13 +10,13 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.dynamics import OWN, banded, directions, responses
-from toolpoint.cutting import StabilityChart, described, stability
-from toolpoint.io import frf_text
+from toolpoint.cutting import StabilityChart, build, stability
+from toolpoint.io.text import frf_table
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.frf import bode, real_imaginary
-from toolpoint.plot.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.frf import bode, real_imaginary
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.studies.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.frf import joined
@@ -46,7 +46,7 @@ def read(files: Sequence[str | Path], quantity: str | None, band: tuple[float, f
     names = _point_names(files)
     first = Dof(names[0], "+x")
     kind = quantity or "receptance"
-    parts = [frf_text.read(path, Dof(name, "+x"), first, kind) for path, name in zip(files, names, strict=True)]
+    parts = [frf_table.read(path, Dof(name, "+x"), first, kind) for path, name in zip(files, names, strict=True)]
     return banded(joined(parts), band)
 
 
@@ -96,7 +96,7 @@ def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[s
     if results.chart is not None:
         curve = StabilityCurve(results.chart.speeds, results.chart.limit, "from the measured FRF")
         cut = results.cut
-        words = (f"{described.words(cut)}. Straight from the measured lines, no modal fit. "
+        words = (f"{build.words(cut)}. Straight from the measured lines, no modal fit. "
                  f"Method: {results.chart.method or 'default'}.")
         report = report.with_section("Stability from the measured FRF", words, Chart(stability_chart(curve)))
     return report.with_section("Remarks on the measurement", *([Notes(warnings, "warning")] if warnings else []),

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.io import machine_yaml, units
+from toolpoint.io.quantities import units
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 
 Pose = Mapping[str, float]
@@ -77,7 +78,7 @@ def _line(text: str, option: str) -> tuple[str, Position, Position, int]:
 
 def machine_at(path: str | Path, *poses: Pose | None) -> Machine:
     """Read a machine file and check poses against its axes: names, lengths or angles, limits of travel."""
-    machine = machine_yaml.read(path)
+    machine = machine_file.read(path)
     for pose in poses:
         check(machine, pose or {})
     return machine

@@ -14,11 +14,11 @@ from toolpoint._check import ToolpointError
 from toolpoint.app import console, machine_page, measured_page
 from toolpoint.app.poses import machine_at
 from toolpoint.cutting import ZeroOrder
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.plot import Listing, Notes, Report, ShapeView
-from toolpoint.plot.machine_scene import machine_shapes
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
 
 DEMO, DEMO_DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
 Pose = Mapping[str, float]
@@ -29,10 +29,10 @@ def demo(output: str | Path = "toolpoint-report", quiet: bool = False) -> Path:
     with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, \
             console.steps(6, quiet) as step, console.collected_warnings() as warnings:
         step("machine")
-        casting = machine_page.only_modes(machine_yaml.read(folder / DEMO))
+        casting = machine_page.only_modes(machine_file.read(folder / DEMO))
         step("machine with feed drives")
         # The quickest method: nobody wants to wait for a compiler on the first page.
-        drives = machine_page.computed(machine_yaml.read(folder / DEMO_DRIVES), None, step, ZeroOrder())
+        drives = machine_page.computed(machine_file.read(folder / DEMO_DRIVES), None, step, ZeroOrder())
         step("page")
         path = _demo_page(casting, drives, folder, warnings).save(output)
     _show(casting, ())
@@ -97,7 +97,7 @@ def report(
 
 def check(machine: str | Path) -> Machine:
     """Read a machine file, raise all its faults at once, and return the machine."""
-    return machine_yaml.read(machine)
+    return machine_file.read(machine)
 
 
 def modes(machine: str | Path, pose: Pose | None = None, count: int = 12) -> np.ndarray:

@@ -12,8 +12,8 @@ from toolpoint.app import console
 from toolpoint.app.poses import machine_at
 from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Notes, Report, ShapeView, Table
-from toolpoint.plot.machine_scene import machine_shapes
-from toolpoint.plot.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.sensitivity_study import SensitivityStudy, sensitivity_study
 
 _ROWS = 40

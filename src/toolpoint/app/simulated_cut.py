@@ -14,9 +14,9 @@ from toolpoint.app import console
 from toolpoint.app.cutting import FEED, problem_of, remarked
 from toolpoint.app.source import Source
 from toolpoint.cutting import MillingProblem
-from toolpoint.cutting.time_domain import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.cutting import simulation_charts
+from toolpoint.plot.figures.cutting import simulation_charts
 
 LEAST, MOST = 60, 2000  # revolutions taken where none are asked for
 FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %

@@ -14,12 +14,12 @@ from toolpoint.app.cutting import doubtful
 from toolpoint.app.dynamics import Dynamics, dynamics_of
 from toolpoint.app.source import Source
 from toolpoint.cutting import StabilityChart, stability
-from toolpoint.cutting.best_speed import from_chart
-from toolpoint.cutting.plane import PlaneDynamics
-from toolpoint.cutting.problem import TurningProblem
+from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.cutting import chip_response, intervals_of
-from toolpoint.plot.lobes import StabilityCurve, StabilityIntervals, stability_chart
+from toolpoint.plot.figures.cutting import chip_response, intervals_of
+from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
 from toolpoint.studies.turning import UnconditionalLimit, oriented, unconditional_limit, unit_vector, width_range
 from toolpoint.vibration import Dof, Frf, Modes
 

@@ -10,8 +10,8 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
 from toolpoint.cutting import MillingProblem, StabilityChart
-from toolpoint.cutting.best_speed import Advice, from_chart, from_cuts, most_informative
-from toolpoint.cutting.probability import (
+from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_cuts, most_informative
+from toolpoint.cutting.advice.probability import (
     ProbabilityChart,
     Uncertain,
     coefficient_parameters,
@@ -19,10 +19,10 @@ from toolpoint.cutting.probability import (
     modal_parameters,
     probability,
 )
-from toolpoint.cutting.problem import MISSING
-from toolpoint.cutting.stability import Method
+from toolpoint.cutting.cut.problem import MISSING
+from toolpoint.cutting.stability.compute import Method
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.probability import importance_chart, probability_chart
+from toolpoint.plot.figures.probability import importance_chart, probability_chart
 from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95

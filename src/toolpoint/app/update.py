@@ -14,7 +14,7 @@ from toolpoint.app import console
 from toolpoint.app.measurements import Measurement, measurements
 from toolpoint.app.poses import machine_at
 from toolpoint.app.update_page import as_assumed, page
-from toolpoint.io import machine_yaml
+from toolpoint.io.yaml import machine_file as machine_yaml
 from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
 from toolpoint.modal_identification import real_modes

@@ -10,11 +10,11 @@ import numpy as np
 from toolpoint.app.measurements import Measurement
 from toolpoint.machine import Machine, assemble
 from toolpoint.plot import Chart, Listing, Notes, Report, ShapeView, Table
-from toolpoint.plot.correlation import mac_matrix
-from toolpoint.plot.frf import bode
-from toolpoint.plot.machine_scene import machine_shapes
-from toolpoint.plot.posterior import posterior_corner
-from toolpoint.plot.shape_pairs import partners, turned_alike
+from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.posterior import posterior_corner
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
 from toolpoint.studies.machine_update import Agreement, MachineUpdate
 from toolpoint.updating import Fit
 from toolpoint.updating.sampler import Samples

@@ -1,19 +1,19 @@
 """Cutting: tool, engagement, force law, stability by several methods on one problem, time domain, surface."""
 
 from toolpoint.cutting import stability
-from toolpoint.cutting.automatic import Automatic
-from toolpoint.cutting.chart import StabilityChart
-from toolpoint.cutting.coefficients import CuttingCoefficients
-from toolpoint.cutting.collocation import Collocation
-from toolpoint.cutting.discretization import FullDiscretization, SemiDiscretization
-from toolpoint.cutting.floquet import FloquetDeterminant
-from toolpoint.cutting.hill import HillDeterminant
-from toolpoint.cutting.multi_frequency import MultiFrequency
-from toolpoint.cutting.panel_arnoldi import PanelArnoldi
-from toolpoint.cutting.problem import MillingProblem, SpeedVariation, TurningProblem
-from toolpoint.cutting.tool import Engagement, Tool
-from toolpoint.cutting.warm_start import WarmStart
-from toolpoint.cutting.zero_order import ZeroOrder
+from toolpoint.cutting.cut.coefficients import CuttingCoefficients
+from toolpoint.cutting.cut.problem import MillingProblem, SpeedVariation, TurningProblem
+from toolpoint.cutting.cut.tool import Engagement, Tool
+from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.floquet.method import FloquetDeterminant
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.methods.collocation import Collocation
+from toolpoint.cutting.stability.methods.discretization import FullDiscretization, SemiDiscretization
+from toolpoint.cutting.stability.methods.multi_frequency import MultiFrequency
+from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
+from toolpoint.cutting.stability.panels.method import PanelArnoldi
+from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 __all__ = [
     "Automatic",

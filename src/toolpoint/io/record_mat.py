@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.io import mat
-from toolpoint.io.record_text import TIMES, of_columns
+from toolpoint.io.text.record_table import TIMES, of_columns
 from toolpoint.vibration import Record
 
 RATES = ("fs", "sample_rate", "rate")

@@ -14,9 +14,9 @@ from typing import Any
 
 import toolpoint
 from toolpoint._check import ToolpointError, fail
-from toolpoint.plot.page import asset, chart_script, page
-from toolpoint.plot.parts import Chart, ClickedSeries, Listing, Notes, Table, Text
-from toolpoint.plot.shape_view import ShapeView, scripts_of
+from toolpoint.plot.page.frame import asset, chart_script, page
+from toolpoint.plot.page.parts import Chart, ClickedSeries, Listing, Notes, Table, Text
+from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
 Part = Text | Table | Notes | Listing | Chart | ClickedSeries | ShapeView
 

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
-from toolpoint.cutting.chart import StabilityChart
-from toolpoint.cutting.stability import Method
+from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.chatter_map import chatter_map

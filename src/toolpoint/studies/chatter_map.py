@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.cutting.pose_charts import PoseCharts, chart_poses
-from toolpoint.cutting.stability import Method
+from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.pose_charts import PoseCharts, chart_poses
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.tool_point import ToolPoint, depth_limit, milling_problem, tool_point

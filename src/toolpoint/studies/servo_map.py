@@ -9,8 +9,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.drives import Servo, Structure, circular_test, loops, simulate
-from toolpoint.drives.command import circle
-from toolpoint.drives.loops import LoopLevel, bandwidth
+from toolpoint.drives.controller.loops import LoopLevel, bandwidth
+from toolpoint.drives.program.command import circle
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
 from toolpoint.vibration import eigen

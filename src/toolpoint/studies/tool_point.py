@@ -12,8 +12,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
-from toolpoint.cutting.described import coefficients_of, engagement_of, tool_of, variation_of
-from toolpoint.cutting.stability import Method
+from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
+from toolpoint.cutting.stability.compute import Method
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
 from toolpoint._check import FloatArray, fail, floats, positive
-from toolpoint.cutting.plane import PlaneDynamics
-from toolpoint.cutting.problem import TurningProblem, plane_dynamics
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import TurningProblem, plane_dynamics
 from toolpoint.vibration import Modes
 from toolpoint.vibration.frf import Frf
 

@@ -1,0 +1,194 @@
+r"""Probability of stability from uncertain modal parameters and coefficients, and which measurement would narrow it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, count, fail, floats
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.compute import Method, chart
+from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.vibration import Modes
+
+Perturb = Callable[[MillingProblem, float], MillingProblem]
+
+
+@dataclass(frozen=True, eq=False)
+class Uncertain:
+    """One uncertain parameter: its name, relative standard deviation (normal), and how it enters the problem.
+
+    `change(problem, factor)` returns the problem with the parameter multiplied by `factor`.
+    """
+
+    name: str
+    deviation: float
+    change: Perturb
+
+
+@dataclass(frozen=True, eq=False)
+class ProbabilityChart:
+    """Result of a Monte Carlo run over charts.
+
+    Parameters
+    ----------
+    speeds, depths : (n,), (d,) floats
+        rev/min and m.
+    stable : (n_samples, n, d) bool
+    factors : (n_samples, p) floats
+        Factor of every parameter in every sample.
+    names : sequence of str
+    frequency : (n_samples, n) floats
+        Chatter frequency of the first loss of stability, Hz; NaN where none.
+    limit : (n_samples, n) floats
+        First loss of stability, m, at most the chart's depth_max.
+    weights : (n_samples,) floats
+        Weight of every sample, sum 1.
+    """
+
+    speeds: FloatArray
+    depths: FloatArray
+    stable: Array
+    factors: FloatArray
+    names: tuple[str, ...]
+    frequency: FloatArray
+    limit: FloatArray
+    weights: FloatArray
+
+    @property
+    def probability(self) -> FloatArray:
+        """P(stable), shape (n_speeds, n_depths)."""
+        return np.clip(np.einsum("s,snd->nd", self.weights, self.stable.astype(float)), 0.0, 1.0)
+
+    @property
+    def error(self) -> FloatArray:
+        """Standard error of the probability from the number of samples, shape (n_speeds, n_depths)."""
+        p, effective = self.probability, 1 / np.sum(self.weights**2)
+        return np.sqrt(np.maximum(p * (1 - p), 0) / effective)
+
+    def depth_at(self, level: float = 0.95) -> FloatArray:
+        """Largest depth of the grid stable with at least this probability, with all below it, m, shape (n_speeds,)."""
+        enough = np.cumprod(self.probability >= level, axis=1).sum(1)
+        return np.where(enough > 0, self.depths[np.maximum(enough - 1, 0)], 0.0)
+
+    def importance(self) -> dict[str, float]:
+        """Share of the limit's variance that each parameter explains alone (first order, linear), largest first.
+
+        The parameter with the largest share is the one whose better measurement narrows the chart most.
+        """
+        w = self.weights[:, None]
+        x = self.factors - (w * self.factors).sum(0)
+        y = self.limit - (w * self.limit).sum(0)
+        spread = (w * y**2).sum(0)
+        keep = spread > 1e-12 * spread.max(initial=0.0)
+        covariance = (x * w).T @ y[:, keep]
+        share = covariance**2 / (w * x**2).sum(0)[:, None]
+        total = share.sum(1) / max(float(spread[keep].sum()), 1e-300)
+        return dict(sorted(zip(self.names, total.tolist()), key=lambda item: -item[1]))
+
+    def after_cuts(self, cuts: Sequence[tuple[float, float, bool]], reliability: float = 0.95) -> ProbabilityChart:
+        """Return the chart after cuts with known outcome (speed, depth, stable): samples weighed by Bayes' rule.
+
+        `reliability` is the probability that an outcome is judged rightly.
+        """
+        weights = self.weights.copy()
+        for speed, depth, was_stable in cuts:
+            i, d = int(np.argmin(np.abs(self.speeds - speed))), int(np.argmin(np.abs(self.depths - depth)))
+            weights *= np.where(self.stable[:, i, d] == was_stable, reliability, 1 - reliability)
+        return replace(self, weights=weights / weights.sum())
+
+    def __repr__(self) -> str:
+        return (f"ProbabilityChart({self.stable.shape[0]} samples, {self.speeds.size} speeds, {self.depths.size} depths, "
+                f"{len(self.names)} parameters)")
+
+
+def modal_parameters(problem: MillingProblem, frequency: float | None = None, damping: float | None = None,
+                     stiffness: float = 0.05) -> list[Uncertain]:
+    """Uncertain frequency, damping and stiffness of every mode (relative standard deviations).
+
+    Where frequency or damping is left out it is that of the identification (`Modes.covariance`), for modes without one
+    0.01 and 0.1. The parameters are taken to be independent.
+    """
+    if not isinstance(problem.dynamics, Modes):
+        fail("problem", "dynamics that are not one Modes noun", "must be Modes", "identify the modes first")
+    seen = measured_deviations(problem.dynamics)
+    out = []
+    for i in range(problem.dynamics.count):
+        out.append(Uncertain(f"frequency {i + 1}", float(seen[i, 0]) if frequency is None else frequency,
+                             _mode_change(i, "frequency")))
+        out.append(Uncertain(f"damping {i + 1}", float(seen[i, 1]) if damping is None else damping,
+                             _mode_change(i, "damping_ratio")))
+        out.append(Uncertain(f"stiffness {i + 1}", stiffness, _mode_change(i, "shape")))
+    return out
+
+
+def measured_deviations(modes: Modes) -> FloatArray:
+    """Return the relative standard deviations of frequency and damping of every mode, (n_modes, 2): measured or usual."""
+    if modes.covariance is None:
+        return np.tile([0.01, 0.1], (modes.count, 1))
+    own = np.sqrt(np.diagonal(modes.covariance, axis1=-2, axis2=-1))
+    return np.asarray(own / np.stack([modes.frequency, modes.damping_ratio], axis=-1), float)
+
+
+def _mode_change(mode: int, what: str) -> Perturb:
+    def change(problem: MillingProblem, factor: float) -> MillingProblem:
+        modes: Modes = problem.dynamics  # type: ignore[assignment]
+        value = np.array(getattr(modes, what))
+        value[..., mode] *= factor if what != "shape" else 1 / np.sqrt(factor)
+        if what == "frequency":  # the stiffness stays: the modal mass takes up the change
+            shape = np.array(modes.shape)
+            shape[..., mode] *= factor
+            return problem.changed(dynamics=replace(modes, frequency=value, shape=shape))
+        return problem.changed(dynamics=replace(modes, **{what: value}))  # type: ignore[arg-type]
+
+    return change
+
+
+def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
+    """Uncertain cutting coefficients kt and kn (relative standard deviations)."""
+    def change(name: str) -> Perturb:
+        def put(problem: MillingProblem, factor: float) -> MillingProblem:
+            c = problem.coefficients
+            return problem.changed(coefficients=replace(c, **{name: getattr(c, name) * factor}))  # type: ignore[arg-type]
+        return put
+
+    return [Uncertain(name, deviation, change(name)) for name in ("kt", "kn")]
+
+
+def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, depths: FloatArray,
+                rng: np.random.Generator, samples: int = 200, method: Method | None = None,
+                progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
+    """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).
+
+    Parameters
+    ----------
+    problem : MillingProblem
+    parameters : sequence of Uncertain
+        See `modal_parameters`, `coefficient_parameters`.
+    speeds, depths : (n,), (d,) floats
+    rng : numpy.random.Generator
+    samples : int
+    progress : callable, optional
+        Called with (done, all) after every sample.
+    """
+    w = floats("depths", np.atleast_1d(depths))
+    n = floats("speeds", np.atleast_1d(speeds))
+    deviation = np.array([p.deviation for p in parameters])
+    factors = np.maximum(1 + deviation * rng.standard_normal((count("samples", samples), deviation.size)), 0.05)
+    stable = np.empty((samples, n.size, w.size), bool)
+    frequency, limit = np.full((samples, n.size), np.nan), np.empty((samples, n.size))
+    for s in range(samples):
+        varied = problem
+        for parameter, factor in zip(parameters, factors[s]):
+            varied = parameter.change(varied, float(factor))
+        found: StabilityChart = chart(varied, n, method, float(w.max()))
+        stable[s] = found.stable(w)
+        limit[s] = np.minimum(found.limit, w.max())
+        first = found.limit_points()
+        frequency[s, first >= 0] = found.frequency[first[first >= 0]]
+        if progress is not None:
+            progress(s + 1, samples)
+    return ProbabilityChart(n, w, stable, factors, tuple(p.name for p in parameters), frequency, limit,
+                            np.full(samples, 1 / samples))

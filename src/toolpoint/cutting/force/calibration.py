@@ -1,0 +1,325 @@
+r"""Calibration: cutting coefficients and run-out from measured forces, with confidence intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import t as student
+
+from toolpoint._check import FloatArray, fail, floats, nonnegative
+from toolpoint.cutting.cut.coefficients import CuttingCoefficients
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.force.laws import edge_field
+from toolpoint.cutting.force.phase import record_phases
+from toolpoint.vibration import Record
+
+FINER = 4  # steps of the model's revolution for each sample, where angles are fitted
+UNIT = 10e-6  # m: scale of a run-out component in the fit
+NAMES = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
+
+
+@dataclass(frozen=True, eq=False)
+class Calibration:
+    """Fitted coefficients (and run-out) with their uncertainty.
+
+    Parameters
+    ----------
+    names : sequence of str
+        Fitted parameters: kt, kn, ka (Pa), edge_t, edge_n, edge_a (N/m), runout (m), runout_angle, phase (rad) or
+        phase_1, phase_2 .. of every record.
+    values : (p,) floats
+    covariance : (p, p) floats
+    freedom : int
+        Degrees of freedom of the residual.
+    residual : float
+        Standard deviation of the residual, N.
+    status : str
+    """
+
+    names: tuple[str, ...]
+    values: FloatArray
+    covariance: FloatArray
+    freedom: int
+    residual: float
+    status: str = "converged"
+
+    @property
+    def interval(self) -> FloatArray:
+        """95 % confidence interval of every parameter, shape (p, 2)."""
+        half = student.ppf(0.975, self.freedom) * np.sqrt(np.diag(self.covariance))
+        return np.stack([self.values - half, self.values + half], axis=1)
+
+    @property
+    def coefficients(self) -> CuttingCoefficients:
+        """The fitted coefficients (values below zero, within their error of it, are set to zero)."""
+        found = dict(zip(self.names, self.values))
+        return CuttingCoefficients(**{n: max(float(found.get(n, 0.0)), 0.0) for n in NAMES}, source="calibrated")
+
+    def table(self) -> str:
+        """Return parameters, values and 95 % intervals as text."""
+        rows = [f"{'parameter':<14}{'value':>14}   95 % interval"]
+        for name, value, (low, high) in zip(self.names, self.values, self.interval):
+            rows.append(f"{name:<14}{value:14.6g}   {low:.6g} .. {high:.6g}")
+        return "\n".join([*rows, f"residual {self.residual:.4g} N, {self.status}"])
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{n} {v:.4g}" for n, v in zip(self.names, self.values))
+        return f"Calibration({parts}; residual {self.residual:.3g} N, {self.status})"
+
+
+def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: FloatArray, depth: float) -> Calibration:
+    r"""Return coefficients from mean forces at several feeds per tooth (linear regression).
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        Tool and engagement; its coefficients and feed are not used.
+    feeds : (n,) floats
+        Feed per tooth, m; at least two different ones.
+    mean_forces : (n, 2 or 3) floats
+        Mean force on the tool along x, y (and z) over whole revolutions, N.
+    depth : float
+        m.
+
+    A rounded edge (corner radius, ball) is integrated along its meridian, slice by slice.
+
+    Source: Budak, Altintas, Armarego, J. Manufacturing Science Engineering 118 (1996) 216; Altintas, section 2.7.1.
+    """
+    f = nonnegative("feeds", floats("feeds", feeds))
+    mean = floats("mean_forces", mean_forces, (f.size, None))
+    if np.unique(np.round(f, 12)).size < 2:
+        fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", "cut at several feeds")
+    names = NAMES if mean.shape[1] == 3 else ("kt", "kn", "edge_t", "edge_n")
+    arc, teeth = problem.engagement, problem.tool.teeth
+    if problem.tool.corner_radius > 0:
+        rows = [_mean_of_slices(problem, float(x), depth, mean.shape[1]) for x in f]
+    else:
+        rows = [_mean_row(arc.entry, arc.exit, teeth, depth, x, names)[:mean.shape[1]] for x in f]
+    matrix, right = np.concatenate(rows), mean.ravel()
+    scale = np.linalg.norm(matrix, axis=0)
+    solution, _, rank, _ = np.linalg.lstsq(matrix / scale, right, rcond=None)
+    if rank < len(names):
+        fail("mean_forces", f"rank {rank}", f"must determine {len(names)} coefficients", "use more feeds or another width")
+    freedom = max(right.size - len(names), 1)
+    sigma2 = float(np.sum((right - matrix / scale @ solution) ** 2)) / freedom
+    covariance = sigma2 * np.linalg.inv((matrix / scale).T @ (matrix / scale)) / np.outer(scale, scale)
+    return Calibration(names, solution / scale, covariance, freedom, float(np.sqrt(sigma2)))
+
+
+def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float, names: tuple[str, ...]) -> FloatArray:
+    """Mean force (3) per unit of each coefficient."""
+    def integral(function: object) -> float:
+        x, w = np.polynomial.legendre.leggauss(24)
+        phi = entry + (leave - entry) * (1 + x) / 2
+        return float(w @ function(phi)) * (leave - entry) / 2  # type: ignore[operator]
+
+    c = depth * teeth / (2 * np.pi)
+    cos, sin = integral(np.cos), integral(np.sin)
+    sc, ss = integral(lambda p: np.sin(p) * np.cos(p)), integral(lambda p: np.sin(p) ** 2)
+    columns = {"kt": (-feed * sc, feed * ss, 0), "kn": (-feed * ss, -feed * sc, 0), "ka": (0, 0, feed * sin),
+               "edge_t": (-cos, sin, 0), "edge_n": (-sin, -cos, 0), "edge_a": (0, 0, leave - entry)}
+    return c * np.array([columns[name] for name in names], float).T
+
+
+def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directions: int) -> FloatArray:
+    """Mean force per unit of each coefficient over a revolution of a tool without run-out, by slices of its edge."""
+    turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
+    plain = replace(problem, tool=problem.tool.with_runout(0.0), feed_per_tooth=feed)
+    model = _linear_model(plain, depth, turn, directions, 40)
+    return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
+
+
+def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray, forces: FloatArray, depth: float,
+                  runout: bool = True, phase: bool | str = False, slices: int = 20) -> Calibration:
+    r"""Return coefficients and run-out from forces over rotation (nonlinear least squares).
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        Tool (its run-out is the start) and engagement.
+    feeds : (n,) floats
+        Feed per tooth of each record, m.
+    angle : (n_angle,) floats
+        Rotation of tooth 0 of the samples, rad; the same for all records.
+    forces : (n, n_angle, 2 or 3) floats
+        Force on the tool, N.
+    depth : float
+        m.
+    runout : bool
+        Fit offset and direction of the run-out (needs at least two teeth).
+    phase : bool or "each"
+        Fit the angle of tooth 0 at the first sample as well: one for all records, or with ``"each"`` one for each record,
+        found without a start; then `angle` must be equal steps over one revolution. The teeth are then named by the fit:
+        of a regular tool tooth 0 is the one nearest to angle zero in the first record.
+    slices : int
+        Axial slices of a helical tool.
+
+    Notes
+    -----
+    The residual is taken as white; the covariance is s^2 (J^T J)^-1. The offset enters through its two components, so
+    that an offset of zero is no singular point; offset and angle are reported with propagated covariance.
+    """
+    f = floats("feeds", np.atleast_1d(feeds))
+    data = floats("forces", forces, (f.size, np.size(angle), None))
+    if data.shape[2] not in (2, 3):
+        fail("forces", f"{data.shape[2]} directions", "must be x, y or x, y, z")
+    names = list(NAMES if data.shape[2] == 3 else ("kt", "kn", "edge_t", "edge_n"))
+    if phase not in (False, True, "each"):
+        fail("phase", repr(phase), "must be False, True or 'each'")
+    linear, shifts = len(names), f.size if phase == "each" else int(phase)
+    runout = runout and problem.tool.teeth > 1
+    turn = floats("angle", np.atleast_1d(angle))
+    if phase == "each" and (turn.size < 3 or np.abs(np.diff(turn) - 2 * np.pi / turn.size).max() > 1e-6):
+        fail("angle", f"{turn.size} values from {turn[0]:g} to {turn[-1]:g} rad",
+             "must be equal steps over one revolution where the angle of each record is to be found",
+             "fold the records with `revolution`")
+
+    courses = _Courses(problem, f, depth, data.shape[2], slices, turn, interpolated=shifts > 0)
+    matrix = courses.matrix
+    begin = np.zeros(f.size)
+    if phase == "each":
+        plain = matrix(0j, begin).reshape(*data.shape, linear)
+        begin = record_phases(plain, data, problem.tool, int(np.argmax(f)))
+    start = average_force(problem, f, data.mean(1), depth).values if np.unique(f).size > 1 else \
+        np.linalg.lstsq(matrix(0j, begin), data.ravel(), rcond=None)[0]
+    scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
+
+    def residual(p: FloatArray) -> FloatArray:
+        offset = complex(p[linear], p[linear + 1]) * UNIT if runout else 0j
+        shift = np.broadcast_to(p[p.size - shifts:], f.shape) if shifts else begin
+        return matrix(offset, shift) @ (p[:linear] * scale) - data.ravel()
+
+    first = np.concatenate([start / scale, *_first_runout(lambda offset: matrix(offset, begin), data.ravel(), runout),
+                            begin[:shifts]])
+    fit = least_squares(residual, first, method="lm")
+    return _reported(fit, names, scale, runout, shifts, data.size)
+
+
+class _Courses:
+    """Forces per unit of each coefficient of all records, at a run-out and at shifts of their angles.
+
+    Entry and exit of the slices make the model jump from sample to sample; where angles are fitted it is computed on a finer
+    grid of the revolution and taken linearly between, so that its slope against the angle knows the jumps.
+    """
+
+    def __init__(self, problem: MillingProblem, feeds: FloatArray, depth: float, directions: int, slices: int,
+                 turn: FloatArray, interpolated: bool) -> None:
+        self.problem, self.feeds, self.depth, self.directions, self.slices, self.turn = (
+            problem, feeds, depth, directions, slices, turn)
+        self.fine = max(FINER * turn.size, 720) if interpolated else 0
+        self._last: tuple[complex, FloatArray] | None = None
+
+    def at(self, offset: complex, turn: FloatArray) -> FloatArray:
+        """Return (n, n_turn, d, p) at these angles."""
+        tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
+        parts = [_linear_model(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn, self.directions,
+                               self.slices) for x in self.feeds]
+        return np.stack(parts).reshape(self.feeds.size, turn.size, self.directions, -1)
+
+    def matrix(self, offset: complex, shift: FloatArray) -> FloatArray:
+        """Return the matrix (n * n_angle * d, p) of all samples; `shift` (n,) rad is not used where no angle is fitted."""
+        if not self.fine:
+            found = self.at(offset, self.turn)
+            return found.reshape(-1, found.shape[-1])
+        if self._last is None or self._last[0] != offset:
+            self._last = offset, self.at(offset, 2 * np.pi * np.arange(self.fine) / self.fine)
+        place = (self.turn + np.asarray(shift)[:, None]) / (2 * np.pi) * self.fine
+        low = np.floor(place).astype(int)
+        part, record = (place - low)[..., None, None], np.arange(self.feeds.size)[:, None]
+        table = self._last[1]
+        found = table[record, low % self.fine] * (1 - part) + table[record, (low + 1) % self.fine] * part
+        return found.reshape(-1, found.shape[-1])
+
+
+def fitted_forces(problem: MillingProblem, fit: Calibration, feeds: FloatArray, angle: FloatArray, depth: float,
+                  directions: int = 3, slices: int = 20) -> FloatArray:
+    """Return the forces (n, n_angle, directions) of the fitted model at the same feeds and angles, N; see `instantaneous`."""
+    found, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))
+    tool = problem.tool.with_runout(found.get("runout", problem.tool.runout),
+                                    found.get("runout_angle", problem.tool.runout_angle), problem.tool.tilt)
+    linear = fit.values[:len(NAMES) if directions == 3 else 4]
+    common = found.get("phase", 0.0)
+    parts = [_linear_model(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
+                           np.asarray(angle) + found.get(f"phase_{i + 1}", common), directions, slices) @ linear
+             for i, x in enumerate(f)]
+    return np.stack(parts).reshape(f.size, np.size(angle), directions)
+
+
+def _first_runout(matrix: Callable[[complex], FloatArray], data: FloatArray, runout: bool) -> list[FloatArray]:
+    """Start of the run-out's components: of a few directions the one whose best coefficients fit best."""
+    if not runout:
+        return []
+    guesses = [0.5 * UNIT * np.exp(2j * np.pi * k / 6) for k in range(6)]
+    cost = []
+    for guess in guesses:
+        m = matrix(complex(guess))
+        cost.append(np.sum((m @ np.linalg.lstsq(m, data, rcond=None)[0] - data) ** 2))
+    best = guesses[int(np.argmin(cost))] / UNIT
+    return [np.array([best.real, best.imag])]
+
+
+def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, directions: int, slices: int) -> FloatArray:
+    """Forces per unit of each coefficient at given run-out, shape (n_angle * n_directions, n_names)."""
+    phi, h, kappa, _, share = edge_field(problem, depth, turn, slices)
+    s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kappa)[:, None], np.cos(kappa)[:, None]
+    chip, edge = np.maximum(h, 0.0) * share, (h > 0) * share
+    zero = np.zeros(turn.size)
+
+    def over(field: FloatArray) -> FloatArray:
+        return field.sum((1, 2))
+
+    columns = []
+    for g in (chip, edge):
+        columns += [np.stack([-over(g * c), over(g * s), zero]),
+                    np.stack([-over(g * s * sk), -over(g * c * sk), over(g * ck)]),
+                    np.stack([over(g * s * ck), over(g * c * ck), over(g * sk)])]
+    every = np.stack(columns)[:, :directions]  # (name, direction, angle)
+    keep = every if directions == 3 else every[[0, 1, 3, 4]]
+    return keep.transpose(2, 1, 0).reshape(-1, keep.shape[0])
+
+
+def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
+    p, jacobian = fit.x, fit.jac  # type: ignore[attr-defined]
+    linear, freedom = len(names), size - fit.x.size  # type: ignore[attr-defined]
+    sigma2 = 2 * fit.cost / freedom  # type: ignore[attr-defined]
+    covariance = sigma2 * np.linalg.pinv(jacobian.T @ jacobian)
+    turn = np.eye(p.size)
+    values = p.astype(float).copy()
+    values[:linear] *= scale
+    turn[range(linear), range(linear)] = scale
+    if runout:
+        x, y = p[linear], p[linear + 1]
+        r = np.hypot(x, y)
+        turn[linear:linear + 2, linear:linear + 2] = [[UNIT * x / r, UNIT * y / r], [-y / r**2, x / r**2]]
+        values[linear], values[linear + 1] = UNIT * r, np.arctan2(y, x)
+        names = [*names, "runout", "runout_angle"]
+    names = [*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)])]
+    poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
+    status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"  # type: ignore
+    if fit.success and poor:  # type: ignore[attr-defined]
+        status = ("converged; the run-out's two components are poorly determined (two teeth show only one of them): "
+                  "its interval is too narrow; cut deeper or use a tool with more teeth")
+    return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)), status)
+
+
+def revolution(record: Record, speed: float, revolutions: int | None = None) -> tuple[FloatArray, FloatArray]:
+    """Return (angle, mean force over one revolution) from a force Record at constant spindle speed (rev/min).
+
+    The samples of all whole revolutions are averaged at equal angles (linear between samples).
+
+    Returns
+    -------
+    angle : (n,) floats, rad; force : (n, n_channels) floats
+    """
+    per = record.sample_rate * 60 / speed
+    whole = int(record.samples.shape[0] // per) if revolutions is None else revolutions
+    if whole < 1:
+        fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
+    n = int(per)
+    at = (np.arange(n)[None, :] / n + np.arange(whole)[:, None]) * per
+    index = np.arange(record.samples.shape[0])
+    values = np.stack([np.interp(at, index, record.samples[:, c]).mean(0) for c in range(record.samples.shape[1])], axis=1)
+    return 2 * np.pi * np.arange(n) / n, values

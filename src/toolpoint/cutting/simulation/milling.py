@@ -1,0 +1,347 @@
+r"""Time-domain milling: regeneration with loss of contact, helix, run-out, unequal pitch, several flutes' memory."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
+from toolpoint.cutting.cut.problem import MillingProblem, checked_speeds
+from toolpoint.cutting.stability.methods.collocation import _Modal, modal
+from toolpoint.vibration import Dof, Record
+
+
+@dataclass(frozen=True, eq=False)
+class Simulation:
+    """Result of a simulated cut.
+
+    Parameters
+    ----------
+    problem, speed, depth : MillingProblem, float (rev/min), float (m)
+    time : (n,) floats
+        s.
+    displacement : (n, 2 or 3) floats
+        Tool against work in the feed frame, m; three directions where the problem's dynamics have z.
+    force : (n, 3) floats
+        Force on the tool, N.
+    torque : (n,) floats
+        Spindle torque, N m.
+    chip : (n,) floats
+        Largest chip thickness of any edge element, m.
+    steps_per_period : int
+        Samples in one tooth period.
+    status : str
+    notes : sequence of str
+    """
+
+    problem: MillingProblem
+    speed: float
+    depth: float
+    time: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    torque: FloatArray
+    chip: FloatArray
+    steps_per_period: int
+    status: str = "complete"
+    notes: tuple[str, ...] = ()
+
+    @property
+    def steps_per_revolution(self) -> int:
+        """Samples in one revolution."""
+        return self.steps_per_period * self.problem.tool.teeth
+
+    @property
+    def steps_per_repeat(self) -> int:
+        """Samples after which a stable cut repeats: a tooth period, a revolution of an irregular tool, or the variation."""
+        variation = self.problem.speed_variation
+        if variation is not None:
+            return self.steps_per_revolution * variation.revolutions
+        tool = self.problem.tool
+        alike = tool.is_regular and tool.runout == 0 and tool.tilt == 0
+        return self.steps_per_period if alike else self.steps_per_revolution
+
+    @property
+    def power(self) -> FloatArray:
+        """Cutting power, W."""
+        return self.torque * 2 * np.pi * self.speed / 60
+
+    def once_per_revolution(self) -> FloatArray:
+        """Displacement sampled once a revolution: a point when stable, a closed curve in Hopf chatter, two points in flip."""
+        return self.displacement[::self.steps_per_revolution]
+
+    def once_per_tooth(self) -> FloatArray:
+        """Displacement sampled once a tooth period."""
+        return self.displacement[::self.steps_per_period]
+
+    def peak_to_peak(self, last_revolutions: int = 10) -> FloatArray:
+        """Peak-to-peak displacement in every direction over the last revolutions, m."""
+        return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
+
+    def is_chattering(self, tolerance: float = 1e-3, last_revolutions: int = 10) -> bool:
+        """Whether successive periods of the cut still differ by more than `tolerance` of the vibration, or grow."""
+        m = self.steps_per_repeat
+        tail = self.displacement[-max(last_revolutions * self.steps_per_revolution, 2 * m):]
+        return bool(np.abs(tail[m:] - tail[:-m]).max() > tolerance * max(np.ptp(tail, axis=0).max(), 1e-300))
+
+    def growth(self, periods: int = 80) -> float:
+        """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary.
+
+        Raises ToolpointError where the run holds fewer periods (it may have been stopped, see `status`).
+        """
+        m = self.steps_per_repeat
+        held = (self.displacement.shape[0] - 1) // m - 2
+        if not 1 <= periods <= held:
+            fail("periods", str(periods), f"must be 1 to {held}, what the run holds ({self.status})",
+                 "simulate more revolutions")
+        d = self.displacement[-(periods + 2) * m - 1:]
+        change = d[m:] - d[:-m]
+        energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
+        slope = np.polyfit(np.arange(energy.size), np.log(np.maximum(energy, 1e-300)), 1)[0]
+        return float(np.exp(slope))
+
+    def spectrum(self, what: str = "displacement", direction: int = 0, last_revolutions: int | None = None) -> Spectrum:
+        """Return the amplitude spectrum over whole revolutions with spindle, tooth-passing and chatter lines marked."""
+        values = np.asarray(getattr(self, what), float)
+        values = values[:, direction] if values.ndim == 2 else values
+        whole = (values.size - 1) // self.steps_per_revolution
+        turns = min(whole, last_revolutions or whole)
+        if self.problem.speed_variation is not None:
+            # The samples are equal steps of angle; a spectrum over time needs equal steps of time.
+            values = np.interp(np.linspace(self.time[0], self.time[-1], self.time.size), self.time, values)
+        part = values[-turns * self.steps_per_revolution:]
+        amplitude = np.abs(np.fft.rfft(part - part.mean())) / part.size * 2
+        frequency = np.arange(amplitude.size) * (self.speed / 60) / turns
+        return Spectrum(frequency, amplitude, self.speed / 60, self.problem.tool.teeth)
+
+    def record(self) -> Record:
+        """Return the displacement as a Record (tool x, y and, where it is known, z); under speed variation by interpolation."""
+        ways = self.displacement.shape[1]
+        labels, rate = tuple(Dof("tool", way) for way in "xyz"[:ways]), (self.time.size - 1) / float(self.time[-1])
+        samples = self.displacement
+        if self.problem.speed_variation is not None:
+            even = np.linspace(0.0, self.time[-1], self.time.size)
+            samples = np.stack([np.interp(even, self.time, column) for column in samples.T], axis=1)
+        return Record(samples, rate, labels, ("displacement",) * ways)
+
+    def __repr__(self) -> str:
+        return (f"Simulation({self.speed:g} rev/min, {1e3 * self.depth:g} mm, {self.time.size} samples, "
+                f"{self.time[-1]:.3g} s, {self.status})")
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """Amplitude spectrum with the frequencies that a cut is expected to show, Hz."""
+
+    frequency: FloatArray
+    amplitude: FloatArray
+    spindle: float
+    teeth: int
+
+    def lines(self, share: float = 0.05) -> list[tuple[float, float, str]]:
+        """Return (Hz, amplitude, kind) of peaks above `share` of the largest: spindle, tooth passing or chatter."""
+        a = self.amplitude
+        peak = np.flatnonzero((a[1:-1] >= a[:-2]) & (a[1:-1] > a[2:]) & (a[1:-1] > share * a.max())) + 1
+        found = []
+        for i in peak.tolist():
+            order = self.frequency[i] / self.spindle
+            kind = "chatter"
+            if abs(order - round(order)) < 1e-6:
+                kind = "tooth passing" if round(order) % self.teeth == 0 else "spindle"
+            found.append((float(self.frequency[i]), float(a[i]), kind))
+        return found
+
+
+@dataclass(frozen=True)
+class ExactSteps:
+    """How a cut is simulated.
+
+    Parameters
+    ----------
+    steps : int
+        Steps in one tooth period; forces are linear over a step, the structure's response to them exact, entry and
+        exit weighted exactly, so the error is second order in 1/steps. 0 takes at least 400, and 40 in each period of
+        the highest mode.
+    slices : int
+        Axial slices of a helical tool.
+    memory : int
+        How many earlier passages may have left the surface (0: number of teeth).
+    keeps_contact : bool
+        True keeps an edge in contact also where it has left the material (one passage of memory): the linear cut that
+        stability charts are about. Close below the limit a real cut may chatter on once it has been disturbed so far that
+        edges leave the material (a subcritical loss of stability); the linear one does not.
+    """
+
+    steps: int = 0
+    slices: int = 12
+    memory: int = 0
+    keeps_contact: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("steps", "slices", "memory"):
+            count(f"ExactSteps.{name}", getattr(self, name), 0)
+
+    def chosen(self, problem: MillingProblem, speed: float) -> int:
+        """Return the number of steps in a tooth period."""
+        if self.steps:
+            return self.steps
+        highest = np.abs(problem.plane_at(speed).poles).max() / (2 * np.pi)
+        return int(max(400, np.ceil(40 * highest * float(problem.tooth_period(speed)))))
+
+
+def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: int = 50,
+             method: ExactSteps | None = None, start: FloatArray | None = None) -> Simulation:
+    """Simulate a cut from rest (or from a first displacement `start` of the modes, m of each pole).
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        With `feed_per_tooth` above zero.
+    speed, depth : float
+        rev/min and m.
+    revolutions : int
+    method : ExactSteps, optional
+    start : (n_poles,) complex, optional
+        Modal states at time zero.
+    """
+    method = method or ExactSteps()
+    speed = float(checked_speeds(speed)[0])
+    depth = positive("depth", depth, 1.0)
+    if problem.feed_per_tooth <= 0:
+        fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
+             "problem.changed(feed_per_tooth=...)")
+    plane = modal(problem.plane_at(speed))
+    notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
+    system = _Modal(plane)
+    m = method.chosen(problem, speed)
+    n = count("revolutions", revolutions) * m * problem.tool.teeth
+    clock = Clock.of(problem, speed, m)
+    arrays = np.zeros((n + 1, system.left.shape[0])), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros(n + 1)
+    done = _march(problem, system, clock, depth, m, n, method, start, arrays)
+    displacement, force, torque, chip = (a[:done + 1] for a in arrays)
+    time = clock.at(np.arange(done + 1))
+    status = "complete"
+    if done < n:
+        status = f"stopped at {time[-1]:.4g} s: the vibration passed 1 m; the cut is unstable"
+        warnings.warn(status, ToolpointWarning, stacklevel=2)
+    return Simulation(problem, speed, depth, time, displacement, force, torque * problem.tool.radius, chip, m, status,
+                      notes)
+
+
+@dataclass(frozen=True, eq=False)
+class Clock:
+    """Times of steps of equal angle: `within` (n + 1,) s over the n steps after which the speed repeats, from zero."""
+
+    within: FloatArray
+
+    @classmethod
+    def of(cls, problem: MillingProblem, speed: float, steps_per_period: int) -> Clock:
+        """Return the clock of a spindle, at constant or varied speed."""
+        per_turn, variation = steps_per_period * problem.tool.teeth, problem.speed_variation
+        if variation is None:
+            return cls(np.array([0.0, 60 / speed / per_turn]))
+        angle = problem.engagement.entry + 2 * np.pi / per_turn * np.arange(per_turn * variation.revolutions + 1)
+        time = variation.clock(angle, 2 * np.pi * speed / 60)
+        return cls(time - time[0])
+
+    @property
+    def steps(self) -> FloatArray:
+        """Length of every step, s."""
+        return np.asarray(np.diff(self.within), float)
+
+    @property
+    def varies(self) -> bool:
+        """Whether the speed varies."""
+        return self.within.size > 2
+
+    def at(self, step: Array) -> FloatArray:
+        """Return the time of these steps from the start, s; negative steps are before it."""
+        whole, part = np.divmod(step, self.within.size - 1)
+        return np.asarray(whole * self.within[-1] + self.within[part], float)
+
+
+def _march(problem: MillingProblem, system: _Modal, clock: Clock, depth: float, m: int, n: int,
+           method: ExactSteps, start: FloatArray | None, arrays: tuple[Array, ...]) -> int:
+    from toolpoint.cutting.simulation.kernel import simulate as kernel
+
+    dt, weights = clock.steps, [step_weights(system, step) for step in clock.steps]
+    first, last, compliance = (np.stack([one[i] for one in weights]) for i in range(3))
+    edges = elements(problem, depth, m, method)
+    state = np.zeros(system.poles.size, complex)
+    if start is not None:
+        state[:] = start
+    material = problem.coefficients
+    angle_step = 2 * np.pi / (m * problem.tool.teeth)
+    drag = problem.process_damping * dt / (angle_step * problem.tool.radius)
+    before = int(np.ceil(edges.delay.max())) + 1
+    # The table moves at constant speed: with a varied spindle the feed of a tooth varies with it.
+    rate = problem.feed_per_tooth * dt.size / m / clock.within[-1]
+    fed = rate * clock.at(np.arange(-before, n + 1)) if clock.varies else np.empty(0)
+    return int(kernel(
+        n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt[:, None]), system.left, first, last,
+        compliance, state, problem.engagement.entry, angle_step, edges.lag, edges.share, edges.meridian, edges.arc, edges.delay,
+        edges.extra, material.cutting, material.edge, edges.delay.shape[1], method.keeps_contact, drag,
+        problem.damping_friction, dt, fed, *arrays))
+
+
+def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
+    """Weights of the force at a step's start and end on the modal states, and the end's own compliance (d, d)."""
+    x = system.poles * dt
+    phi1 = np.expm1(x) / x
+    small = np.abs(x) < 1e-2
+    phi2 = np.where(small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(small, 1, x))
+    first, last = (system.right * (weight * dt)[:, None] for weight in (phi1 - phi2, phi2))
+    return first, last, 2 * np.real(system.left @ last)
+
+
+@dataclass(frozen=True, eq=False)
+class Elements:
+    """Edge elements, n of all teeth and slices: angle behind tooth 0 (rad), length along the edge's meridian (m),
+    `meridian` (n, 3) sine and cosine of the axial immersion angle and radius over the cutter's, `arc` (n, 2) entry and exit
+    (rad), `delay` and `extra` (n, memory) steps back to and run-out chip (m) of every remembered passage."""
+
+    lag: FloatArray
+    share: FloatArray
+    meridian: FloatArray
+    arc: FloatArray
+    delay: FloatArray
+    extra: FloatArray
+
+
+def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> Elements:
+    """Return the edge elements of a cut at `m` steps in a tooth period."""
+    tool = problem.tool
+    slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
+    share = tool.edge_length(depth) / slices
+    height, kappa, radius = tool.along_edge((np.arange(slices) + 0.5) * share)
+    lag, distance = tool.angles(height), tool.edge_radius(height)
+    memory = 1 if method.keeps_contact else method.memory or tool.teeth
+    delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
+    per_turn = m * tool.teeth
+    for i in range(1, memory + 1):
+        back = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
+        turns = (i - 1) // tool.teeth
+        angle = (lag - lag[:, back]) % (2 * np.pi)
+        angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * turns
+        delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * per_turn, 9)
+        extra[:, :, i - 1] = distance - distance[:, back]
+    every = slices * tool.teeth
+    meridian = np.stack([np.sin(kappa), np.where(kappa == np.pi / 2, 0.0, np.cos(kappa)), radius / tool.radius], axis=-1)
+    arc = np.stack(problem.engagement.at_radius(tool.radius / radius), axis=-1)
+    return Elements((lag.ravel() % (2 * np.pi)), np.full(every, share), np.repeat(meridian, tool.teeth, axis=0),
+                    np.repeat(arc, tool.teeth, axis=0), delay.reshape(every, memory), extra.reshape(every, memory))
+
+
+def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
+                     method: ExactSteps | None = None) -> FloatArray:
+    """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2 or 3)."""
+    n, w = checked_speeds(speeds), floats("depths", np.atleast_1d(depths))
+    out = np.empty((n.size, w.size, problem.plane.size))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ToolpointWarning)
+        for i, speed in enumerate(n):
+            for j, depth in enumerate(w):
+                out[i, j] = simulate(problem, float(speed), float(depth), revolutions, method).peak_to_peak()
+    return out

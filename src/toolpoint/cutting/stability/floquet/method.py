@@ -1,0 +1,301 @@
+r"""FloquetDeterminant: stability of milling, exact in depth, from Modes of any number or a measured FRF."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, count, fail, positive
+from toolpoint.cutting.cut.arc import ArcNodes, breaks, straight_nodes
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.warm_start import WarmStart
+
+STATUS = ("complete", "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max",
+          "some speeds have more boundary points than can be kept: lower depth_max",
+          "some boundary points were bracketed only: see their error")
+
+
+LARGEST = 700  # rows of the matrix
+ATTEMPTS = 5  # with more and more arc nodes
+EASY = 1e-4  # share of the tolerance below which a near problem is tried with fewer arc nodes
+
+
+@dataclass(frozen=True)
+class FloquetDeterminant:
+    r"""Boundaries from the periodic Green function; no time steps and no depth grid.
+
+    One delay equals one period, so on the boundary :math:`r(t - T) = e^{-i\theta} r(t)` and the vibration obeys
+    :math:`r(t) = -w (1 - e^{-i\theta}) \int_0^T G_\theta(t - s) A(s) r(s) ds` with the quasi-periodic Green function
+    :math:`G_\theta`. Discretised at Gauss nodes on the arc of cut, its determinant
+    :math:`D(\theta, w) = \det(I + w (1 - e^{-i\theta}) K(\theta))` is a polynomial in w. The number of unstable
+    multipliers is minus the phase change of D over :math:`\theta \in [0, \pi]` in units of pi: a whole number.
+    Boundary points are solved for (theta, w) and solved again with more nodes: the difference is the stated error.
+    A measured FRF has no Green function in closed form: it is handed to `HillDeterminant`. Helical tools of equal pitch
+    are solved with the mean matrix of each depth (about a second a speed).
+
+    Parameters
+    ----------
+    tolerance : float
+        Relative error of depth wanted; nodes are added until the estimate is below it.
+    nodes : int
+        Least nodes on an arc.
+    levels : int
+        Depths between 0 and depth_max at which the count is taken (denser near 0). A band of (un)stable depths
+        narrower than their spacing that opens and closes between two of them can be missed.
+    base : int
+        Theta intervals before refinement.
+
+    Source: the generalised Nyquist count of a Fredholm determinant; Insperger, Stepan, Semi-Discretization for
+    Time-Delay Systems, 2011, for the equation and its multipliers.
+    """
+
+    tolerance: float = 1e-6
+    nodes: int = 5
+    levels: int = 48
+    base: int = 16
+
+    def __post_init__(self) -> None:
+        positive("FloquetDeterminant.tolerance", self.tolerance, 1e-2)
+        count("FloquetDeterminant.nodes", self.nodes, 3)
+        count("FloquetDeterminant.levels", self.levels, 4)
+        count("FloquetDeterminant.base", self.base, 4)
+
+    def __str__(self) -> str:
+        return "FloquetDeterminant"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        return self.solve_warm(problem, speeds, depth_max, WarmStart())
+
+    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                   warm: WarmStart) -> StabilityChart:
+        """Return the chart, beginning with the theta nodes, boundary points and arc nodes that a near problem needed."""
+        if isinstance(problem, MillingProblem) and not problem.plane.is_modal:
+            return HillDeterminant().solve(problem, speeds, depth_max)
+        checked(problem)
+        assert isinstance(problem, MillingProblem)
+        if problem.tool.has_helix:
+            return self._helical(problem, speeds, depth_max)
+        warm.fit(problem, depth_max)
+        found = [self._group(problem, speeds, group, depth_max, warm) for group in _alike(problem, speeds)]
+        columns = [np.concatenate(c) for c in zip(*[f[:-1] for f in found])]
+        index, depth, theta, change, error = columns
+        frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
+        state = max(f[-1] for f in found)
+        return assembled(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
+                         notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
+
+    def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
+        levels = np.concatenate([[0.0], depth_max * (np.arange(1, 21) / 20) ** 2])
+        rows, state = [], 0
+        for i, speed in enumerate(speeds):
+            frozen = Frozen(self, problem, float(speed))
+            counts = np.array([0, *(count_at(frozen, float(speed), float(d)) for d in levels[1:])])
+            rows += [(i, *row) for row in boundaries(frozen, float(speed), counts, levels)]
+            state = max(state, frozen.state)
+        table = np.array(rows, float).reshape(-1, 5)
+        frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
+        note = "helix: bands narrower than the spacing of 20 search levels can be missed"
+        return assembled(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
+                         method=str(self), notes=(*problem.notes, note), status=STATUS[state])
+
+    def _note(self, depth_max: float) -> str:
+        return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "
+                f"narrower than about {2e3 * depth_max / self.levels:.2g} mm can be missed at large depths")
+
+    def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float,
+               warm: WarmStart) -> tuple:  # type: ignore
+        plane = problem.plane_at(float(speeds[group[0]]))
+        density = 1.05 * _highest(plane) / (2 * np.pi * speeds[group].min() / 60)
+        rest, least, parts, state = group, self.nodes, [], 0
+        for attempt in range(ATTEMPTS):
+            final = attempt == ATTEMPTS - 1
+            now = rest if final else np.array([i for i in rest if warm.attempts.get(float(speeds[i]), 0) <= attempt], int)
+            if now.size:
+                done, part, state_now, easy = self._attempt(problem, plane, speeds, now, depth_max, density, least, warm, final)
+                warm.keep_attempts(speeds[now], np.maximum(attempt - easy, 0))
+                parts.append(part)
+                state = max(state, state_now)
+                rest = np.setdiff1d(rest, now[done])
+            density, least = 1.3 * density, least + 4
+        return (*(np.concatenate(c) for c in zip(*parts)), state)
+
+    def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
+                 density: float, least: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
+        second = _second(plane)
+        sets = []
+        for d, m in ((density, least), (1.15 * density, least + 3)):
+            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, m, second, plane.size)
+            _affordable(nodes, float(speeds[group].min()))
+            sets.append(green_set(nodes, plane))
+        n = speeds[group]
+        points, found, status = self.scanned(problem, plane, n, sets, depth_max, warm)
+        used = np.arange(points.shape[1]) < found[:, None]
+        tight = np.array([_tight(points[i, :found[i]], self.tolerance) for i in range(n.size)])
+        easy = np.array([_tight(points[i, :found[i]], EASY * self.tolerance) for i in range(n.size)])
+        done = np.ones(n.size, bool) if final else tight
+        at = np.nonzero(used & done[:, None])
+        p = points[at]
+        part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
+        return done, part, int(status[done].max(initial=0)), easy
+
+    def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Any, ...]],
+                depth_max: float, warm: WarmStart | None = None) -> tuple[FloatArray, Array, Array]:
+        """Return (points, number of points, status) of these speeds from the kernels."""
+        from toolpoint.cutting.stability.floquet.kernels import MAX_POINTS
+        from toolpoint.cutting.stability.floquet.nodes import MOST_KEPT
+        from toolpoint.cutting.stability.floquet.scan import scan_many
+
+        points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
+        top = np.zeros(n.size)
+        room = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
+        empty = np.zeros(room[0]), np.array([0, -1]), np.zeros((room[1], 4)), np.zeros((room[2], 6))
+        memory = (warm or WarmStart()).begin(n, empty)
+        scan_many(  # type: ignore[call-arg]
+            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, np.abs(plane.poles.imag), -plane.poles.real,
+            (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top, memory)
+        if warm is not None:
+            warm.keep(n, memory)
+        for i in np.flatnonzero(top < 1).tolist():
+            _capped(points[i], found, i, float(top[i]))
+        return points, found, status
+
+
+class Frozen:
+    """Boundaries of one speed with the shape of the cut frozen at a depth (see `helical.Frozen`)."""
+
+    def __init__(self, method: FloquetDeterminant, problem: MillingProblem, speed: float) -> None:
+        self.method, self.problem, self.plane = method, problem, problem.plane_at(speed)
+        self.density = 1.05 * _highest(self.plane) / (2 * np.pi * speed / 60)
+        self.state = 0
+
+    def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
+        method, least = self.method, self.method.nodes
+        for attempt in range(4):
+            sets = []
+            for d, n in ((self.density, least), (1.15 * self.density, least + 3)):
+                nodes = helical_nodes(self.problem, depth, d, n, _second(self.plane))
+                sets.append(green_set(nodes, self.plane))
+            points, found, status = method.scanned(self.problem, self.plane, np.array([speed]), sets, top)
+            rows = points[0, :found[0]]
+            if _tight(rows, method.tolerance) or attempt == 3:
+                break
+            least += 4
+        self.state = max(self.state, int(status[0]))
+        rows = rows[np.argsort(rows[:, 0])]
+        return rows * np.array([top, 1, 1, top])
+
+
+def _capped(points: FloatArray, found: Array, i: int, top: float) -> None:
+    """Where the scan could not resolve the depths above s = top, take them as unstable and state the whole gap as error."""
+    if points[:found[i], 2].sum() > 0 or found[i] >= points.shape[0]:
+        return
+    points[found[i]] = max(top, 1e-9), np.pi / 2, 2, 1 - top
+    found[i] += 1
+
+
+def _affordable(nodes: ArcNodes, speed: float) -> None:
+    """Refuse matrices that would take minutes a speed, with the remedy."""
+    size = nodes.angle.size
+    if size > LARGEST:
+        fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
+             f"must be at most {LARGEST}", "leave out the modes far above the chatter band, raise the "
+             "least speed, or use ZeroOrder()")
+
+
+def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int) -> int:
+    """Rows of the first matrix that modes need at this speed."""
+    density = 1.05 * _highest(plane) / (2 * np.pi * speed / 60)
+    ends = breaks(problem.engagement, problem.tool.teeth)
+    count = sum(least + int(np.ceil(density * (b - a))) for a, b in pairwise(ends))
+    several = problem.engagement.arc > 2 * np.pi / problem.tool.teeth
+    return 2 * count if several and _second(plane) else count
+
+
+def _second(plane: PlaneDynamics) -> bool:
+    """Whether the tool can vibrate along y."""
+    return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]))
+
+
+def _tight(points: FloatArray, tolerance: float) -> bool:
+    """Whether all points where stability itself changes (the count leaves or reaches zero) are within the tolerance."""
+    p = points[np.argsort(points[:, 0])]
+    after = np.cumsum(p[:, 2])
+    matters = (after == 0) | (after - p[:, 2] == 0)
+    return bool((p[matters, 3] <= tolerance * p[matters, 0] + 1e-14).all() and (after >= 0).all())
+
+
+def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> tuple[Any, ...]:
+    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, no truncated Hill matrix)."""
+    pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
+    static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
+    none = np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
+    return np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none
+
+
+def _highest(plane: PlaneDynamics) -> float:
+    """Highest angular frequency that matters: the largest pole with at least 1e-3 of the largest dynamic flexibility."""
+    size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
+    return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
+
+
+def _alike(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
+    """Groups of speeds that can share nodes: within a factor of 1.3 in speed; each apart if the response depends on it."""
+    if problem.depends_on_speed:
+        return [np.array([i]) for i in range(speeds.size)]
+    level = np.floor(np.log(speeds / speeds.min()) / np.log(1.3)).astype(int)
+    return [np.flatnonzero(level == k) for k in np.unique(level)]
+
+
+def chatter_frequency(problem: MillingProblem, speeds: FloatArray, theta: FloatArray, chunk: int = 2000) -> FloatArray:
+    """Return of all |theta/2 pi + k|/T the frequency with the largest response, Hz."""
+    out = np.empty(theta.size)
+    for start in range(0, theta.size, chunk):
+        part = slice(start, start + chunk)
+        out[part] = _strongest(problem, speeds[part], theta[part])
+    return out
+
+
+def _strongest(problem: MillingProblem, speeds: FloatArray, theta: FloatArray) -> FloatArray:
+    if theta.size == 0:
+        return theta
+    period = problem.tooth_period(speeds)
+    top = int(np.ceil(1.3 * problem.plane.span[1] * period.max())) + 2
+    f = (theta[:, None] / (2 * np.pi) + np.arange(-min(top, 400), min(top, 400) + 1)) / period[:, None]
+    if problem.depends_on_speed:
+        size = np.array([_size(problem.plane_at(float(n)), row) for n, row in zip(speeds, f)])
+    else:
+        size = _size(problem.plane, f)
+    return np.abs(f[np.arange(theta.size), np.argmax(size, axis=1)])
+
+
+def _size(plane: PlaneDynamics, f: FloatArray) -> FloatArray:
+    return np.linalg.norm(plane.response(np.abs(f)), axis=(-2, -1))
+
+
+def checked(problem: MillingProblem | TurningProblem) -> None:
+    """Refuse problems that need another method, naming it."""
+    if isinstance(problem, TurningProblem):
+        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
+    if not problem.tool.is_regular:
+        fail("problem", "unequal pitch or helix", "must have teeth of equal pitch and helix",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
+    if problem.tool.corner_radius > 0:
+        fail("problem", "a corner radius or ball", "must be a cylindrical cut (the chip normal changes along the edge)",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
+    if problem.speed_variation is not None:
+        fail("problem", "spindle-speed variation", "has no single tooth period",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
+    if problem.process_damping > 0:
+        fail("problem", "process damping", "is not linear in the delay factor",
+             "use method=PanelArnoldi() or Collocation(), or leave it out")
+
+

@@ -1,0 +1,1 @@
+"""HillDeterminant: stability straight from a measured FRF, by Hill's determinant."""

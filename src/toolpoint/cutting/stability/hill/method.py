@@ -1,0 +1,115 @@
+r"""HillDeterminant: stability of any end mill straight from a measured FRF, by Hill's determinant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail, positive
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.hill.fourier import is_plain
+from toolpoint.cutting.stability.hill.response import HarmonicResponse
+from toolpoint.cutting.stability.hill.system import HillSystem
+from toolpoint.cutting.stability.result import StabilityChart, assembled
+
+LARGEST, LARGEST_SHAPED = 700, 500  # rows of the matrix of a plain cut, and of one whose shape depends on depth
+FINER = 10  # search levels of a plain cut, whose eigenvalues serve every depth, over those of a shaped one
+
+
+@dataclass(frozen=True)
+class HillDeterminant:
+    r"""Hill's infinite determinant of the harmonics of the vibration: no modes, no time steps.
+
+    On the boundary :math:`r(t) = e^{i \theta t/T} \sum_l r_l e^{2 \pi i l t/T}`, T the tooth period of a regular tool, else a
+    revolution, so that :math:`\omega_l = (\theta + 2 \pi l)/T` and
+
+    .. math:: r_k = -G(i \omega_k) \sum_l \Big[\sum_j (A_{j,k-l} - e^{-i \omega_l \tau_j} A_{j,k-l})
+              + i \omega_l \tfrac{C}{v} D_{k-l}\Big] r_l
+
+    with :math:`A_{j,h}` the Fourier coefficients of :math:`k n^T` of edge j, summed along it (with a helix angle of its own for
+    every edge the delay :math:`\tau_j` varies along it and stays inside the sum), and D those of process damping. The number of
+    unstable multipliers is minus the phase change of the determinant over :math:`\theta \in [0, \pi]` in units of pi. Straight
+    edges of any pitch: the matrix is proportional to depth and its eigenvalues over theta serve all depths. Helix, corner
+    radius and ball: the count is taken at levels of depth. Boundary points are solved by Newton's method in (theta, depth).
+
+    A measured FRF is used at the harmonics that lie in its band (the cubic through four lines; faded out over the last 3 % of
+    the band, zero outside). The stated error of a point is 1.5 times the sum of its changes (of first order) when the upper
+    tenth of the band is left out, when the band is continued by its mass line, when the response below the band is held at
+    its first line, and when every other line is left out. Noise of the measurement is in it only as far as neighbouring lines
+    differ. Modes enter with their exact response up to `reach` times the highest frequency that matters and four tooth
+    passings further; the harmonics above are added in first order, the largest of their partial sums is the stated error.
+    What first order leaves out is taken as three times the error's square over the depth.
+
+    Parameters
+    ----------
+    reach : float
+        Highest harmonic over the highest mode, for modes.
+    levels : int
+        Depths at which the count is taken for helix, corner radius and ball; ten times as many for straight edges. Bands of
+        (un)stable depths narrower than their spacing can be missed.
+    base : int
+        Theta intervals before refinement.
+
+    Source: Hill's determinant of a periodic delay equation: Insperger, Stepan, Semi-Discretization for Time-Delay Systems,
+    2011, section 2; Altintas, Engin, Budak, J. Manufacturing Science Engineering 121 (1999) 173, for variable pitch.
+    """
+
+    reach: float = 2.0
+    levels: int = 20
+    base: int = 16
+
+    def __post_init__(self) -> None:
+        if positive("HillDeterminant.reach", self.reach, 20.0) < 1:
+            fail("HillDeterminant.reach", f"{self.reach:g}", "must be at least 1: the highest mode must be in the matrix")
+        count("HillDeterminant.levels", self.levels, 4)
+        count("HillDeterminant.base", self.base, 4)
+
+    def __str__(self) -> str:
+        return "HillDeterminant"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        from toolpoint.cutting.stability.hill.search import Search, chatter_frequency
+
+        _checked(problem)
+        assert isinstance(problem, MillingProblem)
+        rows: list[tuple[float, ...]] = []
+        status, notes = "complete", problem.notes
+        for i, speed in enumerate(speeds.tolist()):
+            plane = problem.plane_at(speed).with_modal_residual()
+            notes = tuple(dict.fromkeys((*notes, *plane.notes)))
+            response = HarmonicResponse.of(plane, self.reach, problem.tool.teeth * speed / 60)
+            _affordable(problem, response, speed)
+            search = Search(HillSystem(problem, speed, response), self.base, self._levels(problem), depth_max)
+            for depth, theta, change, error in search.rows():
+                rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
+            status = search.status if status == "complete" else status
+        columns = np.array(rows, float).reshape(-1, 6).T
+        return assembled(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), status=status)
+
+    def _levels(self, problem: MillingProblem) -> int:
+        return FINER * self.levels if is_plain(problem) else self.levels
+
+    def _note(self, problem: MillingProblem) -> str:
+        source = "harmonics beyond the matrix" if problem.plane.is_modal else "the ends of the band and the lines' spacing"
+        return (f"count of multipliers from Hill's determinant; error of each point from {source}; bands narrower than the "
+                f"{self._levels(problem)} search levels can be missed")
+
+
+def _checked(problem: MillingProblem | TurningProblem) -> None:
+    """Refuse problems that need another method, naming it."""
+    if isinstance(problem, TurningProblem):
+        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
+    if problem.speed_variation is not None:
+        fail("problem", "spindle-speed variation", "delays must be constant in time",
+             "identify modes where the dynamics are measured, and use PanelArnoldi() or Collocation()")
+
+
+def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:
+    """Refuse matrices that would take minutes a speed, with the remedy."""
+    size, most = HillSystem.rows(problem, speed, response), LARGEST if is_plain(problem) else LARGEST_SHAPED
+    if size > most:
+        fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times period)",
+             f"must be at most {most}", "leave out the modes or FRF lines far above the chatter band, raise the least "
+             "speed, or identify modes and use PanelArnoldi()")

@@ -1,0 +1,114 @@
+"""HarmonicResponse: a response at the harmonics of a cut, from a measured FRF or modes, and how far it may be trusted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.cutting.cut.plane import PlaneDynamics
+
+UPPER = 0.1  # upper share of a measured band that is left out for the stated error
+FADE = 0.03  # upper share of the band over which the response goes to zero: a harmonic that vanished at once would leave a jump
+HINTS = 40
+EVERY = slice(None)
+TEETH = 4  # tooth passings beyond the highest mode
+
+
+@dataclass(frozen=True, eq=False)
+class HarmonicResponse:
+    """Receptance at any frequency up to `top`, zero beyond: modes exactly, a measured FRF by the cubic through four lines.
+
+    A measured response is zero below its first line too."""
+
+    plane: PlaneDynamics
+    top: float
+    low: float
+
+    @classmethod
+    def of(cls, plane: PlaneDynamics, reach: float, tooth: float) -> HarmonicResponse:
+        """Return the response; modes are taken up to `reach` times the highest frequency that matters and four times the tooth
+        passing frequency `tooth` (Hz) further, which the entries and exits of the edges ask for."""
+        if plane.is_modal:
+            return cls(plane, reach * highest(plane) + TEETH * tooth, 0.0)
+        low, top = plane.span
+        return cls(plane, top, low)
+
+    def at(self, hz: FloatArray) -> ComplexArray:
+        """Return G at these frequencies (Hz, of either sign), shape (n, d, d)."""
+        f = np.abs(hz)
+        fade = np.sin(np.pi / 2 * np.clip((self.top - f) / (FADE * (self.top - self.low)), 0.0, 1.0)) ** 2
+        return np.where((f >= self.low) & (f <= self.top), fade, 0.0)[:, None, None] * self.whole(hz)
+
+    def whole(self, hz: FloatArray, lines: slice = EVERY) -> ComplexArray:
+        """The response without its limits; of a measured FRF from these lines."""
+        if self.plane.is_modal:
+            return self.plane.response(hz)
+        f: FloatArray = self.plane.frequency[lines]  # type: ignore[index]
+        value = interpolated(f, self.plane.values[lines], np.abs(hz))  # type: ignore[index]
+        return np.where(hz[:, None, None] < 0, value.conj(), value)
+
+    def beyond(self, hz: FloatArray) -> ComplexArray:
+        """What is faded out or above the top: of modes exactly, of a measured FRF a mass line through its last twentieth."""
+        if self.plane.is_modal:
+            return self.plane.response(hz) - self.at(hz)
+        above = (np.abs(hz) > self.top)[:, None, None]
+        f: FloatArray = self.plane.frequency  # type: ignore[assignment]
+        last = f >= self.top - 0.05 * (self.top - self.low)
+        line = (f[last, None, None] ** 2 * self.plane.values[last]).mean(0).real  # type: ignore[index]
+        faded = np.where((np.abs(hz) >= self.low)[:, None, None], self.whole(hz) - self.at(hz), 0.0)
+        return np.where(above, line / np.maximum(np.abs(hz), self.top)[:, None, None] ** 2, faded)
+
+    def upper(self, hz: FloatArray) -> ComplexArray:
+        """The upper tenth of the band."""
+        edge = self.top - UPPER * (self.top - self.low)
+        return np.where((np.abs(hz) > edge)[:, None, None], self.at(hz), 0.0)
+
+    def below(self, hz: FloatArray) -> ComplexArray:
+        """What may lie below a measured band: the real part at its first line."""
+        if self.plane.is_modal:
+            return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
+        return np.where((np.abs(hz) < self.low)[:, None, None], self.plane.values[0].real + 0j, 0.0)  # type: ignore[index]
+
+    def between(self, hz: FloatArray, first: int) -> ComplexArray:
+        """Change of the interpolation with every other line from the `first` on; of fine lines fifteen times its error."""
+        if self.plane.is_modal or self.plane.frequency.size < 8:  # type: ignore[union-attr]
+            return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
+        inside = ((np.abs(hz) <= self.top) & (np.abs(hz) >= self.low))[:, None, None]
+        return np.where(inside, self.whole(hz, slice(first, None, 2)) - self.whole(hz), 0.0)
+
+    def hints(self) -> tuple[FloatArray, FloatArray]:
+        """Frequencies of the resonances and their half widths, Hz."""
+        if self.plane.is_modal:
+            return np.abs(self.plane.poles.imag) / (2 * np.pi), -self.plane.poles.real / (2 * np.pi)
+        f: FloatArray = self.plane.frequency  # type: ignore[assignment]
+        size = np.linalg.norm(self.plane.values, axis=(1, 2))  # type: ignore[arg-type]
+        at = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
+        at = at[np.argsort(-size[at])][:HINTS]
+        return f[at], np.array([_half_width(size, f, i) for i in at.tolist()])
+
+
+def highest(plane: PlaneDynamics) -> float:
+    """Highest frequency (Hz) of a mode with at least a thousandth of the largest dynamic flexibility."""
+    size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
+    return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max()) / (2 * np.pi)
+
+
+def interpolated(line: FloatArray, values: ComplexArray, f: FloatArray) -> ComplexArray:
+    """Value at f of the polynomial through the four (or all) nearest lines, shape (n, ...)."""
+    width = min(4, line.size)
+    first = np.clip(np.searchsorted(line, f) - width // 2, 0, line.size - width)
+    at = first[:, None] + np.arange(width)
+    x = line[at]
+    weight = np.ones((f.size, width))
+    for i in range(width):
+        for j in range(width):
+            if i != j:
+                weight[:, i] *= (f - x[:, j]) / (x[:, i] - x[:, j])
+    return np.einsum("nw,nwab->nab", weight, values[at])
+
+
+def _half_width(size: Array, f: FloatArray, at: int) -> float:
+    below = np.flatnonzero(size[at:] < 0.7 * size[at])
+    return float(f[min(at + (below[0] if below.size else 1), f.size - 1)] - f[at]) or float(f[1] - f[0])

@@ -1,0 +1,296 @@
+r"""Collocation: multipliers of general milling (unequal pitch and helix, process damping) by spectral collocation."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray, count, fail, positive
+from toolpoint.cutting.cut.arc import gauss
+from toolpoint.cutting.cut.coefficients import chip_direction, edge_matrix
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.methods.search import searched
+from toolpoint.cutting.stability.result import StabilityChart
+
+
+@dataclass(frozen=True)
+class Collocation:
+    r"""Monodromy operator of the delay equation on Gauss panels; every entry, exit and their delayed images a break.
+
+    Each edge element (tooth and axial slice) has its own delay; the vibration on a panel is a polynomial through Gauss
+    nodes, its equation the exact (closed-form) convolution with the modal impulse response. The operator maps the
+    state and the vibration of one period on those of the next; its eigenvalues are the multipliers.
+
+    Parameters
+    ----------
+    nodes : int
+        Least Gauss nodes on a panel; more are taken where the modes oscillate within it.
+    slices : int
+        Axial Gauss slices of a helical or rounded edge (of each of its parts, rounded and cylindrical).
+    levels : int
+        Depths at which the chart is searched before bisection.
+    tolerance : float
+        Relative error of depth at which bisection stops.
+
+    Source: pseudospectral collocation of the monodromy operator; Butcher, Bobrenkov, J. Vib. Control 17 (2011) 1873.
+    """
+
+    nodes: int = 10
+    slices: int = 8
+    levels: int = 24
+    tolerance: float = 1e-7
+
+    def __post_init__(self) -> None:
+        for name, low in (("nodes", 4), ("slices", 1), ("levels", 2)):
+            count(f"Collocation.{name}", getattr(self, name), low)
+        positive("Collocation.tolerance", self.tolerance, 1e-2)
+
+    def __str__(self) -> str:
+        return "Collocation"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        if isinstance(problem, TurningProblem):
+            fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
+        modal(problem.plane)
+        return searched(problem, speeds, depth_max, self.multipliers, str(self), self.levels, self.tolerance)
+
+    def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
+        """Return the multipliers over one period, largest first.
+
+        The period is the tooth period for a regular tool, else a revolution, with speed variation its revolutions.
+        """
+        plane = modal(problem.plane_at(speed))
+        cut = Cut(problem, speed, depth, self.slices if problem.tool.has_helix or problem.tool.corner_radius else 1)
+        values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes))
+        return values[np.argsort(-np.abs(values))]
+
+
+def modal(plane: PlaneDynamics) -> PlaneDynamics:
+    """Return the plane as modes alone, which methods that march in time need; refuse a measured FRF."""
+    if not plane.is_modal:
+        fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use HillDeterminant()")
+    return plane.with_modal_residual()
+
+
+class Cut:
+    """One cut at a speed and depth over the angle of rotation: edge elements, their engagement, delays and times.
+
+    In angle every delay is constant, also when the speed varies; time enters through `clock`.
+    """
+
+    def __init__(self, problem: MillingProblem, speed: float, depth: float, slices: int) -> None:
+        tool, arc = problem.tool, problem.engagement
+        self.problem, self.omega = problem, 2 * np.pi * speed / 60
+        self.variation = problem.speed_variation
+        alike = tool.is_regular and self.variation is None
+        self.pitch = 2 * np.pi / tool.teeth if alike else 2 * np.pi
+        self.period = self.pitch if self.variation is None else 2 * np.pi * self.variation.revolutions
+        length, rounded = tool.edge_length(depth), tool.corner_radius * np.pi / 2
+        ends = [0.0, rounded, length] if 0 < rounded < length else [0.0, length]
+        x, w, _ = gauss(slices)
+        middle = np.concatenate([a + (b - a) * (1 + x) / 2 for a, b in pairwise(ends)])
+        width = np.concatenate([(b - a) * w / 2 for a, b in pairwise(ends)])
+        height, kappa, radius = tool.along_edge(middle)
+        lag = tool.angles(height)  # (slices, teeth): angle behind tooth 0's tip
+        ahead = (np.roll(lag, 1, axis=1) - lag) % (2 * np.pi)
+        delay = np.where(ahead == 0, 2 * np.pi, 2 * np.pi - ahead)
+        if alike:
+            lag, delay = lag[:, :1], np.full((middle.size, 1), self.pitch)
+        self.lag, self.delay = lag.ravel(), delay.ravel()
+        self.share, self.kappa = (np.repeat(v, lag.shape[1]) for v in (width, kappa))
+        self.entry, self.exit = (np.repeat(v, lag.shape[1]) for v in arc.at_radius(tool.radius / radius))
+        self.ways = problem.plane.size
+        self.drag = problem.process_damping / tool.radius
+
+    def clock(self, angle: FloatArray) -> FloatArray:
+        """Time at which the spindle has turned by `angle`, s."""
+        if self.variation is None:
+            return np.asarray(angle) / self.omega
+        return self.variation.clock(np.asarray(angle), self.omega)
+
+    def rate(self, angle: FloatArray) -> FloatArray:
+        """Seconds a radian at `angle`."""
+        if self.variation is None:
+            return np.full(np.shape(angle), 1 / self.omega)
+        return 1 / (self.omega * self.variation.factor(np.asarray(angle)))
+
+    def breaks(self) -> FloatArray:
+        """Break points of one period, rad: entries, exits, and the same one delay later."""
+        turns = 2 * np.pi * np.arange(max(1, round(self.period / (2 * np.pi))))
+        first = np.concatenate([self.entry + self.lag, self.exit + self.lag])
+        times = (first[:, None] + turns).ravel() % self.period
+        later = (times[:, None] + np.unique(np.round(self.delay, 12))[None, :]).ravel() % self.period
+        every = np.concatenate([[0.0, self.period], times, *([later] if self.delay.size <= 16 else [])])
+        every = np.unique(np.round(every / self.period, 11)) * self.period
+        # No panel may look back into itself.
+        parts = np.maximum(1, np.ceil(np.diff(every) / (0.9 * self.delay.min() if self.delay.size > 1 else 9.0))).astype(int)
+        split = [a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(every[:-1], every[1:], parts)]
+        return np.concatenate([[0.0], *split])
+
+    def elements(self, a: float, b: float) -> tuple[Array, FloatArray]:
+        """Elements (tooth and slice) in cut between a and b, and their angle when the spindle is at angle zero."""
+        middle = (a + b) / 2
+        phi = (middle - self.lag[:, None] + self.pitch * np.arange(round(2 * np.pi / self.pitch))) % (2 * np.pi)
+        at, turn = np.nonzero((phi > self.entry[:, None]) & (phi < self.exit[:, None]))
+        return at, phi[at, turn] - middle
+
+    def matrices(self, phi: FloatArray, live: Array) -> tuple[FloatArray, FloatArray]:
+        """k n^T and the process damping's matrix times 1/rate of elements at angles, shape (elements, n, d, d), per metre."""
+        d, kappa = self.ways, self.kappa[live][:, None]
+        chip = np.concatenate([chip_direction(phi) * np.sin(kappa)[..., None],
+                               np.broadcast_to(-np.cos(kappa), phi.shape)[..., None]], axis=-1)
+        tangent = np.stack([np.cos(phi), -np.sin(phi), np.zeros_like(phi)], axis=-1)
+        push = chip + self.problem.damping_friction * tangent
+        drag = self.drag * push[..., :d, None] * chip[..., None, :d]
+        return edge_matrix(self.problem.coefficients, phi, kappa)[..., :d, :d], drag
+
+
+class _Modal:
+    """Complex modal state: r = 2 Re(sum_m L_m z_m), z' = s z + R_m^T F, from residues of rank one or two."""
+
+    def __init__(self, plane: PlaneDynamics) -> None:
+        left, right, poles = [], [], []
+        for s, residue in zip(plane.poles, plane.residues):
+            u, size, v = np.linalg.svd(residue)
+            for i in range(size.size):
+                if size[i] > 1e-13 * size[0]:
+                    left.append(u[:, i] * size[i])
+                    right.append(v[i])
+                    poles.append(s)
+        self.left, self.right, self.poles = np.array(left).T, np.array(right), np.array(poles)
+
+    def kernel(self, dt: FloatArray, order: int = 0) -> FloatArray:
+        """Impulse response (or its rate) at these times, shape (..., d, d)."""
+        factor = np.exp(dt[..., None] * self.poles) * self.poles**order
+        return 2 * np.einsum("am,...m,mb->...ab", self.left, factor, self.right).real
+
+    def rows(self, dt: FloatArray, order: int = 0) -> FloatArray:
+        """Displacement (or velocity) after dt from the real state (Re z, Im z), shape (n, d, 2m)."""
+        part = 2 * self.left[None] * (np.exp(dt[:, None] * self.poles) * self.poles**order)[:, None, :]
+        return np.concatenate([part.real, -part.imag], axis=-1)
+
+    def drive(self, dt: FloatArray) -> FloatArray:
+        """State after dt from a unit impulse, shape (n, 2m, d)."""
+        part = np.exp(dt[:, None] * self.poles)[..., None] * self.right[None]
+        return np.concatenate([part.real, part.imag], axis=1)
+
+    def step(self, dt: float) -> FloatArray:
+        """State transition over dt, shape (2m, 2m)."""
+        e = np.exp(self.poles * dt)
+        return np.block([[np.diag(e.real), -np.diag(e.imag)], [np.diag(e.imag), np.diag(e.real)]])
+
+
+def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
+    """Matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
+    system = _Modal(plane)
+    ends = cut.breaks()
+    panels, at = [], 0
+    top = np.abs(plane.poles).max()
+    spans = np.diff(cut.clock(ends))
+    live = [cut.elements(a, b) for a, b in pairwise(ends)]
+    counts = [least + int(np.ceil(1.3 * top * span)) for span in spans]
+    wanted = _needed(cut, ends, live, counts)
+    for place, (a, b) in enumerate(pairwise(ends)):
+        elements, start = live[place]
+        n = counts[place] if elements.size or wanted[place] else 0
+        panels.append((a, b, elements, start, n, at))
+        at += cut.ways * n
+    states, size = 2 * system.poles.size, at
+    state = np.eye(states, states + size)
+    past = np.concatenate([np.zeros((size, states)), np.eye(size)], axis=1)
+    now = np.full((size, states + size), np.nan)
+    for a, b, elements, start, n, place in panels:
+        if n == 0:
+            state = system.step(float(cut.clock(b) - cut.clock(a))) @ state
+            continue
+        state, rows = _panel(system, cut, (a, b, elements, start, n), state, past, now, panels)
+        now[place:place + cut.ways * n] = rows
+    return np.concatenate([state, now])
+
+
+def _needed(cut: Cut, ends: FloatArray, live: list[tuple[Array, FloatArray]], counts: list[int]) -> Array:
+    """Whether a panel that cuts looks back into each panel."""
+    out = np.zeros(ends.size - 1, bool)
+    for a, b, (elements, _), n in zip(ends[:-1], ends[1:], live, counts):
+        if elements.size:
+            angle = a + (b - a) / 2 * (1 + gauss(n)[0])
+            seen = _within(angle[:, None] - np.unique(cut.delay[elements]), cut.period)
+            out[np.unique(np.searchsorted(ends, seen, side="right") - 1)] = True
+    return out
+
+
+def _within(angle: FloatArray, period: float) -> FloatArray:
+    """Angles of the past period moved into the present one."""
+    return np.clip(np.where(angle < 0, angle + period, angle), 0.0, np.nextafter(period, 0.0))
+
+
+def _panel(system: _Modal, cut: Cut, panel: tuple, state: FloatArray, past: FloatArray, now: FloatArray,  # type: ignore
+           panels: list) -> tuple[FloatArray, FloatArray]:  # type: ignore[type-arg]
+    a, b, live, start, n = panel
+    d = cut.ways
+    x, w, rising = gauss(n)
+    angle = a + (b - a) / 2 * (1 + x)
+    t, rate = cut.clock(angle), cut.rate(angle)
+    begin, end = float(cut.clock(a)), float(cut.clock(b))
+    half = (b - a) / 2 * rate  # d(time)/dx at the nodes
+    dt = t[:, None] - t[None, :]
+    free = system.rows(t - begin)
+    if live.size == 0:
+        return system.step(end - begin) @ state, (free @ state).reshape(d * n, -1)
+    weight = (half * rising)[:, :, None, None] * system.kernel(dt)  # response at node i to force at node j
+    phi = start[:, None] + angle[None, :]
+    cutting, drag = cut.matrices(phi, live)
+    share = cut.share[live][:, None, None, None]
+    own, damping = (share * cutting).sum(0), (share * drag).sum(0) * rate[:, None, None]
+    memory = np.zeros((n, d, state.shape[1]))
+    for e, element in enumerate(live):
+        memory += np.einsum("iab,ibm->iam", share[e] * cutting[e], _delayed(angle - cut.delay[element], cut, panels, past, now))
+    # F_i = -own_i r_i - damping_i r'_i + memory_i;  r = free + weight F;  r' = free' + weight' F
+    big = np.einsum("iab,ijbc->iajc", own, weight)
+    right = memory - np.einsum("iab,ibm->iam", own, free @ state)
+    if cut.drag > 0:
+        # The impulse response starts at zero, so the velocity has no term in the force of the same moment.
+        velocity = (half * rising)[:, :, None, None] * system.kernel(dt, 1)
+        big = big + np.einsum("iab,ijbc->iajc", damping, velocity)
+        right = right - np.einsum("iab,ibm->iam", damping, system.rows(t - begin, 1) @ state)
+    matrix = np.eye(d * n) + big.reshape(d * n, d * n)
+    force = np.linalg.solve(matrix, right.reshape(d * n, -1))
+    rows = (free @ state).reshape(d * n, -1) + weight.transpose(0, 2, 1, 3).reshape(d * n, d * n) @ force
+    push = ((half * w)[:, None, None] * system.drive(end - t)).transpose(1, 0, 2).reshape(-1, d * n)
+    return system.step(end - begin) @ state + push @ force, rows
+
+
+def _delayed(angle: FloatArray, cut: Cut, panels: list, past: FloatArray, now: FloatArray) -> FloatArray:  # type: ignore
+    """Vibration at past angles as maps of the initial data, by barycentric interpolation on its panel."""
+    # A panel may look back across the border of two: every angle is interpolated on its own panel, never extrapolated.
+    border = np.array([a for a, *_ in panels])
+    moved = _within(angle, cut.period)
+    on = np.searchsorted(border, moved, side="right") - 1
+    out = np.empty((angle.size, cut.ways, now.shape[1]))
+    for p, before in {(int(p), bool(t < 0)) for p, t in zip(on, angle)}:
+        a, b, _, _, n, place = panels[p]
+        at = (on == p) & ((angle < 0) == before)
+        rows = lagrange(gauss(n)[0], 2 * (moved[at] - a) / (b - a) - 1)
+        source = (past if before else now)[place:place + cut.ways * n].reshape(n, cut.ways, -1)
+        out[at] = np.einsum("ij,jcm->icm", rows, source)
+    return out
+
+
+def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:
+    """Interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
+    gap = x[:, None] - x[None, :] + np.eye(x.size)
+    log = -np.log(np.abs(gap)).sum(1)
+    sign = np.prod(np.sign(gap), axis=1)
+    weight = sign * np.exp(log - log.max())
+    difference = at[:, None] - x[None, :]
+    exact = np.abs(difference) < 1e-15
+    with np.errstate(divide="ignore", invalid="ignore"):
+        terms = weight / np.where(exact, 1.0, difference)
+        rows = terms / terms.sum(1, keepdims=True)
+    hit = exact.any(1)
+    rows[hit] = exact[hit]
+    return rows

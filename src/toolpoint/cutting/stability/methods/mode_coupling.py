@@ -1,0 +1,71 @@
+r"""Mode coupling without regeneration: stability of a cut whose force follows the present vibration only (robots)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, positive
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.methods.collocation import _Modal, modal
+
+
+@dataclass(frozen=True)
+class ModeCoupling:
+    """Limit of mode coupling.
+
+    Parameters
+    ----------
+    depth : float
+        Least depth of instability, m; infinite where none lies below the largest looked at.
+    frequency : float
+        Frequency of the unstable vibration, Hz (0: static divergence); NaN where stable.
+    """
+
+    depth: float
+    frequency: float
+
+
+def mode_coupling(problem: MillingProblem, depth_max: float = 0.05, levels: int = 200) -> ModeCoupling:
+    r"""Return the least depth at which :math:`F = -w \bar A r` (no delay) makes the structure unstable.
+
+    With stiff tools on soft structures chatter near the structure's own frequencies does not depend on the spindle
+    speed: two modes of close stiffness are coupled by the unsymmetric matrix of the cut, :math:`\det(I + w \bar A
+    G(s)) = 0` with Re s > 0. The matrix is the mean over rotation.
+
+    Source: Gasparetto, J. Dynamic Systems Measurement Control 123 (2001) 191; Pan, Zhang, Zhu, Wang, J. Materials
+    Processing Technology 173 (2006) 301.
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        Modal dynamics.
+    depth_max : float
+        m.
+    levels : int
+        Depths at which the roots are computed before bisection.
+    """
+    system = _Modal(modal(problem.plane))
+    poles, left, right = system.poles, system.left, system.right
+    every = np.concatenate([poles, poles.conj()])
+    output, drive = np.concatenate([left, left.conj()], axis=1), np.concatenate([right, right.conj()])
+
+    def roots(depth: float) -> FloatArray:
+        return np.linalg.eigvals(np.diag(every) - depth * drive @ problem.mean_matrix @ output)
+
+    top = positive("depth_max", depth_max, 10.0)
+    grid = top * np.arange(1, count("levels", levels, 4) + 1) / levels
+    low = 0.0
+    for w in grid:
+        if roots(w).real.max() > 0:
+            break
+        low = w
+    else:
+        return ModeCoupling(float("inf"), float("nan"))
+    high = float(w)
+    for _ in range(80):
+        middle = (low + high) / 2
+        low, high = (low, middle) if roots(middle).real.max() > 0 else (middle, high)
+    s = roots(high)
+    return ModeCoupling(high, float(np.abs(s[np.argmax(s.real)].imag)) / (2 * np.pi))

@@ -1,0 +1,81 @@
+r"""MultiFrequency: the harmonic-balance stability solution with several tooth-passing harmonics."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail
+from toolpoint.cutting.cut.arc import straight_nodes
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, chatter_frequency, checked
+from toolpoint.cutting.stability.result import StabilityChart, assembled
+
+
+@dataclass(frozen=True)
+class MultiFrequency:
+    r"""Eigenvalues of the truncated Hill matrix :math:`W_{p-q} G(i(\theta/T + q \omega_T))` at fixed theta.
+
+    :math:`\det(I + w (1 - e^{-i\theta}) W)` is a polynomial in w; boundary points are found as by `FloquetDeterminant`, from
+    the count of encirclements and refined in theta and w (islands and flips included). Needs the harmonics to reach
+    beyond the highest mode; the error falls with the order as the response falls off.
+
+    Parameters
+    ----------
+    harmonics : int
+        Tooth-passing harmonics beyond the highest mode.
+    steps : int
+        Theta intervals over [0, pi] before refinement.
+
+    Source: Budak, Altintas, J. Dynamic Systems Measurement Control 120 (1998) 22; Merdol, Altintas, J. Manufacturing
+    Science Engineering 126 (2004) 459.
+    """
+
+    harmonics: int = 6
+    steps: int = 16
+
+    def __post_init__(self) -> None:
+        count("MultiFrequency.harmonics", self.harmonics, 0)
+        count("MultiFrequency.steps", self.steps, 16)
+
+    def __str__(self) -> str:
+        return f"MultiFrequency(harmonics={self.harmonics})"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        checked(problem)
+        assert isinstance(problem, MillingProblem)
+        if not problem.plane.is_modal:
+            fail("problem", "a measured FRF", "must be modes", "use HillDeterminant(): it takes every harmonic in the band")
+        if problem.tool.has_helix:
+            fail("problem", "a helical tool", "must have straight teeth", "use FloquetDeterminant()")
+        rows, engine = [], FloquetDeterminant(base=self.steps)
+        for i, speed in enumerate(speeds):
+            plane = problem.plane_at(float(speed))
+            one = hill_set(problem, plane, float(speed), self.harmonics)
+            points, found, _ = engine.scanned(problem, plane, np.array([speed]), [one, one], depth_max)
+            rows += [(i, p[0] * depth_max, p[1], p[2]) for p in points[0, :found[0]]]
+        table = np.array(rows, float).reshape(-1, 4)
+        frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
+        note = f"{self.harmonics} harmonics beyond the highest mode: the truncation's own error is not in `error`"
+        return assembled(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3],
+                                             1e-9 * table[:, 1]), method=str(self), notes=(*problem.notes, note))
+
+
+def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmonics: int) -> tuple[Any, ...]:
+    """Return what the kernels need of the truncated Hill matrix, in the form of `floquet.green_set`."""
+    period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
+    top = int(np.ceil(plane.span[1] * period)) + harmonics
+    nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, 4.0 * top, 20, True, plane.size)
+    moves = np.any(plane.residues[:, 1:]) or np.any(plane.static[1:])
+    ways = plane.size if moves else 1
+    order = np.arange(-2 * top, 2 * top + 1)
+    wave = np.exp(-2j * np.pi * order[:, None] * nodes.angle / pitch) * nodes.weight / pitch
+    fourier = np.einsum("kq,qa,qb->kab", wave, nodes.force[:, :ways], nodes.chip[:, :ways])
+    poles = np.stack([plane.poles.real, plane.poles.imag], axis=1).ravel()
+    lines = poles, np.ascontiguousarray(plane.residues[:, :ways, :ways]), np.ascontiguousarray(fourier)
+    empty = np.zeros((plane.poles.size, ways, ways), complex)
+    return empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines

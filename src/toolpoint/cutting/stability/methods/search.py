@@ -1,0 +1,74 @@
+"""Depth search for methods that give multipliers at one speed and depth: levels, then bisection on the count."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.result import StabilityChart, assembled
+
+Multipliers = Callable[[MillingProblem, float, float], ComplexArray]
+
+
+def searched(problem: MillingProblem, speeds: FloatArray, depth_max: float, multipliers: Multipliers, name: str,
+             levels: int, tolerance: float, notes: tuple[str, ...] = ()) -> StabilityChart:
+    """Return the chart of a method that computes multipliers; the depth error is that of the bisection only."""
+    grid = depth_max * (np.arange(1, levels + 1) / levels) ** 1.5
+    rows = []
+    for i, speed in enumerate(speeds):
+        rows += [(i, *row) for row in _one(problem, float(speed), grid, multipliers, tolerance)]
+    columns = np.array(rows, float).reshape(-1, 6).T
+    text = f"bands narrower than the {levels} search levels can be missed; the stated error is that of the bisection"
+    return assembled(speeds, depth_max, columns, method=name, notes=(*problem.notes, *notes, text))
+
+
+def unstable(values: ComplexArray) -> int:
+    """Number of multipliers outside the unit circle."""
+    return int(np.sum(np.abs(values) > 1))
+
+
+def _one(problem: MillingProblem, speed: float, grid: FloatArray, multipliers: Multipliers,
+         tolerance: float) -> list[tuple[float, ...]]:
+    counts = [unstable(multipliers(problem, speed, float(w))) for w in grid]
+    low, before, rows = 0.0, 0, []
+    for w, after in zip(grid, counts):
+        if (after > 0) != (before > 0):
+            rows.append(_boundary(problem, speed, (low, float(w)), after - before, multipliers, tolerance))
+        low, before = float(w), after
+    return rows
+
+
+def _boundary(problem: MillingProblem, speed: float, bracket: tuple[float, float], change: int, multipliers: Multipliers,
+              tolerance: float) -> tuple[float, ...]:
+    """Root of log(spectral radius) in the bracket (Brent), with type and frequency."""
+    from scipy.optimize import brentq
+
+    a, b = bracket
+
+    def growth(w: float) -> float:
+        return float(np.log(np.abs(multipliers(problem, speed, w)).max()))
+
+    a = max(a, 1e-6 * b)
+    w = brentq(growth, a, b, xtol=tolerance * b * 0.1, rtol=max(tolerance * 0.1, 1e-14))
+    mu = multipliers(problem, speed, w)
+    critical = mu[np.argmax(np.abs(mu))]
+    theta = abs(float(np.angle(critical)))
+    if abs(critical.imag) < 1e-9 * abs(critical):
+        theta = np.pi if critical.real < 0 else 0.0
+    period = mean_period(problem, speed)
+    k = np.arange(-400, 401)
+    f = np.abs(theta / (2 * np.pi) + k) / period
+    size = np.linalg.norm(problem.plane_at(speed).response(f), axis=(1, 2))
+    single = 1 if theta in (0.0, np.pi) else 2
+    return w, theta, float(f[np.argmax(size)]), single if change > 0 else -single, tolerance * w
+
+
+def mean_period(problem: MillingProblem, speed: float) -> float:
+    """Period of the multipliers, s: tooth period, revolution, or (mean) period of the speed variation."""
+    if problem.speed_variation is not None:
+        angle = 2 * np.pi * problem.speed_variation.revolutions
+        return float(problem.speed_variation.clock(np.array(angle), 2 * np.pi * speed / 60))
+    return float(problem.tooth_period(speed)) if problem.tool.is_regular else 60 / speed

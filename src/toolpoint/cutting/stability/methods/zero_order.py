@@ -1,0 +1,220 @@
+r"""ZeroOrder: the single-frequency stability solution with the full cross response (2x2, 3x3), from Modes or an Frf."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray, count, fail
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.result import StabilityChart, assembled
+
+KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced by their mean; usual error 2-15 % at "
+               "half immersion, up to 175 % at flip lobes of small immersion; flip lobes and islands are not found; "
+               "compare with FloquetDeterminant")
+
+
+@dataclass(frozen=True)
+class ZeroOrder:
+    r"""Single-frequency (zero-order) solution, exact where the directional matrix is constant (turning, full helix).
+
+    For every chatter frequency the eigenvalues :math:`\Lambda` of :math:`-\bar A G(i\omega_c)` give
+    :math:`1/w = (1 - e^{-i \omega_c T}) \Lambda`; w is real only on the curve
+    :math:`w = \tfrac12 \mathrm{Re}(1/\Lambda) (1 + \kappa^2)`, :math:`\kappa = \mathrm{Im}/\mathrm{Re}` of
+    :math:`1/\Lambda`, and the crossings with the wanted speeds are found on it exactly.
+
+    Parameters
+    ----------
+    lines : int
+        Frequency lines laid over the poles before the crossings are refined; a measured FRF is taken at its own lines.
+
+    Source: Altintas, Budak, CIRP Annals 44 (1995) 357-362, with the full cross terms.
+    """
+
+    lines: int = 1500
+
+    def __post_init__(self) -> None:
+        count("ZeroOrder.lines", self.lines, 16)
+
+    def __str__(self) -> str:
+        return "ZeroOrder"
+
+    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        if isinstance(problem, MillingProblem) and problem.process_damping > 0:
+            fail("problem", "process damping in milling", "has no zero-order solution here", "use method=PanelArnoldi()")
+        parts = []
+        for group in _groups(problem, speeds):
+            parts.append(_solved(problem, speeds, group, depth_max, self.lines))
+        columns = [np.concatenate(c) for c in zip(*parts)]
+        return assembled(speeds, depth_max, columns, method=str(self), notes=self._notes(problem))
+
+    def _notes(self, problem: MillingProblem | TurningProblem) -> tuple[str, ...]:
+        if isinstance(problem, TurningProblem):
+            return problem.notes
+        helix = "" if not problem.tool.has_helix else "; helix does not change the mean matrix"
+        uneven = "unequal pitch or helix taken as equal by the zero-order solution"
+        pitch: tuple[str, ...] = () if problem.tool.is_regular else (uneven,)
+        if problem.tool.corner_radius > 0:
+            pitch = (*pitch, "corner radius left out by the zero-order solution: a sharp corner is taken")
+        if problem.speed_variation is not None:
+            pitch = (*pitch, "spindle-speed variation left out by the zero-order solution")
+        return (*problem.notes, KNOWN_ERROR + helix, *pitch)
+
+
+def _groups(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> list[Array]:
+    """Speeds that share one response: all of them, or each apart where the response depends on the speed."""
+    apart = isinstance(problem, MillingProblem) and problem.depends_on_speed
+    damped = problem.process_damping > 0
+    return [np.array([i]) for i in range(speeds.size)] if apart or damped else [np.arange(speeds.size)]
+
+
+def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group: Array, depth_max: float,
+            lines: int) -> tuple[Array, ...]:
+    speed = float(speeds[group[0]])
+    if isinstance(problem, TurningProblem):
+        plane, teeth, matrix = problem.plane, 1, np.diag([problem.stiffness, *np.zeros(problem.plane.size - 1)])
+        lag = problem.process_damping / (problem.stiffness * float(problem.surface_speed(speed))) \
+            if problem.process_damping else 0.0
+    else:
+        plane, teeth, matrix, lag = problem.plane_at(speed), problem.tool.teeth, problem.mean_matrix, 0.0
+    period = 60 / (teeth * speeds[group])
+    f = _lines(plane, lines, period)
+    curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
+    found = [_crossings(curves, f, branch, period, depth_max) for branch in (0, 1)]
+    at, depth, frequency, change = (np.concatenate(c) for c in zip(*found))
+    theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[at])))
+    return group[at], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
+
+
+def _lines(plane: PlaneDynamics, lines: int, period: FloatArray) -> FloatArray:
+    if not plane.is_modal:
+        f: FloatArray = plane.frequency  # type: ignore[assignment]
+        return f[f > 0]
+    centre, half = np.abs(plane.poles) / 2 / np.pi, -plane.poles.real / 2 / np.pi
+    spread = np.sinh(np.linspace(-6, 6, max(31, lines // (2 * max(plane.poles.size, 1)))))
+    near = (centre[:, None] + half[:, None] * spread).ravel()
+    top = 2.5 * centre.max()
+    step = max(min(top / lines, 0.15 / period.max()), top / 40_000)
+    f = np.concatenate([near, np.arange(step, top, step)])
+    return np.unique(f[(f > 1e-3 * centre.min()) & (f < top)])
+
+
+@dataclass(frozen=True)
+class Curves:
+    r"""Eigenvalues of -A G(i w), their continuous branches, and the real depths on them.
+
+    With process damping in a one-direction cut (`lag` = C/(v K), s) the condition is
+    :math:`(1 - e^{-ie}) + i\omega\,lag = v u`, v the inverse eigenvalue and u = 1/w: a quadratic with two real u.
+    """
+
+    plane: PlaneDynamics
+    matrix: FloatArray
+    lag: float
+    single: bool
+
+    def eigenvalues(self, f: FloatArray) -> ComplexArray:
+        """Both eigenvalues at each frequency in Hz, shape (n, 2); of a one-direction cut its only one, twice.
+
+        With z: on a cylinder vibration along z makes no chip, so the eigenvalues that are not zero are those of the part of
+        -G A in the plane; K_a enters through the cross response with z.
+        """
+        if self.plane.size == 3 and not self.single:
+            m = -(self.plane.response(f) @ self.matrix)[..., :2, :2]
+        else:
+            m = -self.matrix @ self.plane.response(f)
+        if self.single:
+            return np.stack([m[..., 0, 0], m[..., 0, 0]], axis=-1)
+        half = (m[..., 0, 0] + m[..., 1, 1]) / 2
+        root = np.sqrt(half**2 - (m[..., 0, 0] * m[..., 1, 1] - m[..., 0, 1] * m[..., 1, 0]))
+        return np.stack([half + root, half - root], axis=-1)
+
+    def inverse(self, f: FloatArray) -> ComplexArray:
+        """1/eigenvalue of both branches, sorted so that each is continuous along f, shape (n, 2)."""
+        values = self.eigenvalues(f)
+        crossed = np.abs(values[1:, 0] - values[:-1, 1]) + np.abs(values[1:, 1] - values[:-1, 0])
+        straight = np.abs(np.diff(values[:, 0])) + np.abs(np.diff(values[:, 1]))
+        swapped = np.concatenate([[False], np.cumsum(straight > crossed) % 2 == 1])
+        values[swapped] = values[swapped][:, ::-1]
+        return _inverted(values)
+
+    def near(self, f: FloatArray, guess: ComplexArray) -> ComplexArray:
+        """1/eigenvalue nearest to a guess."""
+        values = _inverted(self.eigenvalues(f))
+        pick = np.argmin(np.where(np.isnan(values), np.inf, np.abs(values - guess[:, None])), axis=1)
+        return values[np.arange(f.size), pick]
+
+    def depth(self, inverse: ComplexArray, f: FloatArray, branch: int) -> tuple[FloatArray, FloatArray]:
+        """Real depth w (NaN where there is none) and phase e = w_c T mod 2 pi on the curve."""
+        drag = 2 * np.pi * f * self.lag
+        square, linear = np.abs(inverse) ** 2, inverse.real + inverse.imag * drag
+        with np.errstate(divide="ignore", invalid="ignore"):
+            root = np.sqrt(linear**2 - square * drag**2)
+            u = (linear + (root if branch == 0 or not self.single else -root)) / square
+            u = np.where(u > 0, u, np.nan)
+            if self.single and branch == 1 and self.lag == 0:
+                u = np.full_like(u, np.nan)
+            q = inverse * u - 1j * drag
+            return 1 / u, 2 * np.arctan2(q.real, q.imag)
+
+    def change(self, f: FloatArray, period: FloatArray, inverse: ComplexArray) -> Array:
+        """Change of the unstable count with depth: minus the sense in which kappa crosses the positive real axis."""
+        side = []
+        for x in (f * (1 - 1e-7), f * (1 + 1e-7)):
+            w = 2 * np.pi * x
+            side.append((1 - np.exp(-1j * w * period) + 1j * w * self.lag) / self.near(x, inverse))
+        return np.where((side[1] - side[0]).imag > 0, -2, 2)
+
+
+def _inverted(values: ComplexArray) -> ComplexArray:
+    zero = np.abs(values) <= 1e-13 * np.abs(values).max(initial=0.0)
+    return np.where(zero, np.nan, 1 / np.where(zero, 1, values))
+
+
+def _crossings(curves: Curves, f: FloatArray, branch: int, period: FloatArray,
+               depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
+    """Crossings of one branch with every speed: place of the speed, depth, frequency, change of the unstable count."""
+    inverse = curves.inverse(f)[:, branch]
+    w, e = curves.depth(inverse, f, branch)
+    low = np.fmin(w[:-1], w[1:])
+    both = np.flatnonzero(np.isfinite(w[:-1]) & np.isfinite(w[1:]) & (low <= 3 * depth_max))
+    if both.size == 0:
+        return np.zeros(0, int), np.zeros(0), np.zeros(0), np.zeros(0, int)
+    a = f[both] * period[:, None] - e[both] / (2 * np.pi)
+    b = f[both + 1] * period[:, None] - e[both + 1] / (2 * np.pi)
+    first, last = np.ceil(np.minimum(a, b)), np.floor(np.maximum(a, b))
+    s, i = np.nonzero((last >= first) & (np.abs(b - a) < 50))
+    repeat = (last - first + 1)[s, i].astype(int)
+    number = np.arange(repeat.sum()) - np.repeat(np.cumsum(repeat) - repeat, repeat)
+    lobe = np.repeat(first[s, i], repeat) + number
+    s, i = np.repeat(s, repeat), np.repeat(i, repeat)
+    return _refined(curves, (f, inverse, both[i]), lobe, s, branch, period, depth_max)
+
+
+def _refined(curves: Curves, bracket: tuple[FloatArray, ComplexArray, Array], lobe: FloatArray, s: Array, branch: int,
+             period: FloatArray, depth_max: float) -> tuple[Array, FloatArray, FloatArray, Array]:
+    """Solve f T - e(f)/2 pi = lobe in each bracket by false position (Illinois)."""
+    f, inverse, at = bracket
+    x0, x1, v0, v1, t = f[at].copy(), f[at + 1].copy(), inverse[at], inverse[at + 1], period[s]
+
+    def gap(x: FloatArray, v: ComplexArray) -> FloatArray:
+        return x * t - curves.depth(v, x, branch)[1] / (2 * np.pi) - lobe
+
+    g0, g1 = gap(x0, v0), gap(x1, v1)
+    for _ in range(60):
+        step = np.where(g1 != g0, g1 - g0, 1.0)
+        x = np.clip(x1 - g1 * (x1 - x0) / step, np.minimum(x0, x1), np.maximum(x0, x1))
+        part = np.where(x1 != x0, (x - x0) / np.where(x1 != x0, x1 - x0, 1.0), 0.0)
+        v = curves.near(x, v0 + part * (v1 - v0))
+        g = gap(x, v)
+        other = np.sign(g) != np.sign(g1)
+        g0, x0, v0 = np.where(other, g1, g0 / 2), np.where(other, x1, x0), np.where(other, v1, v0)
+        x1, g1, v1 = x, g, v
+        if np.abs(g).max(initial=0.0) < 1e-13:
+            break
+    depth = curves.depth(v1, x1, branch)[0]
+    keep = (depth <= depth_max) & (np.abs(g1) < 1e-6)
+    s, x1, v1 = s[keep], x1[keep], v1[keep]
+    return s, depth[keep], x1, curves.change(x1, period[s], v1)

@@ -1,0 +1,346 @@
+"""Boundary points of general milling: the one-period map at one speed, its spectral radius over depth, roots and errors."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.methods.collocation import _Modal, modal
+from toolpoint.cutting.stability.methods.search import mean_period
+from toolpoint.cutting.stability.panels.bumps import Level, bump
+from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
+from toolpoint.cutting.stability.panels.kernels import extended, inverses, responses, ritz
+from toolpoint.cutting.stability.panels.layout import CutPanels, rising_table
+from toolpoint.cutting.stability.panels.store import PanelStore
+
+FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
+ROUNDED = 3.0  # on the error of rounded edges: a wall that begins to bound them halfway leaves roots in the integrands
+FIRST = 14  # Arnoldi vectors before the first look at the residual, where nothing is known
+LESS, MORE = 2, 8  # as many less than last time are tried first, as many more after a look that does not do
+BEFORE, BEYOND = (1 / 3, 2 / 3), (1 / 8, 1 / 2)  # where between a root and its neighbours it is looked once more
+CROSSED = 3e-4  # relative error of depth at which the search for a root with few nodes ends
+CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
+
+
+class PeriodMap:
+    """The one-period map of the vibration at one spindle speed, for any depth: multipliers by Arnoldi's method."""
+
+    def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
+                 store: PanelStore, enough: dict[float, int] | None = None) -> None:
+        self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
+        self.system = _Modal(plane)
+        # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
+        size = np.linalg.norm(self.system.left, axis=0)
+        self.left, self.right = self.system.left / size, self.system.right * size[:, None]
+        self.least, self.points, self.store = least, points, store
+        self.damped = problem.process_damping > 0
+        self.of: CutPanels | None = None
+        self.vector = np.zeros(0)
+        self.enough = {} if enough is None else enough  # Arnoldi vectors that were enough last time, by what was wanted
+        self.overflow = False
+
+    def _times(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Time, s, and seconds a radian at these angles."""
+        variation = self.problem.speed_variation
+        if variation is None:
+            return angle / self.omega, np.full(angle.shape, 1 / self.omega)
+        return variation.clock(angle, self.omega), 1 / (self.omega * variation.factor(angle))
+
+    def _set(self, panels: CutPanels) -> None:
+        """Responses of the panels at this speed."""
+        if self.of is panels:
+            return
+        self.of = panels
+        system, ends = self.system, panels.ends
+        time, rate = self._times(panels.angle)
+        border = self._times(ends)[0]
+        kinds = tuple(sorted(set(panels.count.tolist()) - {0}))
+        kind = np.searchsorted(kinds, np.maximum(panels.count, kinds[0]))
+        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, max(kinds)
+        real = [np.zeros((p, n * d, n * d)) for _ in range(2)]
+        free = [np.zeros((p, n * d, m), complex) for _ in range(2)]
+        push, step = np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex)
+        self.waves = (real[0], *(one.view(float) for one in free), push, step)
+        self.speed_resp = real[1]
+        responses(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), panels.offset,
+                  panels.count, kind, system.poles, np.ascontiguousarray(self.left.astype(complex)),
+                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], free[0], free[1], push,
+                  step)
+        drag = self.problem.process_damping / self.problem.tool.radius
+        scaled = (panels.drag * (drag * rate)[:, None, None],)
+        self.layout = (*panels.layout[:4], *scaled, *panels.layout[5:])
+        self.solved = np.zeros_like(real[0])
+
+    def multipliers(self, depth: float, waves: float, wanted: float) -> ComplexArray:
+        """Return the largest multipliers, largest first; the first's residual is below `wanted`, or below a twentieth of its
+        distance from the unit circle when `wanted` is not met and the distance is all that matters (wanted negative)."""
+        panels = self.store.panels(self.problem, depth, waves, self.least, self.points)
+        if panels.empty:
+            values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
+            return values[np.argsort(-np.abs(values))]
+        self._set(panels)
+        scale = panels.scale(depth)
+        offset, number, cutting, own, drag = self.layout[:5]
+        inverses(scale, offset, number, cutting, own, drag, self.damped, self.waves[0], self.speed_resp, self.solved)
+        size = panels.nodes * own.shape[1] + 2 * self.system.poles.size
+        most = min(size - 1, 160)
+        basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
+        basis[0] = self._start(size)
+        have, step, vector = 0, min(most, max(FIRST, self.enough.get(wanted, 0) - LESS)), np.zeros(size)
+        while True:
+            now = extended(basis, h, have, step, scale, self.layout, self.waves, self.solved, self.damped)
+            if now < 0:
+                self.overflow = True
+                return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
+            values = eigenvalues(h[:now, :now])
+            if np.isnan(values[0]):
+                values = np.linalg.eigvals(h[:now, :now])
+            top = values[np.argmax(np.abs(values))]
+            residual = ritz(h, now, complex(top), basis, vector)
+            size_ = abs(top)
+            good = residual < abs(wanted) * max(size_, 1e-3) or (
+                wanted < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
+            if good or now < step or step == most:
+                self.vector, self.enough[wanted] = vector, now
+                return values[np.argsort(-np.abs(values))]
+            have, step = now, min(most, step + MORE)
+
+    def _start(self, size: int) -> FloatArray:
+        """Start of the Arnoldi basis: something in every direction, and the last Ritz vector where it fits."""
+        start = np.cos(np.arange(size) * 1.7 + 0.3) + 0.1
+        start /= np.linalg.norm(start)
+        if self.vector.size == size:
+            start += 3 * self.vector
+            start /= np.linalg.norm(start)
+        return start
+
+
+def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> float:
+    """Nodes a radian that the modes' oscillation asks for: the highest mode with a thousandth of the largest flexibility."""
+    size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
+    top = float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
+    swing = problem.speed_variation.amplitude if problem.speed_variation is not None else 0.0
+    return 1.05 * top / (2 * np.pi * speed / 60 * (1 - swing))
+
+
+Point = tuple[float, float]  # depth, growth
+ROUNDS = 3  # of looking for meetings of multipliers between levels
+Start = tuple[float, float]  # depth of a root, slope of the growth there
+
+
+class Search:
+    """Boundary points of one speed: levels of the spectral radius, roots between them, each solved again more finely."""
+
+    def __init__(self, settings: tuple[int, int, float], problem: MillingProblem, speed: float, depth_max: float,
+                 store: PanelStore, near: FloatArray | None = None) -> None:
+        self.nodes, self.levels, self.tolerance = settings
+        self.problem, self.speed, self.top, self.store = problem, speed, depth_max, store
+        self.near = np.zeros((0, 2)) if near is None else near
+        self.slopes: list[tuple[float, float]] = []
+        self.plane = modal(problem.plane_at(speed))
+        self.waves = waves_of(self.plane, problem, speed)
+        self.maps: dict[int, PeriodMap] = {}
+        self.enough: dict[float, int] = {}
+
+    def map(self, more: int) -> PeriodMap:
+        """The map with `more` extra nodes on every panel."""
+        if more not in self.maps:
+            points = 4 + (2 if more else 0)
+            self.maps[more] = PeriodMap(self.problem, self.plane, self.speed, self.nodes + more, points, self.store,
+                                       self.enough)
+        return self.maps[more]
+
+    @property
+    def overflow(self) -> bool:
+        """Whether a depth was beyond double precision."""
+        return any(one.overflow for one in self.maps.values())
+
+    def growth(self, depth: float, more: int = 0, wanted: float = -1e-10) -> tuple[float, complex]:
+        """(log of the spectral radius, critical multiplier)."""
+        value = self.map(more).multipliers(depth, self.waves * (1 + 0.1 * more), wanted)[0]
+        return float(np.log(max(abs(value), 1e-300))), complex(value)
+
+    def rows(self) -> list[tuple[float, ...]]:
+        """Rows (depth, theta, frequency, change, error)."""
+        n = self.levels
+        grid = (self.top * (np.arange(1, n + 1) / n) ** 1.5).tolist()
+        self.store.levels.update(grid)
+        levels = [self._look(w) for w in grid]
+        levels = self._bumps(self._between([self._least(levels[0]), *levels]))
+        found = []
+        for a, b in pairwise(levels):
+            if (a.growth > 0) != (b.growth > 0):
+                found += self._boundaries((a.depth, a.growth), (b.depth, b.growth))
+        return found
+
+    def _look(self, depth: float) -> Level:
+        """The leading multipliers at a depth, well enough for a verdict."""
+        return Level.of(depth, self.map(0).multipliers(depth, self.waves, -1e-6))
+
+    def _bumps(self, levels: list[Level]) -> list[Level]:
+        """Add depths where multipliers may meet on the real axis between two levels, and again about those (`panel_bumps`)."""
+        fresh = set(levels)
+        for _ in range(ROUNDS):
+            before, beyond = [None, *levels[:-2]], [*levels[2:], None]
+            windows = zip(before, levels[:-1], levels[1:], beyond)
+            places = [bump(*window) for window in windows if fresh.intersection(window)]
+            fresh = {self._look(w) for w in places if w is not None}
+            if not fresh:
+                break
+            levels = sorted([*levels, *fresh], key=_depth)
+        return levels
+
+    def _boundaries(self, low: Point, high: Point, again: int = 3) -> list[tuple[float, ...]]:
+        """Rows of all roots in a bracket: before and beyond the one found it is looked once more, for a band can open and
+        close beside it (a flip lobe before a Hopf lobe)."""
+        row, slope = self._boundary(low, high)
+        w, near, a, b = row[0], 1e-6 * row[0] + 2 * row[-1], low[0], high[0]
+        if again == 0 or w - near <= a or w + near >= b:
+            return [row]
+        beside = max(abs(slope) * near, 1e-300) * (1 if high[1] > 0 else -1)
+        left = [low, *(self._point(a + (w - a) * place) for place in BEFORE), (w - near, -beside)]
+        right = [(w + near, beside), *(self._point(w + (b - w) * place) for place in BEYOND), high]
+        parts = [part for side in (left, right) for part in pairwise(side)]
+        return [row] + [r for x, y in parts if (x[1] > 0) != (y[1] > 0) for r in self._boundaries(x, y, again - 1)]
+
+    def _point(self, depth: float) -> Point:
+        return depth, self.growth(depth, wanted=-1e-6)[0]
+
+    def _least(self, first: Level) -> Level:
+        """A depth so small that the cut is stable, from the first level down."""
+        w = 0.02 * first.depth
+        while True:
+            found = self._look(w)
+            if found.growth <= 0 or w < 1e-9 * self.top:
+                return replace(found, growth=min(found.growth, -1e-12))
+            w *= 0.1
+
+    def _between(self, levels: list[Level]) -> list[Level]:
+        """Add depths wherever the radius may reach 1 and come back between two levels: where its slopes at both lead towards
+        1, the tangents' crossing is looked at, and the halves again."""
+        jumps = np.abs(np.diff([level.growth for level in levels]))
+        out = list(levels)
+        stack = [(a, b, 0) for i, (a, b) in enumerate(pairwise(levels))
+                 if min(abs(a.growth), abs(b.growth)) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
+        while stack:
+            a, b, depth = stack.pop()
+            if (a.growth > 0) != (b.growth > 0) or depth > 4:
+                continue
+            w = self._approach(a, b)
+            if w is not None:
+                middle = self._look(w)
+                out.append(middle)
+                stack += [(a, middle, depth + 1), (middle, b, depth + 1)]
+        return sorted(out, key=_depth)
+
+    def _approach(self, a: Level, b: Level) -> float | None:
+        """Depth between two levels of one sign where their tangents cross, None where the growth does not come near zero."""
+        step = 0.02 * (b.depth - a.depth)
+        away = -1.0 if a.growth > 0 else 1.0  # growth counted positive beyond the circle as seen from here
+        left = away * (self._look(a.depth + step).growth - a.growth) / step
+        near = 0.3 * away * min(a.growth, b.growth, key=abs)  # what counts as near the circle
+        if left <= 0 or away * a.growth + left * (b.depth - a.depth) < near:
+            return None
+        right = away * (b.growth - self._look(b.depth - step).growth) / step
+        if right >= 0:
+            return None
+        ga, gb = away * a.growth, away * b.growth
+        w = (gb - ga + left * a.depth - right * b.depth) / (left - right)
+        w = min(max(w, a.depth + 5 * step), b.depth - 5 * step)
+        reach = ga + left * (w - a.depth)
+        return w if reach > near else None
+
+    def _boundary(self, low: Point, high: Point) -> tuple[tuple[float, ...], float]:
+        """Row of a root in a bracket, and the slope of the growth there."""
+        a, b, rising = low[0], high[0], high[1] > 0
+        best, error, mu, slope = self._solved(a, b, self._known(a, b, rising), rising)
+        if not error < b - a:  # also where there was nothing near, or it led astray
+            best, error, mu, slope = self._solved(a, b, self._crossed(low, high), rising)
+        self.slopes.append((best, slope))
+        theta = abs(float(np.angle(mu)))
+        if abs(mu.imag) < 1e-7 * abs(mu):
+            theta = np.pi if mu.real < 0 else 0.0
+        single = 1 if theta in (0.0, np.pi) else 2
+        return (best, theta, self._frequency(theta), single if rising else -single, error), slope
+
+    def _known(self, a: float, b: float, rising: bool) -> Start | None:
+        """Root and slope that a near problem had in this bracket."""
+        inside = [(w, slope) for w, slope in self.near.tolist() if a < w < b and (slope > 0) == rising]
+        return inside[0] if len(inside) == 1 else None
+
+    def _crossed(self, low: Point, high: Point) -> Start:
+        """Root to a few parts in ten thousand and the slope there: inverse quadratic interpolation, bisection where that is
+        not safe (Chandrupatla, Advances in Engineering Software 28 (1997) 145)."""
+        (b, gb), (a, ga) = low, high
+        share = min(max(ga / (ga - gb), 0.05), 0.95)
+        while True:
+            w = a + share * (b - a)
+            g = self.growth(w, wanted=-1e-7)[0]
+            slope = (g - ga) / (w - a)
+            if (g > 0) == (ga > 0):
+                c, gc = a, ga
+            else:
+                c, gc, b, gb = b, gb, a, ga
+            a, ga = w, g
+            other = (g - gb) / (w - b)
+            if abs(g) < CROSSED * w * min(abs(slope), abs(other)) or abs(b - a) < CROSSED * w:
+                return w, slope if (slope > 0) == (high[1] > 0) else other
+            place, part = (a - b) / (c - b), (ga - gb) / (gc - gb)
+            share = 0.5
+            if part**2 < place and (1 - part)**2 < 1 - place:
+                share = ga / (gb - ga) * gc / (gb - gc) + (c - a) / (b - a) * ga / (gc - ga) * gb / (gc - gb)
+            least = min(0.5, 0.1 * CROSSED * w / abs(b - a))
+            share = min(max(share, least), 1 - least)
+
+    def _solved(self, a: float, b: float, start: Start | None, rising: bool) -> tuple[float, float, complex, float]:
+        """(root, error, multiplier, slope) from a start near it; the error is the bracket's width where there is no root."""
+        if start is None:
+            return a, b - a, 0j, 0.0
+        w, slope = best, _ = start
+        error, mu = b - a, 0j
+        for more in (3, 6):
+            w, slope, mu, sure = self._polished(w, slope if (slope > 0) == rising else 0.0, more, a, b)
+            shift = abs(self.growth(w, more - 3)[0] / slope) if sure and slope else b - a
+            shift *= ROUNDED if self.problem.tool.corner_radius > 0 else 1.0
+            error, best = min(shift * (1 + shift / (b - a)) + FLOOR * w, b - a), w
+            if error <= self.tolerance * w:
+                break
+        return best, error, mu, slope
+
+    def _polished(self, w: float, slope: float, more: int, a: float, b: float) -> tuple[float, float, complex, bool]:
+        """Root of the growth with `more` nodes near w by the secant rule, in the bracket where that fails; its slope, the
+        multiplier, and whether it is a root."""
+        from scipy.optimize import brentq
+
+        g, mu = self.growth(w, more)
+        for _ in range(8):
+            new = w - g / slope if slope else np.nan
+            if not a <= new <= b:
+                break
+            g_new, mu = self.growth(new, more)
+            if abs(new - w) > 1e-8 * w and g_new != g:
+                slope = (g_new - g) / (new - w)
+            step, w, g = abs(new - w), new, g_new
+            if step < 1e-10 * w or abs(g / slope) < 1e-10 * w:
+                return w, slope, mu, True
+        if (self.growth(a, more)[0] > 0) == (self.growth(b, more)[0] > 0):
+            return w, slope, mu, False
+        w = float(brentq(lambda x: self.growth(x, more)[0], a, b, xtol=1e-12 * b, rtol=1e-10, disp=False))
+        delta = 1e-6 * (b - a) if w < 0.5 * (a + b) else -1e-6 * (b - a)
+        g, mu = self.growth(w, more)
+        return w, (self.growth(w + delta, more)[0] - g) / delta, mu, True
+
+    def _frequency(self, theta: float) -> float:
+        period = mean_period(self.problem, self.speed)
+        f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
+        size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))
+        return float(f[np.argmax(size)])
+
+
+def _depth(level: Level) -> float:
+    return level.depth

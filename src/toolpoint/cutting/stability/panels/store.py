@@ -1,0 +1,51 @@
+"""PanelStore: panels of cuts that speeds and near problems share."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.panels.layout import CutPanels
+
+SPACING = 2 ** (1 / 8)  # between resolutions of panels: coarse enough that near speeds and problems have the same
+Key = tuple[float, float, int, int]
+
+
+@dataclass
+class PanelStore:
+    """Panels by depth and resolution; those of search levels are kept, the longest unused go beyond `room` bytes.
+
+    Panels hang on the cut and the resolution alone, so what is found does not depend on what is in the store.
+    """
+
+    room: int = 2**28
+    levels: set[float] = field(default_factory=set)
+    kept: OrderedDict[Key, CutPanels] = field(default_factory=OrderedDict)
+    size: int = 0
+    cut: tuple[object, ...] = ()
+
+    def fit(self, cut: tuple[object, ...]) -> None:
+        """Forget everything if this is another cut."""
+        if cut != self.cut:
+            self.kept.clear()
+            self.levels.clear()
+            self.size, self.cut = 0, cut
+
+    def panels(self, problem: MillingProblem, depth: float, waves: float, least: int, points: int) -> CutPanels:
+        """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
+        plain = not problem.tool.has_helix and problem.tool.corner_radius == 0
+        waves = SPACING ** float(np.ceil(np.log(waves) / np.log(SPACING) - 1e-9))
+        key = (0.0 if plain else depth, waves, least, points)
+        if key in self.kept:
+            self.kept.move_to_end(key)
+            return self.kept[key]
+        found = CutPanels(problem, depth, waves, least, points)
+        if plain or depth in self.levels:
+            self.kept[key] = found
+            self.size += found.nbytes
+            while self.size > self.room and len(self.kept) > 1:
+                self.size -= self.kept.popitem(last=False)[1].nbytes
+        return found

@@ -1,0 +1,112 @@
+"""WarmStart: what the chart of one pose leaves for the chart of the next, which is near it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields, is_dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.result import StabilityChart
+
+if TYPE_CHECKING:
+    from toolpoint.cutting.stability.panels.store import PanelStore
+
+SAME = ("tool", "engagement", "speed_variation")  # or what another cut left is of no use
+LAID = ("coefficients", "process_damping", "damping_friction")  # what panels hang on besides
+Memory = tuple[FloatArray, Array, FloatArray, FloatArray]  # theta nodes, numbers, poles as last seen, boundary points
+
+
+@dataclass
+class WarmStart:
+    """Memory between charts of nearly the same cut: neighbouring poses, feed directions, samples of uncertain parameters.
+
+    Give the same object to one `stability.chart` after the other. It only says where to look first: every count and every
+    boundary is computed and checked anew, so the charts are those of a cold start within their stated errors. With another
+    tool, engagement or depth range it begins anew by itself. Not for two threads at once.
+
+    Parameters
+    ----------
+    fixed : bool
+        Let charts begin with what is known, but leave nothing.
+    """
+
+    fixed: bool = False
+    scans: dict[tuple[float, int], Memory] = field(default_factory=dict, repr=False)
+    roots: dict[float, FloatArray] = field(default_factory=dict, repr=False)
+    attempts: dict[float, int] = field(default_factory=dict, repr=False)
+    cut: tuple[Any, ...] = field(default=(), repr=False)
+
+    @cached_property
+    def store(self) -> PanelStore:
+        """Panels of PanelArnoldi."""
+        from toolpoint.cutting.stability.panels.store import PanelStore  # brings the compiler, which few callers need
+
+        return PanelStore()
+
+    def beside(self) -> WarmStart:
+        """Return an empty memory that shares the panels: for the same cut with another feed direction, say."""
+        made = WarmStart()
+        made.__dict__["store"] = self.store
+        return made
+
+    def fit(self, problem: MillingProblem, depth_max: float) -> None:
+        """Forget what does not hold for this cut."""
+        cut = (*(_content(getattr(problem, name)) for name in SAME), problem.plane.size, depth_max)
+        if cut != self.cut:
+            for part in (self.scans, self.roots, self.attempts):
+                part.clear()
+        self.cut = cut
+
+    def panels(self, problem: MillingProblem) -> PanelStore:
+        """Return the panels, emptied if they were another cut's."""
+        self.store.fit((*(_content(getattr(problem, name)) for name in (*SAME, *LAID)), problem.plane.size))
+        return self.store
+
+    def begin(self, speeds: FloatArray, empty: Memory) -> Memory:
+        """Return what is known of these speeds as one array a kind, for the kernel to bring up to date.
+
+        empty : the same for one speed of which nothing is known.
+        """
+        key = empty[2].shape[0]
+        every = [self.scans.get((n, key), empty) for n in speeds.tolist()]
+        nodes, numbers, seen, known = (np.array(kind) for kind in zip(*every))
+        return nodes, numbers, seen, known
+
+    def keep_roots(self, speed: float, roots: list[tuple[float, float]]) -> None:
+        """Take depths and slopes of the growth of the roots at one speed."""
+        if not self.fixed:
+            self.roots[speed] = np.array(roots).reshape(-1, 2)
+
+    def keep_attempts(self, speeds: FloatArray, attempts: Array) -> None:
+        """Take which number of arc nodes these speeds asked for."""
+        if not self.fixed:
+            self.attempts.update(zip(speeds.tolist(), attempts.tolist()))
+
+    def keep(self, speeds: FloatArray, memory: Memory) -> None:
+        """Take what the kernel left."""
+        if self.fixed:
+            return
+        for i, n in enumerate(speeds.tolist()):
+            nodes, numbers, seen, known = (kind[i] for kind in memory)
+            self.scans[n, seen.shape[0]] = nodes, numbers, seen, known
+
+
+def _content(part: object) -> object:
+    """What tells two parts of a cut apart."""
+    if is_dataclass(part):
+        return tuple(_content(getattr(part, f.name)) for f in fields(part))
+    return tuple(part.ravel().tolist()) if isinstance(part, np.ndarray) else part
+
+
+@runtime_checkable
+class WarmMethod(Protocol):
+    """A stability method that can begin with what a near problem left."""
+
+    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
+                   warm: WarmStart) -> StabilityChart:
+        """Return the chart; see `stability.chart`."""
+        ...

@@ -1,0 +1,1 @@
+"""Surfaces left by milling: topography, location error, filters and roughness parameters."""

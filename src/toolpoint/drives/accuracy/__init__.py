@@ -1,0 +1,1 @@
+"""How accurate an axis moves: contour error, circular test, positioning."""

@@ -1,0 +1,117 @@
+"""Contour error: distance of the actual points from the path of lines and arcs, by projection along the arc length."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint.drives.program.path import ARC, CLOTHOID, Path
+
+
+@dataclass(frozen=True, eq=False)
+class ContourError:
+    """Feet on the path (n, 3), vectors to the actual points (n, 3), arc length of the feet (n,), signed error (n,), m.
+
+    The sign is that of the left-hand normal in the xy plane; `length` the length of the vector.
+    """
+
+    foot: FloatArray
+    vector: FloatArray
+    progress: FloatArray
+    signed: FloatArray
+
+    @property
+    def length(self) -> FloatArray:
+        """Distance from the path, m."""
+        return np.linalg.norm(self.vector, axis=1)
+
+    def enlarged(self, factor: float = 50.0) -> FloatArray:
+        """Return the path with its error drawn `factor` times enlarged, (n, 3)."""
+        return self.foot + positive("factor", factor) * self.vector
+
+    def __repr__(self) -> str:
+        e = self.length
+        return f"ContourError(largest {1e6 * e.max():.4g} um, root mean square {1e6 * np.sqrt((e**2).mean()):.4g} um)"
+
+
+def contour_error(path: Path, points: FloatArray, progress: FloatArray, window: float) -> ContourError:
+    """Return the contour error of points, each projected on the part of the path near its commanded place.
+
+    Parameters
+    ----------
+    path : Path
+    points : (n, 2 or 3) floats
+        Actual points, m.
+    progress : (n,) floats
+        Arc length of the command at each instant, m: where to look, not what to measure.
+    window : float
+        m; the foot lies within it of the commanded arc length (a little more than the following error), so that a path
+        that crosses itself or turns back is not mistaken.
+    """
+    if (path.kind == CLOTHOID).any():
+        fail("path", "clothoid blends", "must be lines and arcs", "measure against the programmed path, not the rounded one")
+    p = floats("points", points)
+    p = np.hstack([p, np.zeros((len(p), 3 - p.shape[1]))])
+    s = floats("progress", progress, (len(p),))
+    lengths = path.lengths
+    ends = np.cumsum(lengths)
+    starts = ends - lengths
+    first = np.searchsorted(ends, np.maximum(s - positive("window", window), 0.0), side="left")
+    last = np.minimum(np.searchsorted(starts, s + window, side="right") - 1, path.count - 1)
+    spread = int((last - first).max()) + 1
+    if spread > 2000:
+        fail("window", f"{window:g} m holds {spread} segments", "must hold at most 2000", "take a smaller window")
+    best, foot, place = np.full(len(p), np.inf), np.zeros_like(p), np.zeros(len(p))
+    for offset in range(spread):
+        at = np.flatnonzero(first + offset <= last)
+        k = first[at] + offset
+        share = _nearest(path, k, p[at], np.clip((s[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1))
+        low = np.clip((s[at] - window - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        high = np.clip((s[at] + window - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        share = np.clip(share, low, high)
+        q = path.points(k, share)
+        distance = np.linalg.norm(p[at] - q, axis=1)
+        better = distance < best[at]
+        i = at[better]
+        best[i], foot[i], place[i] = distance[better], q[better], starts[k[better]] + share[better] * lengths[k[better]]
+    vector = p - foot
+    k = np.minimum(np.searchsorted(ends, place, side="left"), path.count - 1)
+    tangent = path.tangents(k, (place - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1))
+    cross = tangent[:, 0] * vector[:, 1] - tangent[:, 1] * vector[:, 0]
+    return ContourError(foot, vector, place, np.where(cross < 0, -1.0, 1.0) * np.linalg.norm(vector, axis=1))
+
+
+def _nearest(path: Path, k: np.ndarray, p: FloatArray, expected: FloatArray) -> FloatArray:
+    """Return the share (0..1) of the nearest point on each segment; on an arc the turn nearest to the expected one."""
+    chord = path.end[k] - path.start[k]
+    size = np.maximum((chord**2).sum(axis=1), 1e-300)
+    share = np.clip(((p - path.start[k]) * chord).sum(axis=1) / size, 0.0, 1.0)
+    arc = np.flatnonzero(path.kind[k] == ARC)
+    if arc.size:
+        i = k[arc]
+        at, rows = path.plane[i], np.arange(i.size)[:, None]
+        d, e = (path.start[i] - path.center[i])[rows, at], (p[arc] - path.center[i])[rows, at]
+        turned = np.arctan2(d[:, 0] * e[:, 1] - d[:, 1] * e[:, 0], (d * e).sum(axis=1))
+        hoped = expected[arc] * path.sweep[i]
+        turned = hoped + (turned - hoped + np.pi) % (2 * np.pi) - np.pi
+        share[arc] = np.clip(turned / path.sweep[i], 0.0, 1.0)
+    return share
+
+
+def tracking_error(command: FloatArray, actual: FloatArray) -> FloatArray:
+    """Return command - actual of every axis, m."""
+    return floats("command", command) - floats("actual", actual)
+
+
+def torque_comparison(measured: FloatArray, simulated: FloatArray) -> dict[str, float]:
+    """Return how a simulated torque agrees with a measured one at the same instants: rms of the difference, its share of
+    the measured rms, correlation, and the ratio of the peaks."""
+    m, s = floats("measured", measured), floats("simulated", simulated)
+    if m.shape != s.shape:
+        fail("simulated", f"shape {s.shape}", f"must be that of the measured, {m.shape}", "resample one of them")
+    rms = float(np.sqrt(((m - s) ** 2).mean()))
+    return {"rms difference": rms, "relative": rms / float(np.sqrt((m**2).mean())),
+            "correlation": float(np.corrcoef(m.ravel(), s.ravel())[0, 1]),
+            "peak ratio": float(np.abs(s).max() / np.abs(m).max())}

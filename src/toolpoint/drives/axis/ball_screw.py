@@ -1,0 +1,184 @@
+"""Ball-screw axes: the lumped chain front, middle, end with a nut anywhere along it, and the published four-DOF chain."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from toolpoint._check import fail, positive, scalar
+from toolpoint.drives.axis.catalogue import (
+    STEEL_DENSITY,
+    STEEL_MODULUS,
+    STEEL_SHEAR,
+    cylinder_inertia,
+    torsional_stiffness,
+)
+from toolpoint.drives.axis.mechanics import Chain, Mechanics, Play, Rub
+from toolpoint.drives.friction.contact import Contact
+from toolpoint.drives.friction.laws import FrictionLaw
+
+
+@dataclass(frozen=True)
+class Coupling:
+    """Coupling between motor and screw: torsional stiffness N m/rad, damping N m s/rad, inertia kg m2."""
+
+    stiffness: float
+    damping: float = 0.0
+    inertia: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("Coupling.stiffness", self.stiffness)
+
+
+@dataclass(frozen=True)
+class Screw:
+    """Ball screw: root diameter, lead and length between bearings in m; material; damping ratio of its springs."""
+
+    diameter: float
+    lead: float
+    length: float
+    modulus: float = STEEL_MODULUS
+    shear_modulus: float = STEEL_SHEAR
+    density: float = STEEL_DENSITY
+    damping_ratio: float = 0.01
+
+    def __post_init__(self) -> None:
+        if scalar("Screw.lead", self.lead) <= 0:
+            fail("Screw.lead", f"{self.lead:g} m", "must be above zero", "give the travel of one turn in m")
+        for name in ("diameter", "length", "modulus", "shear_modulus", "density"):
+            positive(f"Screw.{name}", getattr(self, name))
+
+    @property
+    def ratio(self) -> float:
+        """Lead / 2 pi, m/rad."""
+        return self.lead / (2 * math.pi)
+
+    @property
+    def rod_stiffness(self) -> float:
+        """E A, N (axial stiffness of one metre, N/m per m)."""
+        return self.modulus * math.pi * self.diameter**2 / 4
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return self.density * math.pi * self.diameter**2 / 4 * self.length
+
+
+def ball_screw_axis(
+    motor_inertia: float, coupling: Coupling, screw: Screw, table_mass: float, nut_position: float,
+    front_bearing: float, end_bearing: float | None = None, nut: Contact | float = 1e9, *,
+    motor_damping: float = 0.0, bearing_damping: float = 0.0, nut_damping: float = 0.0, guide_damping: float = 0.0,
+    guide_friction: FrictionLaw | None = None, screw_friction: FrictionLaw | None = None,
+    saddle: tuple[float, float, float] | None = None,
+) -> Mechanics:
+    r"""Return the axis motor - coupling - screw (front, middle, end) - nut - saddle - table.
+
+    The screw is three lumps, each with an angle and an axial displacement, the middle one at the nut; the springs between
+    them are G I_p/l and E A/l of the parts before and behind the nut, so torsional and axial stiffness change with the
+    nut's position. Lumped inertia: half of each part to its ends. The nut deflection is
+    :math:`\delta = r \theta_m + x_m - x_t` with r = lead/2 pi.
+
+    Parameters
+    ----------
+    motor_inertia : float
+        Rotor, kg m2.
+    table_mass, nut_position : float
+        kg; distance of the nut from the front bearing, m, inside the screw.
+    front_bearing, end_bearing : float
+        Axial stiffness of the thrust bearings, N/m; None leaves the end free axially.
+    nut : Contact or float
+        Preloaded nut or backlash; a number is a linear stiffness, N/m.
+    guide_friction, screw_friction : FrictionLaw
+        Between table and base (N); on the motor shaft (N m).
+    saddle : (mass, stiffness, damping), optional
+        Saddle between nut and table, kg, N/m, N s/m.
+    """
+    length = positive("nut_position", nut_position)
+    if length >= screw.length:
+        fail("nut_position", f"{length:g} m", f"must be inside the screw of {screw.length:g} m")
+    positive("motor_inertia", motor_inertia)
+    positive("table_mass", table_mass)
+    names = ("motor", "front", "middle", "end", "x_front", "x_middle", "x_end", *(("saddle",) if saddle else ()),
+             "table", "base")
+    chain = Chain(names)
+    _rotation(chain, motor_inertia, motor_damping, coupling, screw, length)
+    _axial(chain, screw, length, front_bearing, end_bearing, bearing_damping)
+    contacts = _nut(chain, screw, nut, nut_damping, "saddle" if saddle else "table")
+    chain.inertia("table", table_mass)
+    if saddle:
+        chain.inertia("saddle", saddle[0])
+        chain.spring({"saddle": 1, "table": -1}, saddle[1], saddle[2])
+    chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
+    return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=screw.ratio,
+                      boundaries=("base",), friction=_friction(guide_friction, screw_friction), contacts=contacts)
+
+
+def _rotation(chain: Chain, rotor: float, damping: float, coupling: Coupling, screw: Screw, x: float) -> None:
+    chain.inertia("motor", rotor + coupling.inertia / 2)
+    chain.inertia("front", coupling.inertia / 2)
+    chain.spring({"motor": 1, "front": -1}, coupling.stiffness, coupling.damping)
+    chain.spring({"motor": 1}, 0.0, damping)
+    for one, other, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
+        j = cylinder_inertia(screw.diameter, part, screw.density)
+        k = torsional_stiffness(screw.diameter, part, screw.shear_modulus)
+        chain.inertia(one, j / 2)
+        chain.inertia(other, j / 2)
+        chain.spring({one: 1, other: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
+
+
+def _axial(chain: Chain, screw: Screw, x: float, front: float, end: float | None, damping: float) -> None:
+    positive("front_bearing", front)
+    for one, other, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
+        m, k = screw.mass * part / screw.length, screw.rod_stiffness / part
+        chain.inertia(one, m / 2)
+        chain.inertia(other, m / 2)
+        chain.spring({one: 1, other: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * m / 2))
+    chain.spring({"x_front": 1, "base": -1}, front, damping)
+    if end is not None:
+        chain.spring({"x_end": 1, "base": -1}, positive("end_bearing", end), damping)
+
+
+def _nut(chain: Chain, screw: Screw, nut: Contact | float, damping: float, load: str) -> tuple[Play, ...]:
+    row = {"middle": screw.ratio, "x_middle": 1.0, load: -1.0}
+    stiffness = nut.reference_stiffness if isinstance(nut, Contact) else positive("nut", nut)
+    chain.spring(row, stiffness, damping)
+    return (Play(row, nut),) if isinstance(nut, Contact) else ()
+
+
+def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub, ...]:
+    parts = []
+    if guide is not None:
+        parts.append(Rub({"table": 1.0, "base": -1.0}, guide, "guide"))
+    if screw is not None:
+        parts.append(Rub({"motor": 1.0}, screw, "shaft"))
+    return tuple(parts)
+
+
+def four_dof_axis(
+    motor_inertia: float, screw_inertia: float, screw_mass: float, table_mass: float | None, lead_ratio: float,
+    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[float, float], *,
+    motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
+    guide_friction: FrictionLaw | None = None,
+) -> Mechanics:
+    """Return the four-DOF chain motor -(K_C)- coupling and screw -(K_S, C_S axial)- ball screw -(K_T, C_T)- table.
+
+    Coordinates: motor angle, screw angle, axial displacement of the screw, table. Pairs are (stiffness, damping);
+    `lead_ratio` is R_l in m/rad. Friction on the motor shaft is in N m, on the guide in N, `guide_damping` in N s/m
+    between table and base. With `table_mass` None the table belongs to the machine's structure: a boundary as the base is.
+    Source: Machines 10 (2022) 1102, figure 2.
+    """
+    for name, value in (("motor_inertia", motor_inertia), ("screw_inertia", screw_inertia), ("screw_mass", screw_mass),
+                        ("table_mass", 1.0 if table_mass is None else table_mass), ("lead_ratio", lead_ratio)):
+        positive(name, value)
+    chain = Chain(("motor", "screw", "x_screw", "table", "base"))
+    for name, value in (("motor", motor_inertia), ("screw", screw_inertia), ("x_screw", screw_mass),
+                        ("table", table_mass or 0.0)):
+        chain.inertia(name, value)
+    chain.spring({"motor": 1}, 0.0, motor_damping)
+    chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
+    chain.spring({"motor": 1, "screw": -1}, *coupling)
+    chain.spring({"x_screw": 1, "base": -1}, *bearing)
+    chain.spring({"screw": lead_ratio, "x_screw": 1, "table": -1}, *nut)
+    return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
+                      boundaries=("base",) if table_mass is not None else ("base", "table"),
+                      friction=_friction(guide_friction, shaft_friction))

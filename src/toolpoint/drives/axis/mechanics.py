@@ -1,0 +1,152 @@
+"""Mechanics of one axis: a chain of masses and springs with its motor, table, boundaries, friction and contacts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, symmetric
+from toolpoint.drives.friction.contact import Contact
+from toolpoint.drives.friction.laws import FrictionLaw
+
+Row = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Rub:
+    """Friction along a relative coordinate: `row` names coordinates with their weights, `law` the force that opposes it."""
+
+    row: Row
+    law: FrictionLaw
+    name: str = "friction"
+
+
+@dataclass(frozen=True)
+class Play:
+    """Contact along a relative coordinate; its reference stiffness is a part of the stiffness matrix."""
+
+    row: Row
+    law: Contact
+    name: str = "nut"
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanics:
+    r"""One axis :math:`M \ddot q + C \dot q + K q = e_m T - \sum r_j F_j(r_j \cdot \dot q)`.
+
+    Parameters
+    ----------
+    coordinates : sequence of str
+        Names; angles in rad, displacements in m.
+    mass, damping, stiffness : (n, n) floats
+    motor : row
+        Where the motor acts and what its encoder reads (generalised angle).
+    table, scale : rows
+        Table displacement (absolute), and what the linear scale reads, m.
+    lead : float
+        Travel of the table per motor angle, m/rad (1 for a linear motor).
+    boundaries : sequence of str
+        Massless coordinates that a structure moves and loads; fixed to ground where no structure serves them.
+    friction, contacts : sequences
+    """
+
+    coordinates: tuple[str, ...]
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    motor: Row
+    table: Row
+    scale: Row
+    lead: float
+    boundaries: tuple[str, ...] = ("base",)
+    friction: tuple[Rub, ...] = ()
+    contacts: tuple[Play, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        n, put = len(self.coordinates), object.__setattr__
+        for name in ("mass", "damping", "stiffness"):
+            put(self, name, symmetric(f"Mechanics.{name}", floats(f"Mechanics.{name}", getattr(self, name), (n, n))))
+        positive("Mechanics.lead", self.lead)
+        for name in self.boundaries:
+            if name not in self.coordinates or np.any(self.mass[self.coordinates.index(name)]):
+                fail("Mechanics.boundaries", repr(name), "must be a coordinate without mass",
+                     "let the structure carry the mass")
+        free = [i for i, name in enumerate(self.coordinates) if name not in self.boundaries]
+        if np.linalg.eigvalsh(self.mass[np.ix_(free, free)]).min() <= 0:
+            weak = [self.coordinates[i] for i in free if self.mass[i, i] <= 0]
+            fail("Mechanics.mass", f"no inertia at {', '.join(weak) or 'a combination of coordinates'}",
+                 "every free coordinate must have inertia", "give the missing mass or moment of inertia")
+        for row in (self.motor, self.table, self.scale, *(x.row for x in self.friction), *(x.row for x in self.contacts)):
+            self.vector(row)
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Coordinates with mass."""
+        return tuple(name for name in self.coordinates if name not in self.boundaries)
+
+    def vector(self, row: Row) -> FloatArray:
+        """Return a row over all coordinates."""
+        out = np.zeros(len(self.coordinates))
+        for name, weight in row.items():
+            if name not in self.coordinates:
+                fail("Mechanics row", repr(name), "must be one of " + ", ".join(self.coordinates))
+            out[self.coordinates.index(name)] += weight
+        return out
+
+    @property
+    def motor_inertia(self) -> float:
+        """Inertia of the whole axis at the motor, rigid: v^T M v with v the motion for one rad (m) of the motor."""
+        free = [i for i, name in enumerate(self.coordinates) if name not in self.boundaries]
+        n, at = len(free), np.ix_(free, free)
+        row = self.vector(self.motor)[free]
+        scale = max(float(np.abs(self.stiffness[at]).max()), 1.0)
+        block = np.block([[self.stiffness[at] / scale, row[:, None]], [row[None, :], np.zeros((1, 1))]])
+        v = np.linalg.solve(block, np.eye(n + 1)[n])[:n]
+        return float(v @ self.mass[at] @ v)
+
+    @property
+    def natural_frequencies(self) -> FloatArray:
+        """Undamped natural frequencies with the boundaries fixed, Hz; the rigid motion of the axis is the 0."""
+        free = [i for i, c in enumerate(self.coordinates) if c not in self.boundaries]
+        at = np.ix_(free, free)
+        values = np.linalg.eigvals(np.linalg.solve(self.mass[at], self.stiffness[at])).real
+        return np.sqrt(nonnegative("w^2", np.sort(np.maximum(values, 0.0)))) / (2 * np.pi)
+
+    def with_friction(self, friction: Sequence[Rub]) -> Mechanics:
+        """Return the same axis with other friction."""
+        return replace(self, friction=tuple(friction))
+
+    def __repr__(self) -> str:
+        laws = ", ".join(type(rub.law).__name__ for rub in self.friction) or "none"
+        return f"Mechanics({', '.join(self.coordinates)}; lead {self.lead:.6g} m/rad; friction {laws})"
+
+
+@dataclass
+class Chain:
+    """Builder of a Mechanics: inertias and springs added one by one."""
+
+    coordinates: tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        n = len(self.coordinates)
+        self.mass, self.damping, self.stiffness = (np.zeros((n, n)) for _ in range(3))
+
+    def inertia(self, name: str, value: float) -> None:
+        """Add a mass (kg) or moment of inertia (kg m2)."""
+        i = self.coordinates.index(name)
+        self.mass[i, i] += value
+
+    def spring(self, row: Row, stiffness: float, damping: float = 0.0) -> None:
+        """Add a spring and damper along a combination of coordinates."""
+        v = np.zeros(len(self.coordinates))
+        for name, weight in row.items():
+            v[self.coordinates.index(name)] += weight
+        self.stiffness += stiffness * np.outer(v, v)
+        self.damping += damping * np.outer(v, v)
+
+    def made(self, **parts: object) -> Mechanics:
+        """Return the Mechanics."""
+        return Mechanics(self.coordinates, self.mass, self.damping, self.stiffness, **parts)  # type: ignore[arg-type]

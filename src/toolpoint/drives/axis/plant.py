@@ -1,0 +1,279 @@
+"""Plant: motors, mechanics of the axes and the machine's structure as one linear system with its nonlinear scalars."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, frozen, suggestion
+from toolpoint.drives.axis.mechanics import Mechanics
+from toolpoint.drives.axis.motor import SynchronousMotor, TorqueMotor
+from toolpoint.drives.friction.laws import CONTACT, ROW
+from toolpoint.vibration import Dof, Modes, StateSpace
+from toolpoint.vibration.state_space import modal
+
+OUTPUTS = ("angle", "speed", "scale", "i_d", "i_q", "table", "tool")
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One axis: name, motor, mechanics."""
+
+    name: str
+    motor: SynchronousMotor | TorqueMotor
+    mechanics: Mechanics
+
+
+@dataclass(frozen=True)
+class Attachment:
+    """Names in a structure's StateSpace for one boundary: force input, displacement output, velocity output."""
+
+    force: str
+    displacement: str
+    velocity: str
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Machine structure that the axes push against.
+
+    Parameters
+    ----------
+    system : StateSpace
+        Continuous, without feed-through at the named outputs.
+    boundaries : mapping
+        ``"axis.boundary"`` -> Attachment.
+    tool : mapping
+        Axis name -> output with the displacement of the tool along the axis (subtracted from the table's).
+    """
+
+    system: StateSpace
+    boundaries: Mapping[str, Attachment]
+    tool: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        if self.system.sample_time is not None or np.any(self.system.d):
+            fail("Structure.system", repr(self.system), "must be continuous and without feed-through D")
+        for attachment in self.boundaries.values():
+            self.column(attachment.force)
+            self.row(attachment.displacement)
+            self.row(attachment.velocity)
+        for name in self.tool.values():
+            self.row(name)
+
+    @classmethod
+    def from_modes(cls, modes: Modes, boundaries: Mapping[str, Dof | str], tool: Mapping[str, Dof | str] | None = None
+                   ) -> Structure:
+        """Return the structure of real modes; `boundaries` and `tool` name Dofs of the modes."""
+        tool = {} if tool is None else tool
+        places = list(dict.fromkeys(str(d) for d in (*boundaries.values(), *tool.values())))
+        system = modal(modes, list(dict.fromkeys(str(d) for d in boundaries.values())), places,
+                       "displacement and velocity")
+        attach = {key: Attachment(str(d), str(d), "d" + str(d)) for key, d in boundaries.items()}
+        return cls(system, attach, {key: str(d) for key, d in tool.items()})
+
+    def column(self, name: str) -> FloatArray:
+        """Return the column of B of an input."""
+        return self.system.b[:, _at("input", name, self.system.inputs)]
+
+    def row(self, name: str) -> FloatArray:
+        """Return the row of C of an output."""
+        return self.system.c[_at("output", name, self.system.outputs)]
+
+
+def _at(kind: str, name: str, names: Sequence[str]) -> int:
+    if name not in names:
+        fail(f"Structure {kind}", repr(name), "must be one of " + ", ".join(names[:12]))
+    return list(names).index(name)
+
+
+@dataclass(frozen=True, eq=False)
+class Plant:
+    r"""Linear plant with nonlinear scalars: :math:`\dot x = A x + B_u u + B_d d + B_w w(s)`, s = S x, y = C x.
+
+    u holds (u_d, u_q) of every axis, V (0 and torque for a TorqueMotor); d the force on every table, N; w the friction,
+    contact and bilinear terms (the viscous part of friction is in A). Outputs of every axis: motor angle and speed,
+    scale, i_d, i_q, table, table against tool.
+    """
+
+    axes: tuple[Axis, ...]
+    a: FloatArray
+    b_input: FloatArray
+    b_force: FloatArray
+    b_scalar: FloatArray
+    scalars: FloatArray
+    outputs: FloatArray
+    rows: FloatArray
+    viscous: FloatArray
+    products: np.ndarray
+    states: tuple[str, ...]
+
+    def output(self, axis: int | str, name: str) -> FloatArray:
+        """Return the row of C of one output of one axis."""
+        i = axis if isinstance(axis, int) else [a.name for a in self.axes].index(axis)
+        return self.outputs[len(OUTPUTS) * i + OUTPUTS.index(name)]
+
+    @property
+    def linear(self) -> StateSpace:
+        """Linear part without friction and bilinear terms."""
+        d = np.zeros((self.outputs.shape[0], self.b_input.shape[1] + self.b_force.shape[1]))
+        names = [a.name for a in self.axes]
+        return StateSpace(self.a, np.hstack([self.b_input, self.b_force]), self.outputs, d,
+                          (*(f"{n}.{u}" for n in names for u in ("u_d", "u_q")), *(f"{n}.force" for n in names)),
+                          tuple(f"{n}.{o}" for n in names for o in OUTPUTS), self.states)
+
+    def __repr__(self) -> str:
+        return (f"Plant({', '.join(a.name for a in self.axes)}; {self.a.shape[0]} states, {self.rows.shape[0]} friction "
+                f"and contact laws, {self.products.shape[0]} bilinear terms)")
+
+
+def plant(axes: Sequence[Axis], structure: Structure | None = None) -> Plant:
+    """Return the plant of several axes on one structure (on ground where none is given or a boundary is not served).
+
+    A boundary coordinate takes the displacement and velocity of its attachment and gives back the force of the springs,
+    dampers and friction that end on it: drive forces and reactions are equal and opposite.
+    """
+    axes = tuple(axes)
+    names = [a.name for a in axes]
+    if len(set(names)) != len(names) or not axes:
+        fail("axes", repr(names), "must be at least one axis, each with its own name")
+    if structure is not None:
+        _known("boundaries", structure.boundaries, [f"{a.name}.{b}" for a in axes for b in a.mechanics.boundaries])
+        _known("tool", structure.tool, names)
+    return _Assembly(axes, structure).made()
+
+
+def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None:
+    for key in given:
+        if key not in known:
+            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(known), suggestion(key, known))
+
+
+class _Assembly:
+    """Places of the states and the columns while a plant is put together."""
+
+    def __init__(self, axes: tuple[Axis, ...], structure: Structure | None) -> None:
+        self.axes, self.structure = axes, structure
+        self.start: list[tuple[int, int]] = []
+        at, states = 0, []
+        for axis in axes:
+            electrical = isinstance(axis.motor, SynchronousMotor)
+            self.start.append((at, at + 2 * electrical))
+            free = axis.mechanics.free
+            states += [f"{axis.name}.i_d", f"{axis.name}.i_q"] if electrical else []
+            states += [f"{axis.name}.{q}" for q in free] + [f"{axis.name}.d{q}" for q in free]
+            at += 2 * electrical + 2 * len(free)
+        self.at_structure = at
+        n = at + (structure.system.size if structure else 0)
+        self.states = (*states, *(structure.system.states if structure else ()))
+        self.a = np.zeros((n, n))
+        if structure:
+            self.a[at:, at:] = structure.system.a
+        self.b_input, self.b_force = np.zeros((n, 2 * len(axes))), np.zeros((n, len(axes)))
+        self.columns: list[FloatArray] = []
+        self.law_rows: list[FloatArray] = []
+        self.viscous: list[float] = []
+        self.scalars: list[FloatArray] = []
+        self.bilinear: list[FloatArray] = []
+        self.factors: list[tuple[FloatArray, FloatArray]] = []
+
+    def made(self) -> Plant:
+        outputs = [row for i in range(len(self.axes)) for row in self._axis(i)]
+        scalars = list(self.scalars)
+        products = np.zeros((len(self.factors), 2), np.int64)
+        laws = len(scalars)
+        for k, pair in enumerate(self.factors):
+            for side, factor in enumerate(pair):
+                same = [i for i in range(laws, len(scalars)) if np.array_equal(scalars[i], factor)]
+                products[k, side] = same[0] if same else len(scalars)
+                scalars += [] if same else [factor]
+        n = self.a.shape[0]
+        stacked = lambda parts, width: np.array(parts).reshape(-1, width)
+        return Plant(self.axes, frozen(self.a), frozen(self.b_input), frozen(self.b_force),
+                     frozen(stacked(self.columns + self.bilinear, n).T.copy()), frozen(stacked(scalars, n)),
+                     frozen(np.array(outputs)), frozen(stacked(self.law_rows, ROW)), frozen(np.array(self.viscous)), products,
+                     self.states)
+
+    def _rows(self, i: int) -> tuple[FloatArray, FloatArray]:
+        """Return displacement and velocity of all coordinates (free and boundary) as rows over the states."""
+        mechanics, n = self.axes[i].mechanics, self.a.shape[0]
+        at, free = self.start[i][1], mechanics.free
+        place, rate = np.zeros((len(mechanics.coordinates), n)), np.zeros((len(mechanics.coordinates), n))
+        for row, name in enumerate(mechanics.coordinates):
+            if name in free:
+                place[row, at + free.index(name)] = rate[row, at + len(free) + free.index(name)] = 1.0
+            elif (served := self._served(i, name)) is not None and self.structure is not None:
+                place[row, self.at_structure:] = self.structure.row(served.displacement)
+                rate[row, self.at_structure:] = self.structure.row(served.velocity)
+        return place, rate
+
+    def _served(self, i: int, name: str) -> Attachment | None:
+        return self.structure.boundaries.get(f"{self.axes[i].name}.{name}") if self.structure else None
+
+    def _push(self, i: int, force: FloatArray) -> FloatArray:
+        """Return the state derivative that forces on all coordinates cause; shape (n_coordinates, ...) -> (n, ...)."""
+        mechanics, at = self.axes[i].mechanics, self.start[i][1]
+        free = [k for k, name in enumerate(mechanics.coordinates) if name in mechanics.free]
+        out = np.zeros((self.a.shape[0], *force.shape[1:]))
+        out[at + len(free):at + 2 * len(free)] = np.linalg.solve(mechanics.mass[np.ix_(free, free)], force[free])
+        for k, name in enumerate(mechanics.coordinates):
+            served = self._served(i, name)
+            if served is not None and self.structure is not None:
+                out[self.at_structure:] += np.multiply.outer(self.structure.column(served.force), force[k])
+        return out
+
+    def _axis(self, i: int) -> list[FloatArray]:
+        axis, (at_motor, at) = self.axes[i], self.start[i]
+        mechanics, size = axis.mechanics, len(axis.mechanics.free)
+        place, rate = self._rows(i)
+        self.a[at:at + size, at + size:at + 2 * size] = np.eye(size)
+        self.a += self._push(i, -(mechanics.stiffness @ place + mechanics.damping @ rate))
+        motor, table = mechanics.vector(mechanics.motor), mechanics.vector(mechanics.table)
+        for rub in mechanics.friction:
+            self._law(i, rub.row, rub.law.row.copy(), rate, -1.0)
+        for play in mechanics.contacts:
+            self._law(i, play.row, play.law.row.copy(), place, 1.0)
+        speed = motor @ rate
+        currents = np.zeros((2, self.a.shape[0]))
+        torque = self._push(i, motor)
+        if isinstance(axis.motor, SynchronousMotor):
+            currents[0, at_motor] = currents[1, at_motor + 1] = 1.0
+            self._electrical(i, axis.motor, at_motor, speed, torque, currents)
+        else:
+            self.b_input[:, 2 * i + 1] = torque
+        self.b_force[:, i] = self._push(i, table)
+        scale, position = mechanics.vector(mechanics.scale) @ place, table @ place
+        tool = position.copy()
+        if self.structure and axis.name in self.structure.tool:
+            tool[self.at_structure:] -= self.structure.row(self.structure.tool[axis.name])
+        return [motor @ place, speed, scale, *currents, position, tool]
+
+    def _law(self, i: int, row: Mapping[str, float], law: FloatArray, motion: FloatArray, sign: float) -> None:
+        vector = self.axes[i].mechanics.vector(row)
+        column = sign * self._push(i, vector)
+        viscous = 0.0
+        if law[0] != CONTACT:
+            viscous, law[8] = float(law[8]), 0.0
+            self.a += viscous * np.outer(column, vector @ motion)
+        self.viscous.append(viscous)
+        self.law_rows.append(law)
+        self.scalars.append(vector @ motion)
+        self.columns.append(column)
+
+    def _electrical(self, i: int, motor: SynchronousMotor, at: int, speed: FloatArray, torque: FloatArray,
+                    currents: FloatArray) -> None:
+        p, n = motor.pole_pairs, self.a.shape[0]
+        ld, lq = motor.inductance_d, motor.inductance_q
+        self.a[at, at], self.a[at + 1, at + 1] = -motor.resistance / ld, -motor.resistance / lq
+        self.a[at + 1] -= p * motor.flux / lq * speed
+        self.a += np.outer(torque, motor.torque_constant * currents[1])
+        self.b_input[at, 2 * i], self.b_input[at + 1, 2 * i + 1] = 1 / ld, 1 / lq
+        unit = np.eye(n)
+        terms = [(p * lq / ld * unit[at], speed, currents[1]), (-p * ld / lq * unit[at + 1], speed, currents[0])]
+        if ld != lq:
+            terms.append((1.5 * p * (ld - lq) * torque, currents[0], currents[1]))
+        for column, one, other in terms:
+            self.bilinear.append(column)
+            self.factors.append((one, other))

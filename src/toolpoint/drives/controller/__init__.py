@@ -1,0 +1,1 @@
+"""Controllers of an axis: settings, compiled samples, filters, loops with margins, tuning."""

@@ -1,0 +1,327 @@
+"""Linear loops of a servo, exactly as sampled: each level closed and held over the next, their responses and margins.
+
+The plant is linearised at rest: viscous friction is kept, dry friction and the bilinear terms of the motor are not (they
+vanish at zero speed and current). Independent of the simulation kernel, so each checks the other.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail, floats
+from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.controller.settings import Controller
+from toolpoint.vibration import StateSpace
+from toolpoint.vibration.state_space import hold_matrices
+
+LEVELS = ("current", "velocity", "position")
+Update = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Gain margin (factor), phase margin (deg), smallest distance to -1, and their frequencies (Hz); nan where none."""
+
+    gain: float
+    phase: float
+    distance: float
+    phase_crossover: float
+    gain_crossover: float
+
+    @property
+    def gain_db(self) -> float:
+        """Gain margin in dB."""
+        return 20 * float(np.log10(self.gain)) if self.gain > 0 else float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class LoopLevel:
+    """One level: closed loop of all axes, set points in and feedback values out, and the state it adds."""
+
+    name: str
+    closed: StateSpace
+    opened: Callable[[int], StateSpace]
+
+    def open_response(self, frequency: FloatArray, axis: int = 0) -> ComplexArray:
+        """Return L = feedback/error of one axis, its loop cut and the others closed, shape (n_f,)."""
+        return self.opened(axis).response(floats("frequency", frequency))[:, axis, axis]
+
+    def closed_response(self, frequency: FloatArray, axis: int = 0) -> ComplexArray:
+        """Return feedback/set point of one axis, all loops closed, shape (n_f,)."""
+        return self.closed.response(floats("frequency", frequency))[:, axis, axis]
+
+    @property
+    def radius(self) -> float:
+        """Largest multiplier; below one where the level is stable."""
+        return float(np.abs(self.closed.poles).max())
+
+    def margins(self, axis: int = 0, lines: int = 4000) -> Margins:
+        """Return the margins of one axis' open loop, up to half the sample rate."""
+        top = 0.5 / float(self.closed.sample_time or 1.0)
+        f = np.geomspace(top * 1e-4, top * 0.999, lines)
+        return margins(f, self.open_response(f, axis))
+
+
+def margins(frequency: FloatArray, open_loop: ComplexArray) -> Margins:
+    """Return the margins of an open loop L(f): the smallest |log gain| at -180 deg and the smallest phase margin."""
+    f, l = floats("frequency", frequency), np.asarray(open_loop)
+    phase, size = np.unwrap(np.angle(l)), np.abs(l)
+    turns = (phase + np.pi) / (2 * np.pi)
+    cross = np.flatnonzero(np.floor(turns[1:]) != np.floor(turns[:-1]))
+    gain, at_phase = np.inf, np.nan
+    for k in cross:
+        target = max(np.floor(turns[k]), np.floor(turns[k + 1]))
+        share = (target - turns[k]) / (turns[k + 1] - turns[k])
+        value = size[k] ** (share - 1) * size[k + 1] ** -share
+        if abs(np.log(value)) < abs(np.log(gain)):
+            gain, at_phase = value, f[k] + share * (f[k + 1] - f[k])
+    best, at_gain = np.nan, np.nan
+    for k in np.flatnonzero((size[1:] - 1) * (size[:-1] - 1) < 0):
+        share = np.log(size[k]) / np.log(size[k] / size[k + 1])
+        value = (np.degrees(phase[k] + share * (phase[k + 1] - phase[k])) + 180) % 360
+        value = value - 360 if value > 180 else value
+        if not abs(value) > abs(best):
+            best, at_gain = value, f[k] + share * (f[k + 1] - f[k])
+    return Margins(float(gain), float(best), float(np.abs(1 + l).min()), float(at_phase), float(at_gain))
+
+
+def bandwidth(frequency: FloatArray, closed_loop: ComplexArray, drop_db: float = 3.0) -> float:
+    """Return the first frequency (Hz) at which |T| falls `drop_db` below its value at the first line; nan for none.
+
+    Between two lines the level in dB is linear over log frequency.
+    """
+    level = 20 * np.log10(np.maximum(np.abs(closed_loop) / abs(closed_loop[0]), 1e-300)) + drop_db
+    below = np.flatnonzero(level < 0)
+    if not below.size:
+        return float("nan")
+    k = int(below[0])
+    share = level[k - 1] / (level[k - 1] - level[k])
+    return float(frequency[k - 1] * (frequency[k] / frequency[k - 1]) ** share)
+
+
+@dataclass(frozen=True, eq=False)
+class ServoLoops:
+    """The three levels of a servo (the current level is missing where every motor is a TorqueMotor)."""
+
+    current: LoopLevel
+    velocity: LoopLevel
+    position: LoopLevel
+
+    @property
+    def stable(self) -> bool:
+        """Whether the outermost closed loop is stable (rigid motion included)."""
+        return self.position.radius < 1.0
+
+    @property
+    def figures(self) -> list[tuple[str, str, float, float, float]]:
+        """Loop, axis, gain margin (dB), phase margin (deg) and bandwidth (Hz); no current loop where a motor has none."""
+        rows = []
+        for level in (self.current, self.velocity, self.position):
+            f = np.geomspace(1e-4, 0.999, 2000) * 0.5 / float(level.closed.sample_time or 1)
+            for axis, name in enumerate(level.closed.inputs):
+                closed = level.closed_response(f, axis)
+                if level is self.current and np.array_equal(closed, np.ones_like(closed)):
+                    continue
+                m = level.margins(axis)
+                rows.append((level.name, name, m.gain_db, m.phase, bandwidth(f, closed)))
+        return rows
+
+    @property
+    def table(self) -> str:
+        """Margins and bandwidth, one line for each level and axis."""
+        lines = ["loop      axis  gain margin dB  phase margin deg  bandwidth Hz"]
+        return "\n".join(lines + [f"{loop:9s} {name:5s} {gain:14.2f}  {phase:16.1f}  {width:12.2f}"
+                                  for loop, name, gain, phase, width in self.figures])
+
+
+def loops(servo: Servo, friction_slope: FloatArray | None = None) -> ServoLoops:
+    """Return the loops of a servo.
+
+    Parameters
+    ----------
+    friction_slope : (n_laws,) floats, optional
+        dF/dv of every dry friction law at the working point (N s/m or N m s/rad), zero where left out.
+    """
+    levels = _Levels(servo, friction_slope)
+    return ServoLoops(levels.level(0), levels.level(1), levels.level(2))
+
+
+class _Levels:
+    """Builds the levels from the innermost out."""
+
+    def __init__(self, servo: Servo, slope: FloatArray | None) -> None:
+        self.servo, plant = servo, servo.plant
+        self.n = len(plant.axes)
+        a = np.array(plant.a)
+        if slope is not None:
+            laws = plant.rows.shape[0]
+            a = a + plant.b_scalar[:, :laws] @ (floats("friction_slope", slope, (laws,))[:, None] * plant.scalars[:laws])
+        self.times = servo.controllers[0].sample_times
+        self.phi, self.gamma, _ = hold_matrices(a, np.array(plant.b_input[:, 1::2]), self.times[0])
+        self.y = plant.outputs.reshape(self.n, len(OUTPUTS), -1)
+        self.models = [c.current.model if c.current else None for c in servo.controllers]
+        self.inner: list[StateSpace] = []
+        self.held: list[StateSpace] = []
+        self._grow()
+
+    def _grow(self) -> None:
+        self.inner.append(self._linear(0, None))
+        for number, repeat in ((1, self.servo.counts[1]), (2, self.servo.counts[2] // self.servo.counts[1])):
+            self.held.append(_held(self.inner[-1], repeat))
+            self.inner.append(self._linear(number, None))
+
+    def level(self, number: int) -> LoopLevel:
+        return LoopLevel(LEVELS[number], self.inner[number], lambda axis: self._linear(number, axis))
+
+    def _linear(self, number: int, cut: int | None) -> StateSpace:
+        """Return the level as matrices: its update evaluated on the columns of the unit matrix."""
+        update, size = (self._current, self._velocity, self._position)[number](cut)
+        n = self.n
+        unit = np.eye(size + n)
+        after, out = update(unit[:size], unit[size:])
+        names = tuple(axis.name for axis in self.servo.plant.axes)
+        return StateSpace(after[:, :size], after[:, size:], out[:, :size], out[:, size:], names, names,
+                          sample_time=self.times[number], hold="zero")
+
+    def _error(self, cut: int | None, setpoint: FloatArray, feedback: FloatArray) -> FloatArray:
+        """Set point less feedback; where a loop is cut, its set point is the error itself."""
+        error = setpoint - feedback
+        if cut is not None:
+            error[cut] = setpoint[cut]
+        return error
+
+    def _current(self, cut: int | None) -> tuple[Update, int]:
+        nx, n = self.phi.shape[0], self.n
+        delay = max((c.current.delay for c in self.servo.controllers if c.current), default=0)
+
+        def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
+            x, integral, line = state[:nx], state[nx:nx + n].copy(), state[nx + n:].reshape(delay, n, state.shape[1])
+            feedback, u = self.y[:, 4] @ x, setpoint.copy()
+            error = self._error(cut, setpoint, feedback)
+            for i, c in enumerate(self.servo.controllers):
+                if c.current is None:
+                    feedback[i], integral[i] = setpoint[i], 0.0
+                    continue
+                m = c.current.model
+                u[i] = c.current.gain * error[i] + integral[i]
+                if c.current.decoupling:
+                    u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, 1] @ x)
+                integral[i] = integral[i] + self.times[0] * c.current.integral * error[i]
+            queue = np.concatenate([u[None], line]) if delay else u[None]
+            drive = np.stack([queue[c.current.delay if c.current else 0, i] for i, c in
+                              enumerate(self.servo.controllers)])
+            x1 = self.phi @ x + self.gamma @ drive
+            rest = queue[:delay].reshape(delay * n, state.shape[1])
+            return np.vstack([x1, integral, rest]), feedback
+
+        return update, nx + n + delay * n
+
+    def _velocity(self, cut: int | None) -> tuple[Update, int]:
+        inner, n, nx = self.held[0], self.n, self.phi.shape[0]
+        size, delay = inner.size, max(c.velocity.delay for c in self.servo.controllers)
+        stages = max(len(c.velocity.filters) for c in self.servo.controllers)
+
+        def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
+            x, integral, last = state[:nx], state[size:size + n].copy(), state[size + n:size + 2 * n]
+            memory = state[size + 2 * n:size + 2 * n + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
+            line = state[size + 2 * n + 2 * n * stages:].reshape(delay, n, state.shape[1])
+            angle, feedback = self.y[:, 0] @ x, self.y[:, 1] @ x
+            for i, c in enumerate(self.servo.controllers):
+                if c.encoders.difference or c.encoders.motor > 0:
+                    feedback[i] = (angle[i] - last[i]) / self.times[1]
+            error = self._error(cut, setpoint, feedback)
+            torque = np.zeros_like(setpoint)
+            for i, c in enumerate(self.servo.controllers):
+                value = c.velocity.gain * error[i] + integral[i]
+                integral[i] = integral[i] + c.velocity.gain / c.velocity.integral_time * self.times[1] * error[i]
+                for k, part in enumerate(c.velocity.filters):
+                    b0, b1, b2, a1, a2 = part.coefficients(self.times[1])
+                    y = b0 * value + memory[i, k, 0]
+                    memory[i, k, 0] = b1 * value - a1 * y + memory[i, k, 1]
+                    memory[i, k, 1] = b2 * value - a2 * y
+                    value = y
+                torque[i] = value
+            queue = np.concatenate([torque[None], line])
+            drive = np.stack([queue[c.velocity.delay, i] / self._constant(i) for i, c in
+                              enumerate(self.servo.controllers)])
+            after = inner.a @ state[:size] + inner.b @ drive
+            rest = queue[:delay].reshape(delay * n, state.shape[1])
+            return np.vstack([after, integral, angle, memory.reshape(2 * n * stages, state.shape[1]), rest]), feedback
+
+        return update, size + 2 * n + 2 * n * stages + delay * n
+
+    def _constant(self, i: int) -> float:
+        model = self.models[i]
+        return 1.0 if model is None else model.torque_constant
+
+    def _position(self, cut: int | None) -> tuple[Update, int]:
+        inner, nx = self.held[1], self.phi.shape[0]
+
+        def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
+            x = state[:nx]
+            feedback = np.stack([self.y[i, 2] @ x if c.position.feedback == "scale" else
+                                 float(c.lead or 0) * (self.y[i, 0] @ x) for i, c in enumerate(self.servo.controllers)])
+            error = self._error(cut, setpoint, feedback)
+            speed = np.stack([c.position.gain * error[i] / float(c.lead or 1)
+                              for i, c in enumerate(self.servo.controllers)])
+            return inner.a @ state + inner.b @ speed, feedback
+
+        return update, inner.size
+
+
+def _held(system: StateSpace, repeat: int) -> StateSpace:
+    """Return the system with its input held over `repeat` samples, and its output sampled as often."""
+    a, b = np.eye(system.size), np.zeros_like(system.b)
+    for _ in range(repeat):
+        b = system.a @ b + system.b
+        a = system.a @ a
+    return StateSpace(a, b, system.c, system.d, system.inputs, system.outputs,
+                      sample_time=float(system.sample_time or 0) * repeat, hold="zero")
+
+
+def checked_stable(servo: Servo) -> ServoLoops:
+    """Return the loops of a servo that is stable; else say which loop is not, by how much its gain must fall.
+
+    Raises
+    ------
+    ToolpointError
+        Names the innermost unstable loop, its largest multiplier and the gain margin found by bisection.
+    """
+    found = loops(servo)
+    for number, level in enumerate((found.current, found.velocity, found.position)):
+        # Below the position loop the table's rigid position integrates: a multiplier of one is no instability there.
+        if level.radius > 1.0 + (1e-7 if number < 2 else 0.0):
+            factor = _critical(servo, number)
+            note = f"gain margin {20 * np.log10(factor):.1f} dB" if factor > 0 else "unstable at any gain"
+            fail(f"{level.name} loop", f"unstable: largest multiplier {level.radius:.4f} per sample, {note}",
+                 "must be stable before a simulation", f"multiply its gain by less than {factor:.3g}" if factor > 0 else
+                 "check signs, lead and the inner loops")
+    return found
+
+
+def _critical(servo: Servo, number: int) -> float:
+    low, high = 0.0, 1.0
+    if not _radius(servo, number, 1e-4) <= 1 + 1e-7:
+        return 0.0
+    for _ in range(24):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if _radius(servo, number, middle) <= 1 + 1e-7 else (low, middle)
+    return high
+
+
+def _radius(servo: Servo, number: int, factor: float) -> float:
+    scaled = Servo(servo.plant, tuple(_scaled(c, number, factor) for c in servo.controllers))
+    return _Levels(scaled, None).level(number).radius
+
+
+def _scaled(c: Controller, number: int, factor: float) -> Controller:
+    if number == 0 and c.current is not None:
+        return replace(c, current=replace(c.current, gain=factor * c.current.gain, integral=factor * c.current.integral))
+    if number == 1:
+        return c.with_gains(velocity=factor * c.velocity.gain)
+    return c.with_gains(position=factor * c.position.gain)
+

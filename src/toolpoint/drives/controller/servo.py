@@ -1,0 +1,44 @@
+"""Servo: a plant with a controller for each of its axes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from toolpoint._check import fail
+from toolpoint.drives.axis.plant import Plant
+from toolpoint.drives.controller.settings import Controller
+
+
+@dataclass(frozen=True)
+class Servo:
+    """A plant and a controller for each of its axes; all axes share the three sample times."""
+
+    plant: Plant
+    controllers: tuple[Controller, ...]
+
+    def __post_init__(self) -> None:
+        controllers = tuple(self.controllers)
+        object.__setattr__(self, "controllers", controllers)
+        if len(controllers) != len(self.plant.axes):
+            fail("Servo.controllers", f"{len(controllers)}", f"must be one for each of {len(self.plant.axes)} axes")
+        times = controllers[0].sample_times
+        for axis, c in zip(self.plant.axes, controllers, strict=True):
+            c.parameters(axis.motor)
+            if c.sample_times != times:
+                fail("Servo.controllers", f"sample times {c.sample_times} s of axis {axis.name!r}",
+                     f"must be those of the first axis, {times} s")
+        for name, inner, outer in (("velocity", times[0], times[1]), ("position", times[1], times[2])):
+            ratio = outer / inner
+            if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
+                fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
+                     f"for example {max(1, round(ratio)) * inner:g} s")
+
+    @property
+    def counts(self) -> tuple[int, int, int]:
+        """Current samples for each current, velocity and position sample."""
+        inner, velocity, position = self.controllers[0].sample_times
+        return 1, round(velocity / inner), round(position / inner)
+
+    def __repr__(self) -> str:
+        times = ", ".join(f"{1e6 * t:g}" for t in self.controllers[0].sample_times)
+        return f"Servo({', '.join(a.name for a in self.plant.axes)}; loops at {times} us; {self.plant.a.shape[0]} states)"

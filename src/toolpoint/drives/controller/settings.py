@@ -1,0 +1,209 @@
+"""Controllers of an axis: current, velocity and position loop, each with its own sample time and its own model."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail, one_of, positive, scalar
+from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
+from toolpoint.drives.controller.filters import Filter
+
+MAX_FILTERS, MAX_DELAY = 4, 8
+PARAMETERS = 36 + 5 * MAX_FILTERS
+
+
+@dataclass(frozen=True)
+class CurrentLoop:
+    """Current PI in d and q with decoupling, delay, voltage limit and back-calculating anti-windup.
+
+    Parameters
+    ----------
+    gain, integral : float
+        V/A and V/(A s).
+    model : SynchronousMotor
+        What the controller believes of the motor (decoupling, torque constant): an instance of its own.
+    sample_time : float
+        s.
+    delay : int
+        Samples between measurement and voltage.
+    decoupling : bool
+        Add the rotational voltages of the model.
+    limit : float
+        Largest q current, A (peak).
+    """
+
+    gain: float
+    integral: float
+    model: SynchronousMotor
+    sample_time: float = 125e-6
+    delay: int = 1
+    decoupling: bool = True
+    limit: float = 60.0
+
+    def __post_init__(self) -> None:
+        for name in ("gain", "sample_time", "limit"):
+            positive(f"CurrentLoop.{name}", getattr(self, name))
+        _not_negative("CurrentLoop.integral", self.integral)
+        _delay("CurrentLoop.delay", self.delay)
+
+    @classmethod
+    def tuned(cls, motor: SynchronousMotor, bandwidth: float, **others: float) -> CurrentLoop:
+        """Return the loop of pole cancellation: gain = w L_q, integral = w R with w = 2 pi bandwidth (Hz)."""
+        w = 2 * np.pi * positive("bandwidth", bandwidth)
+        return cls(w * motor.inductance_q, w * motor.resistance, motor, **others)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class VelocityLoop:
+    """Velocity PI: torque = gain (w_set - w) + gain/T_i integral, then filters, delay and limit.
+
+    Parameters
+    ----------
+    gain : float
+        N m s/rad (N s/m for a linear motor).
+    integral_time : float
+        T_i, s; infinite for none.
+    sample_time : float
+        s.
+    filters : sequence of Filter
+        On the torque command, at most four.
+    delay : int
+        Samples from measurement to torque command.
+    limit : float
+        Largest torque, N m; infinite for none.
+    """
+
+    gain: float
+    integral_time: float = np.inf
+    sample_time: float = 250e-6
+    filters: tuple[Filter, ...] = ()
+    delay: int = 0
+    limit: float = np.inf
+
+    def __post_init__(self) -> None:
+        positive("VelocityLoop.gain", self.gain)
+        positive("VelocityLoop.sample_time", self.sample_time)
+        if not self.integral_time > 0 or not self.limit > 0:
+            fail("VelocityLoop.integral_time, limit", f"{self.integral_time:g}, {self.limit:g}", "must be above zero")
+        if len(self.filters) > MAX_FILTERS:
+            fail("VelocityLoop.filters", f"{len(self.filters)} filters", f"must be at most {MAX_FILTERS}")
+        _delay("VelocityLoop.delay", self.delay)
+
+
+@dataclass(frozen=True)
+class PositionLoop:
+    """Position P with feed-forward: velocity set point = K_v (x_set - x) + f v_set.
+
+    Parameters
+    ----------
+    gain : float
+        K_v, 1/s.
+    sample_time : float
+        s.
+    velocity_feedforward, inertia_feedforward : float
+        f (1 = full); inertia in kg m2 at the motor whose acceleration torque is added to the torque command.
+    friction_feedforward, friction_velocity : float
+        Level (N m) and width (m/s) of level tanh(v_set/width) added to the torque command.
+    feedback : str
+        ``scale`` or ``motor``.
+    """
+
+    gain: float
+    sample_time: float = 1e-3
+    velocity_feedforward: float = 0.0
+    inertia_feedforward: float = 0.0
+    friction_feedforward: float = 0.0
+    friction_velocity: float = 1e-4
+    feedback: str = "motor"
+
+    def __post_init__(self) -> None:
+        for name in ("gain", "sample_time", "friction_velocity"):
+            positive(f"PositionLoop.{name}", getattr(self, name))
+        one_of("PositionLoop.feedback", self.feedback, ("scale", "motor"))
+
+
+@dataclass(frozen=True)
+class Encoders:
+    """Resolution of the motor encoder (rad) and the linear scale (m); 0 is ideal.
+
+    With a resolution the velocity is the difference of two readings over the velocity sample; without, the exact speed.
+    `difference` True takes the difference also from an ideal encoder.
+    """
+
+    motor: float = 0.0
+    scale: float = 0.0
+    difference: bool = False
+
+    def __post_init__(self) -> None:
+        _not_negative("Encoders.motor", self.motor)
+        _not_negative("Encoders.scale", self.scale)
+
+
+@dataclass(frozen=True)
+class Controller:
+    """Cascade of one axis; `current` None where the motor is a TorqueMotor.
+
+    `lead` is the travel per motor angle (m/rad) as the controller knows it.
+    """
+
+    position: PositionLoop
+    velocity: VelocityLoop
+    lead: float | None
+    current: CurrentLoop | None = None
+    encoders: Encoders = field(default_factory=Encoders)
+    inverter: Inverter = field(default_factory=Inverter)
+
+    def __post_init__(self) -> None:
+        if self.lead is None:
+            fail("Controller.lead", "missing", "the controller needs the travel per motor angle in m/rad",
+                 "lead of the screw / 2 pi; 1 for a linear motor")
+        positive("Controller.lead", self.lead)
+
+    def with_gains(self, position: float | None = None, velocity: float | None = None,
+                   integral_time: float | None = None) -> Controller:
+        """Return the controller with other gains: K_v 1/s, K_p N m s/rad, T_i s."""
+        speed = replace(self.velocity, gain=velocity or self.velocity.gain,
+                        integral_time=integral_time or self.velocity.integral_time)
+        return replace(self, velocity=speed, position=replace(self.position, gain=position or self.position.gain))
+
+    @property
+    def sample_times(self) -> tuple[float, float, float]:
+        """Sample times of the current, velocity and position loop, s; velocity twice where there is no current loop."""
+        inner = self.velocity.sample_time if self.current is None else self.current.sample_time
+        return inner, self.velocity.sample_time, self.position.sample_time
+
+    def parameters(self, motor: SynchronousMotor | TorqueMotor) -> FloatArray:
+        """Return the row of numbers that the control kernel reads."""
+        p, v, c, e = self.position, self.velocity, self.current, self.encoders
+        if isinstance(motor, SynchronousMotor) != (c is not None):
+            fail("Controller.current", repr(c), f"must suit {type(motor).__name__}",
+                 "a SynchronousMotor needs a CurrentLoop, a TorqueMotor none")
+        row = np.zeros(PARAMETERS)
+        lead = float(self.lead or 0.0)
+        row[:9] = (p.gain, p.velocity_feedforward, lead, p.inertia_feedforward / lead, p.friction_feedforward,
+                   p.friction_velocity, p.feedback == "scale", e.motor, e.scale)
+        row[9:13] = v.gain, v.gain / v.integral_time, v.limit, motor.torque_constant
+        row[22], row[24:28] = v.delay, (len(v.filters), p.sample_time, v.sample_time, self.sample_times[0])
+        row[28] = e.difference or e.motor > 0
+        if c is not None:
+            m = c.model
+            row[12:22] = (m.torque_constant, c.gain, c.integral, c.decoupling, m.inductance_d, m.inductance_q, m.flux,
+                          m.pole_pairs, self.inverter.voltage, 1.0)
+            row[23], row[31] = c.delay, c.limit
+            row[29], row[30] = self.inverter.kind == "six-pulse", self.inverter.carrier
+            row[32] = motor.pole_pairs if isinstance(motor, SynchronousMotor) else 0.0
+        for i, part in enumerate(v.filters):
+            row[36 + 5 * i:41 + 5 * i] = part.coefficients(v.sample_time)
+        return row
+
+
+def _not_negative(name: str, value: float) -> None:
+    if scalar(name, value) < 0:
+        fail(name, f"{value:g}", "must not be negative")
+
+
+def _delay(name: str, value: int) -> None:
+    if count(name, value, 0) >= MAX_DELAY:
+        fail(name, f"{value} samples", f"must be below {MAX_DELAY}")

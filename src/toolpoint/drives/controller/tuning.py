@@ -1,0 +1,118 @@
+"""Loop tuning for stated margins: velocity gain with a notch where a resonance limits it, then the position gain."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.drives.controller.filters import Filter, notch
+from toolpoint.drives.controller.loops import LoopLevel, Margins, bandwidth, loops
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.controller.settings import MAX_FILTERS
+
+
+@dataclass(frozen=True)
+class Tuning:
+    """Tuned servo and what it reached: margins of velocity and position loop, overshoot of the position loop, notches."""
+
+    servo: Servo
+    velocity: Margins
+    position: Margins
+    peak: float
+    bandwidth: float
+    notches: tuple[float, ...]
+    status: str
+
+
+def tuned(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin_db: float = 8.0, peak_db: float = 0.5,
+          notches: int = 1) -> Tuning:
+    """Return the servo with the largest gains of one axis that keep the margins.
+
+    Parameters
+    ----------
+    phase_margin, gain_margin_db : float
+        deg and dB, of the velocity loop; the integral time follows the gain crossover (4 over its angular frequency).
+    peak_db : float
+        Largest magnitude of the closed position loop, dB.
+    notches : int
+        Notches that may be added, each at the resonance that limits the gain.
+    """
+    positive("phase_margin", phase_margin, 90.0)
+    used: list[float] = []
+    best = _velocity(servo, axis, phase_margin, gain_margin_db)
+    while len(used) < notches and len(best.controllers[axis].velocity.filters) < MAX_FILTERS:
+        at = loops(best).velocity.margins(axis).phase_crossover
+        if not np.isfinite(at):
+            break
+        trial = _velocity(_with_filter(best, axis, notch(at, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
+        if trial.controllers[axis].velocity.gain < 1.1 * best.controllers[axis].velocity.gain:
+            break
+        best, used = trial, [*used, at]
+    best = _position(best, axis, peak_db)
+    found = loops(best)
+    f = _grid(found.position)
+    closed = found.position.closed_response(f, axis)
+    ok = found.stable
+    return Tuning(best, found.velocity.margins(axis), found.position.margins(axis), float(np.abs(closed).max()),
+                  bandwidth(f, closed), tuple(used), "margins kept" if ok else "unstable: ask for larger margins")
+
+
+def _velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Servo:
+    def fits(value: float) -> bool:
+        level = loops(_gains(servo, axis, value)).velocity
+        m = level.margins(axis, 1500)
+        return level.radius <= 1 + 1e-7 and m.phase >= phase and m.gain_db >= gain_db
+
+    gain = _largest(fits, servo.controllers[axis].velocity.gain)
+    return _gains(servo, axis, gain)
+
+
+def _gains(servo: Servo, axis: int, gain: float) -> Servo:
+    inertia = servo.plant.axes[axis].mechanics.motor_inertia
+    return _replaced(servo, axis, velocity=gain, integral_time=4 * inertia / gain)
+
+
+def _position(servo: Servo, axis: int, peak_db: float) -> Servo:
+    def fits(value: float) -> bool:
+        level = loops(_replaced(servo, axis, position=value)).position
+        return level.radius < 1 and np.abs(level.closed_response(_grid(level, 600), axis)).max() <= 10 ** (peak_db / 20)
+
+    return _replaced(servo, axis, position=_largest(fits, servo.controllers[axis].position.gain))
+
+
+def _largest(fits: Callable[[float], bool], start: float) -> float:
+    """Return the largest value that fits below the first that does not, to one part in a thousand."""
+    low = start
+    for _ in range(60):
+        if fits(low):
+            break
+        low /= 2
+    else:
+        fail("tuned", f"no gain down to {low:g}", "keeps the margins", "ask for smaller margins, or lower other gains")
+    high = 2 * low
+    while fits(high) and high < 1e6 * start:
+        low, high = high, 2 * high
+    while high / low > 1.001:
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if fits(middle) else (low, middle)
+    return low
+
+
+def _grid(level: LoopLevel, lines: int = 2000) -> FloatArray:
+    return np.geomspace(1e-4, 0.99, lines) * 0.5 / float(level.closed.sample_time or 1.0)
+
+
+def _replaced(servo: Servo, axis: int, **gains: float) -> Servo:
+    controllers = list(servo.controllers)
+    controllers[axis] = controllers[axis].with_gains(**gains)
+    return Servo(servo.plant, tuple(controllers))
+
+
+def _with_filter(servo: Servo, axis: int, part: Filter) -> Servo:
+    controllers = list(servo.controllers)
+    c = controllers[axis]
+    controllers[axis] = replace(c, velocity=replace(c.velocity, filters=(*c.velocity.filters, part)))
+    return Servo(servo.plant, tuple(controllers))

@@ -1,0 +1,1 @@
+"""Friction and contact: laws with one interface, their compiled steps, identification from records."""

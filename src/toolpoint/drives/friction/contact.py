@@ -1,0 +1,58 @@
+"""Piecewise linear contact of a nut or a gear: preload, backlash, and the row of numbers of the simulation kernel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, positive, scalar
+from toolpoint.drives.friction.laws import CONTACT, ROW
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Two one-sided springs face to face: F = k max(s + d, 0) - k max(d - s, 0).
+
+    Parameters
+    ----------
+    stiffness : float
+        k of one side, N/m (or N m/rad).
+    preload_deflection : float
+        d, m: positive for a preloaded nut (both sides carry until |s| = d, stiffness 2 k), negative for backlash
+        (free play 2 |d| in all).
+    """
+
+    stiffness: float
+    preload_deflection: float
+
+    def __post_init__(self) -> None:
+        positive("Contact.stiffness", self.stiffness)
+        scalar("Contact.preload_deflection", self.preload_deflection)
+
+    @classmethod
+    def preloaded(cls, stiffness: float, preload: float) -> Contact:
+        """Return the contact of a nut of total `stiffness` (N/m) preloaded by `preload` (N): one side k = stiffness/2."""
+        return cls(stiffness / 2, preload / (positive("stiffness", stiffness) / 2))
+
+    @classmethod
+    def with_backlash(cls, stiffness: float, backlash: float) -> Contact:
+        """Return the contact with `backlash` (m, whole free play) and `stiffness` (N/m) once it carries."""
+        return cls(stiffness, -positive("backlash", backlash) / 2)
+
+    @property
+    def reference_stiffness(self) -> float:
+        """Stiffness that enters the linear part: 2 k where preloaded, else k."""
+        return 2 * self.stiffness if self.preload_deflection > 0 else self.stiffness
+
+    def force(self, deflection: FloatArray | float) -> FloatArray:
+        """Return the force at a deflection, N."""
+        s, d = np.asarray(deflection, float), self.preload_deflection
+        return self.stiffness * (np.maximum(s + d, 0) - np.maximum(d - s, 0))
+
+    @property
+    def row(self) -> FloatArray:
+        """Return the contact as the row of numbers of the simulation kernel."""
+        row = np.zeros(ROW)
+        row[:4] = CONTACT, self.stiffness, self.reference_stiffness, self.preload_deflection
+        return row

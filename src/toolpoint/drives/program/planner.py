@@ -1,0 +1,187 @@
+"""Look-ahead planner: set points along a path of lines and arcs within speed, acceleration and jerk."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, one_of, positive
+from toolpoint.drives.program.clothoid import half_lengths, steady_speed
+from toolpoint.drives.program.command import Command
+from toolpoint.drives.program.jerk_profile import JerkLimits, seven_phase
+from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blended, softened
+
+
+@dataclass(frozen=True, eq=False)
+class Plan:
+    """Timed path: for every segment seven durations (s) and the speeds at its ends (n + 1, m/s)."""
+
+    path: Path
+    times: FloatArray
+    junction: FloatArray
+    jerk: FloatArray
+
+    @property
+    def duration(self) -> float:
+        """Whole time, s."""
+        return float(self.times.sum())
+
+    def command(self, sample_time: float, axes: int = 3) -> Command:
+        """Return positions, velocities and accelerations every `sample_time` s of the first `axes` axes.
+
+        Velocity is exact; the acceleration holds tangential and centripetal part.
+        """
+        from toolpoint.drives.program.planner_kernel import sampled
+
+        step = positive("sample_time", sample_time)
+        n = int(np.ceil(self.duration / step)) + 2
+        segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
+        length = np.array(self.path.lengths)
+        used = sampled(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
+                       motion)
+        segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
+        tangent = self.path.tangents(segment, share)
+        position = self.path.points(segment, share)
+        acceleration = tangent * motion[:, 2:] + self._centripetal(segment, share, position, motion[:, 1])
+        return Command(position[:, :axes], step, (tangent * motion[:, 1:2])[:, :axes], acceleration[:, :axes])
+
+    def _centripetal(self, segment: np.ndarray, share: FloatArray, position: FloatArray, speed: FloatArray) -> FloatArray:
+        out = np.zeros_like(position)
+        arc = np.flatnonzero(self.path.kind[segment] == ARC)
+        k = segment[arc]
+        at, rows = self.path.plane[k], np.arange(k.size)[:, None]
+        flat = self.path.radius[k] * np.abs(self.path.sweep[k]) / self.path.lengths[k]
+        inward = (self.path.center[k] - position[arc])[rows, at]
+        out[arc[:, None], at] = inward * ((speed[arc] * flat / self.path.radius[k]) ** 2)[:, None]
+        soft = np.flatnonzero(self.path.kind[segment] == CLOTHOID)
+        out[soft] = self.path.blends(segment[soft]).curvatures(share[soft]) * speed[soft, None] ** 2
+        return out
+
+    def __repr__(self) -> str:
+        return f"Plan({self.path!r}; {self.duration:.6g} s)"
+
+
+def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
+            straight: float = 1e-3, corner: str = "arc") -> Plan:
+    """Return the timed path.
+
+    Parameters
+    ----------
+    path : Path
+        Its feeds are upper bounds; zero feed is refused.
+    limits : JerkLimits
+        Along the path; on a straight line the acceleration and jerk of every axis stay within them.
+    corner_tolerance : float
+        m; corners between lines are rounded within it. Zero: the path stops at every corner.
+    normal_acceleration : float, optional
+        Largest v^2/R on arcs, m/s^2; the acceleration limit where left out.
+    straight : float
+        Angle (rad) below which a junction counts as tangent.
+    corner : str
+        How corners are rounded: ``arc``, or ``clothoid``, passed at a constant speed that keeps acceleration and jerk, so
+        that with `straight` of next to nothing every axis keeps its jerk all along lines and corners; sharp corners where
+        that creeps longer than a stop takes are stops.
+
+    The acceleration of an axis steps by v^2/R where a line meets an arc: `smoothed` bounds the jerk there too.
+    """
+    one_of("corner", corner, ("arc", "clothoid"))
+    if (path.feed <= 0).any():
+        k = int(np.argmax(path.feed <= 0))
+        fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", "program F before it")
+    from toolpoint.drives.program.planner_kernel import look_ahead, phases
+
+    route = path.taken(path.lengths > 0)
+    if corner_tolerance > 0 and route.count > 1:
+        route = blended(route, corner_tolerance, straight) if corner == "arc" else _softened(route, corner_tolerance, limits,
+                                                                                             straight)
+    normal = limits.acceleration if normal_acceleration is None else positive("normal_acceleration", normal_acceleration)
+    n, length = route.count, np.array(route.lengths)
+    top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
+    steady = route.kind == CLOTHOID
+    half = length[steady] / 2
+    top[steady] = np.minimum(top[steady], steady_speed(route.sweep[steady], half, normal, limits.jerk))
+    junction = np.zeros(n + 1)
+    if n > 1:
+        meets = (route.turns() <= straight) & ~route.stop[:-1]
+        junction[1:-1] = np.where(meets, np.minimum(top[:-1], top[1:]), 0.0)
+    a, j = np.full(n, limits.acceleration), np.full(n, limits.jerk)
+    times = np.zeros((n, 7))
+    look_ahead(length, top, junction, a, j, steady)
+    top[steady] = junction[:-1][steady]
+    phases(length, top, junction, a, j, times)
+    return Plan(route, frozen(times), frozen(junction), frozen(j))
+
+
+def _softened(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:
+    """Return the path with clothoid corners but where a stop at the corner is the faster way round."""
+    turn, lengths = path.turns(), path.lengths
+    flat = (path.kind[:-1] != ARC) & (path.kind[1:] != ARC) & (turn > straight) & (turn < np.pi - 0.05)
+    k = np.flatnonzero(flat)
+    if k.size == 0:
+        return path
+    line = np.minimum(lengths[k], lengths[k + 1])
+    half, trim = half_lengths(turn[k], tolerance, 0.49 * line)
+    slow = steady_speed(turn[k], half, limits.acceleration, limits.jerk)
+    speed = np.minimum(np.minimum(path.feed[k], path.feed[k + 1]), limits.speed)
+    speed = np.minimum(speed, _reached(line / 2, limits))
+    slow = np.minimum(slow, speed)
+    lost = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
+    stop = path.stop.copy()
+    stop[k[lost > _change_time(speed, limits)]] = True
+    return softened(replace(path, stop=stop), tolerance, straight)
+
+
+def _change_time(step: FloatArray, limits: JerkLimits) -> FloatArray:
+    """Return the time of the fastest change of speed by `step` (m/s)."""
+    a, j = limits.acceleration, limits.jerk
+    return np.where(step >= a * a / j, step / a + a / j, 2 * np.sqrt(step / j))
+
+
+def _reached(distance: FloatArray, limits: JerkLimits) -> FloatArray:
+    """Return the speed reached from rest within a distance (m), m/s: v t(v)/2 = distance, by bisection."""
+    low, high = np.zeros_like(distance), np.full_like(distance, limits.speed)
+    for _ in range(50):
+        middle = (low + high) / 2
+        far = middle / 2 * _change_time(middle, limits) > distance
+        low, high = np.where(far, low, middle), np.where(far, middle, high)
+    return high
+
+
+def smoothed(command: Command, window: float) -> Command:
+    """Return the command averaged over `window` s (a moving mean, as controllers do): jerk at most (step of a)/window.
+
+    Starts and ends at the same points, later by the window.
+    """
+    n = round(positive("window", window) / command.sample_time)
+    if n < 1:
+        fail("window", f"{window:g} s", f"must be at least one sample, {command.sample_time:g} s")
+    parts = []
+    for values, rest in ((command.position, True), (command.velocity, False), (command.acceleration, False)):
+        v = np.asarray(values)
+        first, last = (v[:1], v[-1:]) if rest else (np.zeros_like(v[:1]), np.zeros_like(v[:1]))
+        padded = np.vstack([np.repeat(first, n, 0), v, np.repeat(last, n, 0)])
+        total = np.vstack([np.zeros_like(v[:1]), np.cumsum(padded, axis=0)])
+        parts.append((total[n:] - total[:-n]) / n)
+    return Command(parts[0], command.sample_time, parts[1], parts[2])
+
+
+def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], sample_time: float) -> Command:
+    """Return the fastest straight rest-to-rest move within the limits of every axis.
+
+    The limits along the line are the smallest limit_i/|direction_i|: the axes move in step.
+    """
+    p, q = floats("start", start), floats("end", end, np.shape(start))
+    d = q - p
+    length = float(np.linalg.norm(d))
+    if length == 0:
+        return Command(np.vstack([p, p]), sample_time)
+    u = np.abs(d) / length
+    nonnegative("direction", u)
+    each = [min(getattr(x, name) / w for x, w in zip(limits, u, strict=True) if w > 0)
+            for name in ("speed", "acceleration", "jerk")]
+    profile = seven_phase(length, JerkLimits(*each))
+    t = np.arange(int(np.ceil(profile.duration / sample_time)) + 2) * sample_time
+    s = profile.sampled(t)
+    along = d / length
+    return Command(p + s[:, :1] * along, sample_time, s[:, 1:2] * along, s[:, 2:3] * along)

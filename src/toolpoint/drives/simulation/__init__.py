@@ -1,0 +1,1 @@
+"""Servo simulation: the exact step of the plant, the sampled controllers, histories."""

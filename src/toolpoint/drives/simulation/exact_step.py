@@ -1,0 +1,139 @@
+"""Exact step of a plant over one interval, in coordinates in which its linear part is a chain of two by two blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import eig, matrix_balance
+
+from toolpoint._check import FloatArray
+from toolpoint.drives.axis.plant import Plant
+from toolpoint.vibration.state_space import hold_matrices
+
+# Below this cosine between its left and right eigenvector a pole is nearly defective and stays in the dense core.
+_DEFECTIVE = 1e-4
+_LEFT_OVER = 1e-10
+_WIDTH = 4
+
+
+@dataclass(frozen=True, eq=False)
+class StepMatrices:
+    """Exact step z1 = phi z + held (u, d) + first w0 + last w1 with x = basis z; all matrices by columns for the kernel.
+
+    last = shift + jump (jump: the laws that hold their end value). `inputs` are the columns (held, first + phi shift) that
+    act on z - shift w; outputs are reading (z - shift w) + direct w; gain is the scalars' part of last.
+
+    phi is a dense `core` of the first coordinates and then, for coordinate i of each half of the rest, the two by two
+    block `pairs[:, i]` = (p11, p12, p21, p22). Coordinates and scalars are filled with zeros to whole vector lengths.
+    """
+
+    step: float
+    core: FloatArray
+    pairs: FloatArray
+    inputs: FloatArray
+    shift: FloatArray
+    jump: FloatArray
+    scalars: FloatArray
+    gain: FloatArray
+    reading: FloatArray
+    direct: FloatArray
+    basis: FloatArray
+    inverse: FloatArray
+
+    def inward(self, x: FloatArray) -> FloatArray:
+        """Return the coordinates z of a state x."""
+        return self.inverse @ x
+
+    def outward(self, z: FloatArray) -> FloatArray:
+        """Return the state x of coordinates z."""
+        return self.basis @ z
+
+
+def step_matrices(plant: Plant, step: float, *, dense: bool = False) -> StepMatrices:
+    """Return the matrices of one step, all from one matrix exponential.
+
+    Friction, contact and bilinear terms are linear over the step (first-order hold); a set-valued static law holds its
+    end value, because a held multiplier is the one that does not chatter. The coordinates are those of `coordinates`;
+    `dense` keeps the states themselves.
+    """
+    phi, first, shift, jump, held = _held_parts(plant, step)
+    basis, inverse, core = (np.eye(len(phi)), np.eye(len(phi)), len(phi)) if dense else coordinates(plant.a)
+    turned = inverse @ phi @ basis
+    if not dense and not _is_split(turned, core):
+        basis, inverse, core, turned = np.eye(len(phi)), np.eye(len(phi)), len(phi), phi
+    half = (len(phi) - core) // 2
+    spare = -half % _WIDTH if half else -core % _WIDTH
+    place = _places(core, half, spare)
+    ordered = np.ascontiguousarray
+    pad = lambda rows: _rows_at(rows, place, core + 2 * (half + spare) if half else core + spare)
+    a, b = np.arange(core, core + half), np.arange(core + half, core + 2 * half)
+    pairs = np.zeros((4, half + spare if half else 0))
+    pairs[:, :half] = turned[a, a], turned[a, b], turned[b, a], turned[b, b]
+    wide = core if half else core + spare
+    dense_core = np.zeros((wide, wide))
+    dense_core[:core, :core] = turned[:core, :core].T
+    inputs = ordered(pad(inverse @ np.hstack([held, first + phi @ shift])).T)
+    scalars = np.pad(plant.scalars @ basis, ((0, -plant.scalars.shape[0] % _WIDTH), (0, 0)))
+    outputs = np.pad(plant.outputs @ basis, ((0, -plant.outputs.shape[0] % _WIDTH), (0, 0)))
+    return StepMatrices(step, dense_core, pairs, np.pad(inputs, ((0, -inputs.shape[0] % _WIDTH), (0, 0))),
+                        ordered(pad(inverse @ shift).T), ordered(pad(inverse @ jump).T), pad(scalars.T),
+                        ordered(plant.scalars @ (shift + jump)),
+                        pad(outputs.T), ordered((outputs @ (inverse @ shift)).T), ordered(pad(basis.T).T), pad(inverse))
+
+
+def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
+    """Return (basis T, its inverse, size of the core): T^-1 A T is a dense core and two by two blocks.
+
+    Poles with well separated eigenvectors give the blocks: a conjugate pair the coordinates Re and Im, real poles two
+    by two. The rest (rigid motion without damping, repeated defective poles) spans the core, which is the space that the
+    left eigenvectors of the others do not see. The states are balanced first.
+    """
+    balanced, scale = matrix_balance(np.array(a), permute=False)
+    found: Any = eig(balanced, left=True, right=True)
+    poles, left, right = found
+    cosine = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+    pair = np.flatnonzero((poles.imag > 0) & (cosine > _DEFECTIVE))
+    real = np.flatnonzero((poles.imag == 0) & (cosine > _DEFECTIVE))
+    real = real[:real.size - real.size % 2]
+    one = np.hstack([right[:, pair].real, right[:, real[0::2]].real])
+    two = np.hstack([right[:, pair].imag, right[:, real[1::2]].real])
+    seen = np.hstack([left[:, pair].real, left[:, pair].imag, left[:, real].real])
+    n, core = len(poles), len(poles) - 2 * one.shape[1]
+    unseen = np.linalg.qr(seen, mode="complete").Q[:, n - core:]
+    basis = np.hstack([unseen, one, two])
+    return scale @ basis, np.linalg.solve(scale @ basis, np.eye(n)), core
+
+
+def _held_parts(plant: Plant, step: float) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]:
+    """Return phi, and the columns of w at the start, at the end, at the end of held laws, and of inputs and forces."""
+    nu, nf = plant.b_input.shape[1], plant.b_force.shape[1]
+    phi, g1, g2 = hold_matrices(plant.a, np.hstack([plant.b_input, plant.b_force, plant.b_scalar]), step)
+    at = nu + nf
+    first, shift, jump = g1[:, at:] - g2[:, at:], g2[:, at:].copy(), np.zeros_like(g2[:, at:])
+    for k in np.flatnonzero(plant.rows[:, 0] == 0):
+        first[:, k], shift[:, k], jump[:, k] = 0.0, 0.0, g1[:, at + k]
+    return phi, first, shift, jump, g1[:, :at]
+
+
+def _is_split(turned: FloatArray, core: int) -> bool:
+    """Return whether nothing but rounding is left outside the core and the blocks."""
+    n, half = len(turned), (len(turned) - core) // 2
+    inside = np.zeros((n, n), bool)
+    inside[:core, :core] = True
+    a, b = np.arange(core, core + half), np.arange(core + half, n)
+    for i, j in ((a, a), (a, b), (b, a), (b, b)):
+        inside[i, j] = True
+    return bool(np.abs(np.where(inside, 0.0, turned)).max(initial=0.0) < _LEFT_OVER)
+
+
+def _places(core: int, half: int, spare: int) -> np.ndarray:
+    """Return the padded index of every coordinate: the second half begins after the first one's spare places."""
+    return np.concatenate([np.arange(core + half), core + half + spare + np.arange(half)])
+
+
+def _rows_at(rows: FloatArray, place: np.ndarray, total: int) -> FloatArray:
+    out = np.zeros((total, rows.shape[1]))
+    out[place] = rows
+    return out

@@ -1,0 +1,212 @@
+"""Simulation of a servo: the discrete step of the plant, command and excitation in, histories out."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
+from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.controller.loops import checked_stable
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.program.command import Command
+from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
+from toolpoint.vibration import Dof, Record
+
+PLACES = ("none", "position", "speed", "torque", "current", "voltage")
+SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_error")
+
+
+@dataclass(frozen=True, eq=False)
+class ServoResult:
+    """Histories of a simulation.
+
+    `outputs` (n, n_axes, 7): motor angle, speed, scale, i_d, i_q, table, tool; `signals` (n, n_axes, 6): speed, torque and
+    current set points, u_d, u_q, following error; `forces` (n, n_laws): friction and contact values; `command` the
+    position command at every instant. SI throughout.
+    """
+
+    time: FloatArray
+    axes: tuple[str, ...]
+    outputs: FloatArray
+    signals: FloatArray
+    forces: FloatArray
+    command: FloatArray
+    state: FloatArray
+    unconverged: int = 0
+    notes: tuple[str, ...] = field(default=())
+
+    def output(self, name: str, axis: str | int | None = None) -> FloatArray:
+        """Return one output: (n, n_axes), or (n,) of one axis."""
+        one_of("output", name, OUTPUTS)
+        return self._of(self.outputs[:, :, OUTPUTS.index(name)], axis)
+
+    def signal(self, name: str, axis: str | int | None = None) -> FloatArray:
+        """Return one controller signal: (n, n_axes), or (n,) of one axis."""
+        one_of("signal", name, SIGNALS)
+        return self._of(self.signals[:, :, SIGNALS.index(name)], axis)
+
+    def record(self, name: str) -> Record:
+        """Return one output of all axes as a Record, an axis a point with direction +x."""
+        units = {"angle": "rad", "speed": "rad/s", "i_d": "A", "i_q": "A"}.get(name, "m")
+        return Record(self.output(name), 1 / (self.time[1] - self.time[0]), tuple(Dof(a, "+x") for a in self.axes),
+                      (name,) * len(self.axes), (units,) * len(self.axes), name=name)
+
+    def _of(self, values: FloatArray, axis: str | int | None) -> FloatArray:
+        if axis is None:
+            return values
+        return values[:, axis if isinstance(axis, int) else self.axes.index(axis)]
+
+    @property
+    def status(self) -> str:
+        """What to know and try next."""
+        if self.unconverged == 0:
+            return "all steps converged"
+        return f"{self.unconverged} of {self.time.size} steps did not converge; use more substeps"
+
+    def __repr__(self) -> str:
+        return f"ServoResult({', '.join(self.axes)}; {self.time[-1]:.4g} s, {self.time.size} samples; {self.status})"
+
+
+@dataclass(frozen=True, eq=False)
+class Excitation:
+    """Additive excitation of every axis, (n, n_axes), at one place: ``speed`` (rad/s), ``torque`` (N m), ``current`` (A)
+    or ``voltage`` (V), sampled with that loop; ``position`` is an ordinary command."""
+
+    place: str
+    values: FloatArray
+
+    def __post_init__(self) -> None:
+        one_of("Excitation.place", self.place, PLACES[2:])
+        object.__setattr__(self, "values", floats("Excitation.values", self.values, (None, None)))
+
+
+def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
+             matrices: StepMatrices | None = None, check: bool = True) -> ServoResult:
+    """Return the histories of a servo that follows a command from rest.
+
+    Parameters
+    ----------
+    servo : Servo
+    command : Command
+        Positions, velocities and accelerations at the position loop's sample time, an axis a column, in the plant's order.
+    substeps : int
+        Plant steps for each current sample.
+    every : int
+        Plant steps between records.
+    excitation : Excitation, optional
+    load : (n_steps, n_axes) floats, optional
+        Force on every table, N, held over each plant step; the last line holds to the end.
+    start : (n_states,) floats, optional
+        State of the plant at the start; at rest where left out.
+    duration : float, optional
+        s; the command's where left out.
+    matrices : StepMatrices, optional
+        Of the same plant and step, to simulate many commands.
+    check : bool
+        Refuse a servo whose linear loops are unstable before simulating (a millisecond or so).
+
+    Raises
+    ------
+    ToolpointError
+        Where the command's sample time is not the position loop's, or the motion is not finite (unstable).
+    """
+    if check:
+        checked_stable(servo)
+    ready = prepared(servo, command, substeps, every, excitation, load, start, duration, matrices)
+    from toolpoint.drives.simulation.kernel import run
+
+    failed = run(*ready.arguments)
+    return ready.result(failed)
+
+
+def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, **options: Any) -> list[ServoResult]:
+    """Return the results of many servos and commands, in `threads` threads (the kernel releases the interpreter lock)."""
+    with ThreadPoolExecutor(count("threads", threads)) as pool:
+        return list(pool.map(lambda case: simulate(case[0], case[1], **options), list(cases)))
+
+
+@dataclass
+class Prepared:
+    """Arguments of the compiled run; `places` are those of the matrices among them, `state` that of the coordinates."""
+
+    servo: Servo
+    command: Command
+    matrices: StepMatrices
+    arguments: tuple[Any, ...]
+    every_step: float
+
+    @property
+    def places(self) -> dict[str, int]:
+        """Place of every matrix that a moving nut changes."""
+        return {"core": 3, "inputs": 5, "shift": 6, "jump": 7, "gain": 9, "direct": 14}
+
+    @property
+    def state(self) -> int:
+        """Place of the coordinates, changed by the run."""
+        return len(self.arguments) - 7
+
+    def result(self, failed: int) -> ServoResult:
+        outputs, signals, forces = self.arguments[-3:]
+        if failed < 0:
+            fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
+                 "check loops.stability(servo), or take more substeps")
+        n, axes = outputs.shape[0], self.servo.plant.axes
+        time = np.arange(n) * self.every_step
+        return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(n, len(axes), -1)),
+                           frozen(signals), frozen(forces), frozen(self.command.held_at(time)),
+                           frozen(self.matrices.outward(self.arguments[self.state])), failed)
+
+
+def prepared(servo: Servo, command: Command, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
+             matrices: StepMatrices | None = None) -> Prepared:
+    """Return the arguments of the compiled run; see `simulate`."""
+    plant, axes = servo.plant, len(servo.plant.axes)
+    count("substeps", substeps)
+    count("every", every)
+    inner, _, outer = servo.controllers[0].sample_times
+    if abs(command.sample_time / outer - 1) > 1e-9 or command.position.shape[1] != axes:
+        fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {outer:g} s",
+             "use command.resampled(sample_time)")
+    step = inner / substeps
+    m = step_matrices(plant, step) if matrices is None else matrices
+    if abs(m.step - step) > 1e-12 * step:
+        fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
+    steps = round((command.duration if duration is None else duration) / step) + 1
+    counts = np.array([c * substeps for c in servo.counts], np.int64)
+    from toolpoint.drives.controller.kernel import STATE
+    from toolpoint.drives.friction.kernel import SLOTS
+
+    control = np.zeros((axes, STATE))
+    parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
+    inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
+    where = 0 if excitation is None else PLACES.index(excitation.place)
+    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
+    loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
+    lines = (steps + every - 1) // every
+    laws = plant.b_scalar.shape[1]
+    table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
+    arguments = (0, steps, step, m.core, m.pairs, m.inputs, m.shift, m.jump, m.scalars, m.gain, np.array(plant.rows),
+                 np.array(plant.viscous), plant.products, m.reading, m.direct, parameters, control, counts, table,
+                 np.array(inject), where, np.array(loads), m.inward(x), np.zeros((max(plant.rows.shape[0], 1), SLOTS)),
+                 np.zeros((2, laws)), every,
+                 np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
+    return Prepared(servo, command, m, arguments, step * every)
+
+
+def settled(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:
+    """Return the first time after which the named outputs stay within `within` of their last value, s."""
+    late = 0.0
+    for name in names:
+        values = result.output(name)
+        outside = np.flatnonzero((np.abs(values - values[-1]) > within).any(axis=1))
+        late = max(late, float(result.time[outside[-1] + 1]) if outside.size and outside[-1] + 1 < result.time.size else 0.0)
+    if late >= result.time[-1]:
+        raise ToolpointError(f"settled: still outside {within:g} at the end; simulate longer")
+    return late

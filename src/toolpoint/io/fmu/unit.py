@@ -1,0 +1,156 @@
+"""Functional mock-up units: a servo written as an FMI 2.0 co-simulation unit whose C source holds the exact step; write."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.resources
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import zipfile
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+import numpy as np
+
+from toolpoint._check import ToolpointError, count, fail
+from toolpoint.drives.controller.loops import checked_stable
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.friction.laws import ROW
+from toolpoint.drives.simulation.exact_step import step_matrices
+
+INPUTS = (("position", "m"), ("velocity", "m/s"), ("acceleration", "m/s2"), ("load", "N"))
+OUTPUTS = (("angle", "rad"), ("speed", "rad/s"), ("scale", "m"), ("i_d", "A"), ("i_q", "A"), ("table", "m"), ("tool", "m"),
+           ("speed_set", "rad/s"), ("torque_set", "N.m"), ("current_set", "A"), ("u_d", "V"), ("u_q", "V"),
+           ("following_error", "m"))
+# Controller values that the importing tool may set: name, place in the row of parameters, unit.
+TUNED = (("position_gain", 0, "1/s"), ("velocity_feedforward", 1, "1"), ("velocity_gain", 9, "N.m.s/rad"),
+         ("velocity_integral", 10, "N.m/rad"))
+_BASE = {"m": "m='1'", "m/s": "m='1' s='-1'", "m/s2": "m='1' s='-2'", "N": "kg='1' m='1' s='-2'", "rad": "rad='1'",
+         "rad/s": "rad='1' s='-1'", "A": "A='1'", "V": "kg='1' m='2' s='-3' A='-1'", "N.m": "kg='1' m='2' s='-2'",
+         "1/s": "s='-1'", "1": "", "N.m.s/rad": "kg='1' m='2' s='-1' rad='-1'", "N.m/rad": "kg='1' m='2' s='-2' rad='-1'"}
+_FOLDERS = {"linux": ("linux64", ".so"), "win32": ("win64", ".dll"), "darwin": ("darwin64", ".dylib")}
+
+
+def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int = 1, binary: bool = True) -> None:
+    """Write a servo as a functional mock-up unit (FMI 2.0, co-simulation).
+
+    Inputs are position, velocity and acceleration command (m, m/s, m/s^2; read at every position sample) and the force on
+    the table (N, held over a communication step) of every axis; outputs those of a simulation. The controller's signals
+    are those of the last sample before the communication point. The communication step is any whole multiple of the
+    plant's step, the current sample over `substeps`.
+
+    Parameters
+    ----------
+    servo : Servo
+        Its loops must be stable.
+    name : str
+        Name of the model.
+    substeps : int
+        Plant steps for each current sample, as in `drives.simulate`.
+    binary : bool
+        Compile the library of this platform into the unit (needs a C compiler: cc, gcc or clang). The C sources are always
+        in the unit; without a binary the importing tool must compile them.
+
+    The generated source is self-contained: it names the functions of the FMI standard itself and takes no header of it, so
+    that nothing but this package's own licence applies. Source: FMI 2.0.4 specification, Modelica Association.
+    """
+    if not Path(path).parent.is_dir():
+        raise ToolpointError(f"{path}: the folder {Path(path).parent} does not exist; create it first")
+    checked_stable(servo)
+    count("substeps", substeps)
+    identifier = re.sub(r"\W", "_", name) or "servo"
+    identifier = identifier if identifier[0].isalpha() else "m_" + identifier
+    texts = {name: _part(name) for name in ("servo.c", "servo_step.h")} | {"servo_data.h": _numbers(servo, substeps)}
+    guid = "{" + hashlib.sha256("".join(texts.values()).encode()).hexdigest()[:32] + "}"
+    texts["servo_data.h"] = f'#define GUID "{guid}"\n' + texts["servo_data.h"]
+    described = _description(servo, name, identifier, guid)
+    with tempfile.TemporaryDirectory() as folder:
+        inside = Path(folder)
+        for part, text in texts.items():
+            (inside / part).write_text(text, encoding="utf-8")
+        library = _compiled(inside, identifier) if binary else None
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as unit:
+            unit.writestr("modelDescription.xml", described)
+            unit.writestr("documentation/licenses/LICENSE.txt", _part("licence.txt"))
+            for part in texts:
+                unit.write(inside / part, "sources/" + part)
+            if library is not None:
+                unit.write(library, f"binaries/{library.parent.name}/{library.name}")
+
+
+def _part(name: str) -> str:
+    return importlib.resources.files("toolpoint.io.fmu").joinpath(name).read_text(encoding="utf-8")
+
+
+def _numbers(servo: Servo, substeps: int) -> str:
+    """Return the header with the matrices, laws and controllers."""
+    plant, inner = servo.plant, servo.controllers[0].sample_times[0]
+    m = step_matrices(plant, inner / substeps)
+    controllers = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
+    counts = [c * substeps for c in servo.counts]
+    sizes = {"NA": len(plant.axes), "N": m.basis.shape[1], "CORE": m.core.shape[0], "HALF": m.pairs.shape[1],
+             "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.rows.shape[0], "NP": plant.products.shape[0],
+             "ND": m.inputs.shape[0], "NY": m.reading.shape[1], "NPAR": controllers.shape[1], "ROW": ROW,
+             "COUNT_CURRENT": counts[0], "COUNT_VELOCITY": counts[1], "COUNT_POSITION": counts[2]}
+    lines = [f"#define {key} {value}" for key, value in sizes.items()]
+    lines += [f"#define STEP {m.step!r}", f'#define STEP_TEXT "{m.step:.9g}"']
+    gain = np.zeros((m.scalars.shape[1], m.shift.shape[0]))
+    gain[:m.gain.shape[0]] = m.gain
+    arrays = {"core": m.core, "pairs": m.pairs, "inputs": m.inputs, "jump": m.jump, "scalars": m.scalars, "gain": gain,
+              "reading": m.reading, "direct": m.direct, "rows": plant.rows, "parameters": controllers}
+    lines += [f"static const double {key}[] = {_list(value)};" for key, value in arrays.items()]
+    return "\n".join([*lines, f"static const int products[] = {_list(plant.products)};"]) + "\n"
+
+
+def _list(values: np.ndarray) -> str:
+    shown = ["INFINITY" if v == np.inf else repr(v) for v in np.asarray(values).ravel().tolist()]
+    return "{" + ",\n".join(", ".join(shown[i:i + 6]) for i in range(0, len(shown), 6)) + "}" if shown else "{0}"
+
+
+def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
+    rows, outputs = [], []
+    controllers = [c.parameters(a.motor) for c, a in zip(servo.controllers, servo.plant.axes, strict=True)]
+    for i, axis in enumerate(servo.plant.axes):
+        given = [(n, u, 100 * i + k, "causality='input' variability='continuous'", 0.0) for k, (n, u) in enumerate(INPUTS)]
+        seen = [(n, u, 100 * i + 10 + k, "causality='output' variability='continuous' initial='calculated'", None)
+                for k, (n, u) in enumerate(OUTPUTS)]
+        tuned = [(n, u, 100 * i + 50 + k, "causality='parameter' variability='tunable' initial='exact'",
+                  controllers[i][at]) for k, (n, at, u) in enumerate(TUNED)]
+        for words, unit, reference, kind, start in (*given, *seen, *tuned):
+            value = "" if start is None else f" start='{float(start)!r}'"
+            rows.append(f"<ScalarVariable name={quoteattr(f'{axis.name}.{words}')} valueReference='{reference}' {kind}>"
+                        f"<Real unit='{unit}'{value}/></ScalarVariable>")
+            if start is None:
+                outputs.append(f"<Unknown index='{len(rows)}'/>")
+    units = "".join(f"<Unit name='{unit}'><BaseUnit {base}/></Unit>" for unit, base in _BASE.items())
+    step = servo.controllers[0].sample_times[2]
+    unknowns = "".join(outputs)
+    return (f"<?xml version='1.0' encoding='UTF-8'?>\n<fmiModelDescription fmiVersion='2.0' modelName={quoteattr(name)} "
+            f"guid='{guid}' generationTool='toolpoint' variableNamingConvention='flat' license='BSD-3-Clause'>\n"
+            f"<CoSimulation modelIdentifier='{identifier}' canHandleVariableCommunicationStepSize='true' "
+            f"canGetAndSetFMUstate='true' canSerializeFMUstate='true'><SourceFiles><File name='servo.c'/></SourceFiles>"
+            f"</CoSimulation>\n<UnitDefinitions>{units}</UnitDefinitions>\n"
+            f"<DefaultExperiment startTime='0' stepSize='{step!r}'/>\n<ModelVariables>\n" + "\n".join(rows)
+            + f"\n</ModelVariables>\n<ModelStructure><Outputs>{unknowns}</Outputs><InitialUnknowns>{unknowns}"
+            f"</InitialUnknowns></ModelStructure>\n</fmiModelDescription>\n")
+
+
+def _compiled(folder: Path, identifier: str) -> Path:
+    """Return the library of this platform."""
+    compiler = next((found for found in map(shutil.which, ("cc", "gcc", "clang")) if found), None)
+    where = _FOLDERS.get(sys.platform)
+    if compiler is None or where is None or platform.machine().lower() not in ("x86_64", "amd64"):
+        fail("fmu", f"no C compiler for {sys.platform} on {platform.machine()}", "must be cc, gcc or clang on x86-64",
+             "install one, or write the unit with its sources only (binary=False, --fmu-sources)")
+    out = folder / where[0] / (identifier + where[1])
+    out.parent.mkdir()
+    flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"]
+    made = subprocess.run([compiler, *flags, "-o", str(out), str(folder / "servo.c"), "-lm"], capture_output=True, text=True,
+                          check=False)
+    if made.returncode:
+        raise ToolpointError(f"fmu: {compiler} failed: {made.stderr.strip()[:400]}")
+    return out

@@ -1,0 +1,1 @@
+"""Programs and records of controllers: G-code, command streams, Sinumerik traces."""

@@ -1,0 +1,1 @@
+"""Quantities with units in files, converted to SI at the door."""

@@ -1,0 +1,1 @@
+"""Tables in text: frequency responses and time histories."""

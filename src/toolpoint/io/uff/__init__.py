@@ -1,0 +1,17 @@
+"""Universal files (UNV, UFF): sets 15, 55, 58, 58b, 82, 151, 164, 2411; read and written, SI inside."""
+
+from toolpoint.io.uff.file import (
+    MeasuredGeometry,
+    Units,
+    UniversalFile,
+    headers,
+    read_frf,
+    read_geometry,
+    read_modes,
+    read_record,
+    units,
+    write,
+)
+
+__all__ = ["MeasuredGeometry", "Units", "UniversalFile", "headers", "read_frf", "read_geometry", "read_modes", "read_record",
+           "units", "write"]

@@ -1,0 +1,1 @@
+"""YAML files: machines, drives, components; schema, line and column of every fault."""

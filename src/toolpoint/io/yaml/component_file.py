@@ -1,0 +1,78 @@
+"""Component files in YAML: which measured points belong to which component, the chain, and the masses where known."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+from toolpoint._check import ToolpointError
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.yaml.document import Document, parsed, validated
+from toolpoint.io.yaml.machine_file import body_of
+from toolpoint.io.yaml.machine_schema import BodyModel, Part
+from toolpoint.machine.description import GROUND, BodyDescription
+
+VERSION = 1
+_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
+
+
+class ComponentPart(Part):
+    """Points of a component (numbers, names, or ranges such as ``"12-40"``), and its mass properties where known."""
+
+    points: tuple[int | str, ...]
+    body: BodyModel | None = None
+
+
+class Components(Part):
+    """A component file."""
+
+    toolpoint: int
+    name: str
+    chain: tuple[str, ...]
+    components: dict[str, ComponentPart]
+
+    def points(self) -> dict[str, list[int | str]]:
+        """Return the points of every component, ranges written out."""
+        return {name: [point for entry in part.points for point in _written_out(entry)]
+                for name, part in self.components.items()}
+
+
+def _written_out(entry: int | str) -> list[int | str]:
+    match = _RANGE.fullmatch(entry.strip()) if isinstance(entry, str) else None
+    return [entry] if match is None else list(range(int(match[1]), int(match[2]) + 1))
+
+
+def read(path: str | Path) -> tuple[Components, dict[str, BodyDescription]]:
+    """Return a component file and the bodies whose mass properties it gives; raises FileFaults with every fault."""
+    document = parsed(Path(path))
+    if document.data.get("toolpoint") != VERSION:
+        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    found: Components | None = validated(Components, document.data, (), document)
+    bodies = {} if found is None else _checked(found, document)
+    if document.faults or found is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return found, bodies
+
+
+def _checked(found: Components, document: Document) -> dict[str, BodyDescription]:
+    links = list(found.chain)
+    for i, name in enumerate(links):
+        if name != GROUND and name not in found.components:
+            document.fault(("chain", i), f"there is no component {name!r}; known: {', '.join(found.components)}")
+    for name in found.components:
+        if name not in links:
+            document.fault(("components", name), "is not in the chain; name it there, after the component that carries it")
+    owner: dict[Any, str] = {}
+    for name, points in found.points().items():
+        for point in points:
+            if owner.setdefault(point, name) != name:
+                document.fault(("components", name, "points"), f"point {point} already belongs to {owner[point]}")
+    bodies = {}
+    for name, part in found.components.items():
+        if part.body is not None:
+            try:
+                bodies[name] = body_of(part.body, document)
+            except ToolpointError as error:
+                document.fault(("components", name, "body"), str(error))
+    return bodies

@@ -1,0 +1,259 @@
+"""Machine files in YAML: read with all faults at once, and written."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, fields, is_dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import BaseModel
+from ruamel.yaml import YAML
+
+from toolpoint._check import ToolpointError, suggestion
+from toolpoint.cutting.build import fault_of
+from toolpoint.io import stl
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.quantities import units
+from toolpoint.io.yaml import machine_schema as schema
+from toolpoint.io.yaml.document import Document, Key, parsed, validated
+from toolpoint.machine import description as d
+from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
+from toolpoint.machine.model import Machine
+
+_SECTIONS: dict[str, type[BaseModel]] = {
+    "bodies": schema.BodyModel, "joints": schema.JointModel, "axes": schema.AxisModel, "points": schema.PointModel}
+
+
+def read(path: str | Path) -> Machine:
+    """Return the machine of a YAML file.
+
+    Raises
+    ------
+    FileFaults
+        With every fault of the file: line, column, key, value, limit and remedy.
+    """
+    document = parsed(Path(path))
+    description = _description(document)
+    if document.faults or description is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return build(description)
+
+
+def _description(document: Document) -> d.MachineDescription | None:
+    data = document.data
+    version = data.get("toolpoint")
+    if version != schema.VERSION:
+        document.fault(("toolpoint",), f"file version {version!r}; this program reads version {schema.VERSION}"
+                       if "toolpoint" in data else "missing; the first line of a machine file is 'toolpoint: 1'")
+    found: dict[str, dict[str, Any]] = {}
+    for section, model in _SECTIONS.items():
+        entries = data.get(section) or {}
+        if not isinstance(entries, dict):
+            document.fault((section,), "must be names with their data, indented below")
+            entries = {}
+        found[section] = {name: part for name, entry in entries.items()
+                          if (part := validated(model, entry, (section, name), document)) is not None}
+    for section in ("bodies", "joints"):
+        if not data.get(section):
+            document.fault((section,), "missing; a machine needs at least one")
+    rest = {key: value for key, value in data.items() if key not in _SECTIONS}
+    top = validated(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
+    converted = _converted(document, found)
+    _references(document, top)
+    _tree(document, converted, data)
+    if document.faults or top is None:
+        return None
+    return _whole(top, converted, document)
+
+
+def _converted(document: Document, found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+    result: dict[str, dict[str, Any]] = {section: {} for section in _SECTIONS}
+    makers: dict[str, Callable[..., Any]] = {"bodies": body_of, "joints": _joint, "axes": _axis, "points": _point}
+    for section, make in makers.items():
+        for name, part in found[section].items():
+            try:
+                result[section][name] = make(part, document)
+            except (ToolpointError, units.UnitError) as error:
+                inner = str(error).split(":")[0].split(".")
+                document.fault((section, name, *inner) if all(word.isidentifier() for word in inner) else (section, name),
+                               str(error))
+    return result
+
+
+def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
+    """Return the description of a body after checking its mass properties; meshes lie beside the document."""
+    body = d.BodyDescription(
+        part.mass, part.centre, _as(d.InertiaDescription, part.inertia), part.density, _as(d.ShapeDescription, part.shape),
+        None if part.mesh is None else _mesh(part.mesh, document),
+        d.FrameDescription(part.frame.at, part.frame.rotation),
+        _as(d.ShapeDescription, part.draw), part.draw_at, part.source)
+    mass_properties(body)
+    return body
+
+
+def _as(kind: type[Any], part: BaseModel | None) -> Any:
+    return None if part is None else kind(**part.model_dump())
+
+
+def _mesh(part: schema.MeshModel, document: Document) -> d.MeshDescription:
+    return d.MeshDescription(part.file, stl.read(document.file.parent / part.file) * part.unit)
+
+
+def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
+    loss = part.loss_factor
+    joint = d.JointDescription(
+        part.parent, part.child, d.FrameDescription(part.at, part.rotation), _set(part.stiffness), _set(part.damping),
+        loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
+        part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source)
+    joint_law(joint)
+    return joint
+
+
+def _set(model: BaseModel) -> dict[str, float]:
+    return {name: value for name, value in model.model_dump().items() if value is not None}
+
+
+def _axis(part: schema.AxisModel, document: Document) -> d.AxisDescription:
+    kind = units.ANGLE if "r" in part.direction else units.LENGTH
+    limits = (float("-inf"), float("inf")) if part.limits is None else units.quantities(part.limits, kind, 2)
+    if not limits[0] < limits[1]:
+        raise ToolpointError(f"limits: {limits[0]:g} .. {limits[1]:g}; the lower limit must be below the upper")
+    return d.AxisDescription(part.joint, part.direction, (limits[0], limits[1]))
+
+
+def _point(part: schema.PointModel, document: Document) -> d.PointDescription:
+    return d.PointDescription(part.body, part.at, part.interface)
+
+
+def _references(document: Document, top: schema.MachineModel | None) -> None:
+    document.data = {**document.data, **{
+        section: {} for section in _SECTIONS if not isinstance(document.data.get(section), dict)}}
+    names = {section: list(document.data[section]) for section in _SECTIONS}
+
+    def known(key: Key, name: str | None, section: str, extra: tuple[str, ...] = ()) -> None:
+        allowed = [*names[section], *extra]
+        if name is not None and name not in allowed:
+            hint = suggestion(name, allowed)
+            what = {"bodies": "body", "joints": "joint", "axes": "axis", "points": "point"}[section]
+            document.fault(key, f"there is no {what} {name!r}; " + (hint or f"known: {', '.join(allowed) or 'none'}"))
+
+    # Taken from the raw data, so that an entry with another fault still has its references checked.
+    for section, key, target, extra in (("axes", "joint", "joints", ()), ("points", "body", "bodies", (d.GROUND,))):
+        for name, entry in (document.data.get(section) or {}).items():
+            if isinstance(entry, dict) and isinstance(entry.get(key), str):
+                known((section, name, key), entry[key], target, extra)
+    for key in ("tool", "table"):
+        if isinstance(document.data.get(key), str):
+            known((key,), document.data[key], "points")
+    if top is None:
+        return
+    for i, load in enumerate(top.loads):
+        known(("loads", i, "point"), load.point, "points")
+    for i, pose in enumerate(top.poses):
+        for name in pose:
+            known(("poses", i, name), name, "axes")
+
+
+def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
+    # Only names matter here, so bodies that have other faults still count as present.
+    def shell(section: str, make: Callable[[Mapping[str, Any]], Any]) -> dict[str, Any]:
+        entries = data.get(section)
+        return {n: make(e) for n, e in entries.items() if isinstance(e, dict)} if isinstance(entries, dict) else {}
+
+    joints = shell("joints", lambda e: d.JointDescription(str(e.get("parent")), str(e.get("child")),
+                                                          closes_loop=e.get("closes_loop") is True))
+    complete = {n: j for n, j in joints.items() if {"parent", "child"} <= set(data["joints"][n])}
+    whole = len(complete) == len(joints)
+    faults = tree_faults(d.MachineDescription("", shell("bodies", lambda e: d.BodyDescription()), complete))
+    for path, message in faults:
+        if whole or not path.startswith("bodies"):
+            document.fault(tuple(path.split(".")), message)
+    for name, axis in converted["axes"].items():
+        joint = converted["joints"].get(axis.joint)
+        if joint is not None and joint.closes_loop:
+            document.fault(("axes", name, "joint"), f"joint {axis.joint} closes a loop; an axis must drive a tree joint")
+
+
+def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], document: Document) -> d.MachineDescription | None:
+    poses = []
+    for i, pose in enumerate(top.poses):
+        poses.append({name: _position(value, converted["axes"][name], ("poses", i, name), document)
+                      for name, value in pose.items()})
+    if document.faults:
+        return None
+    cutting = None if top.cutting is None else _cutting(top.cutting, document)
+    if document.faults:
+        return None
+    return d.MachineDescription(
+        top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
+        tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
+        tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
+        top.assumptions)
+
+
+def _cutting(part: schema.CuttingModel, document: Document) -> d.CuttingDescription:
+    values = {**part.model_dump(), "speed_variation": _as(d.SpeedVariationDescription, part.speed_variation)}
+    cut = d.CuttingDescription(**values)
+    if (fault := fault_of(cut)) is not None:
+        document.fault(("cutting", *fault[0]), fault[1])
+    return cut
+
+
+def _position(value: Any, axis: d.AxisDescription, key: Key, document: Document) -> float:
+    try:
+        position = units.quantity(value, units.ANGLE if "r" in axis.direction else units.LENGTH)
+    except units.UnitError as error:
+        document.fault(key, str(error))
+        return 0.0
+    if not axis.limits[0] <= position <= axis.limits[1]:
+        document.fault(key, f"{position:g} is beyond the limits {axis.limits[0]:g} .. {axis.limits[1]:g} of the axis")
+    return position
+
+
+def write(description: d.MachineDescription, path: str | Path) -> None:
+    """Write a description as a machine file in SI numbers; reading it back gives an equal description.
+
+    Mesh bodies are written with their mass properties' source file only, which must lie beside the new file.
+    """
+    data = {"toolpoint": schema.VERSION, **_lowered(description)}
+    for joint in data["joints"].values():
+        joint.update(joint.pop("frame", {}))
+    _dump(data, path)
+
+
+def write_cutting(cut: d.CuttingDescription, path: str | Path) -> None:
+    """Write the section ``cutting`` alone, SI numbers, to be put into a machine file."""
+    _dump({"cutting": _lowered(cut)}, path)
+
+
+def _dump(data: Mapping[str, Any], path: str | Path) -> None:
+    yaml = YAML(typ="safe", pure=True)
+    yaml.default_flow_style = None
+    yaml.width = 120
+    yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    with Path(path).open("w", encoding="utf-8") as file:
+        yaml.dump(data, file)
+
+
+def _lowered(value: Any) -> Any:
+    if isinstance(value, d.MeshDescription):
+        return {"file": value.file}
+    if is_dataclass(value):
+        entries = {f.name: getattr(value, f.name) for f in fields(value)}
+        kept = {f.name: entries[f.name] for f in fields(value) if not _is_default(f, entries[f.name])}
+        if isinstance(value, d.AxisDescription) and np.isinf(value.limits[0]):
+            kept.pop("limits", None)
+        return {name: _lowered(entry) for name, entry in kept.items()}
+    if isinstance(value, Mapping):
+        return {str(k): _lowered(v) for k, v in value.items()}
+    if isinstance(value, (tuple, list)):
+        return [_lowered(v) for v in value]
+    return float(value) if isinstance(value, (float, np.floating)) else value
+
+
+def _is_default(field: Any, value: Any) -> bool:
+    if field.default is not MISSING:
+        return bool(value == field.default) if not isinstance(value, np.ndarray) else False
+    return field.default_factory is not MISSING and value == field.default_factory()

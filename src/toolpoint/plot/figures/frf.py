@@ -1,0 +1,220 @@
+"""Figures of frequency responses: magnitude and phase, real and imaginary part, Nyquist circles, coherence."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+import plotly.graph_objects as go
+from plotly.subplots import make_subplots
+
+from toolpoint._check import Array, fail
+from toolpoint.plot.figures.theme import COLOURS, DASHES, TEMPLATE, figure, mark_modes, plain
+from toolpoint.vibration import Dof, Frf, Modes
+
+Labels = Iterable[Dof | str | int] | Dof | str | int | None
+_MOST = 24
+
+
+@dataclass(frozen=True, eq=False)
+class _Curve:
+    name: str
+    group: str
+    colour: str
+    dash: str
+    frequency: Array
+    values: Array
+    coherence: Array | None
+
+
+def bode(
+    frfs: Frf | Mapping[str, Frf],
+    outputs: Labels = None,
+    inputs: Labels = None,
+    modes: Modes | None = None,
+    *,
+    with_coherence: bool = True,
+    log_frequency: bool = False,
+    title: str = "",
+) -> go.Figure:
+    """Return magnitude (logarithmic) over phase (deg), with the coherence beneath where one is carried.
+
+    Parameters
+    ----------
+    frfs : Frf, or mapping from name to Frf
+        One pose each, one quantity; several are overlaid (measured, synthesised), each name with its own line style.
+    outputs, inputs : labels or indices, optional
+        Responses and forces drawn, all where none are given; at most 24 curves.
+    modes : Modes, optional
+        Natural frequencies marked by vertical lines (one pose).
+    with_coherence : bool
+        Whether to draw the coherence of the Frfs that carry one.
+    log_frequency : bool
+        Logarithmic frequency axis.
+    title : str
+
+    Raises
+    ------
+    ToolpointError
+        For batches of poses, mixed quantities, unknown labels, more than 24 curves.
+    """
+    named, curves = _curves(frfs, outputs, inputs)
+    shown = with_coherence and any(curve.coherence is not None for curve in curves)
+    heights = [0.56, 0.25, 0.19] if shown else [0.68, 0.32]
+    made = _stacked(heights, title, 620 if shown else 540)
+    for curve in curves:
+        size = np.abs(curve.values)
+        _line(made, curve, np.where(size > 0, size, np.nan), 1, True, "%{y:.4g} " + _unit(named))
+        _line(made, curve, np.angle(curve.values, deg=True), 2, False, "%{y:.1f}°")
+        if shown and curve.coherence is not None:
+            _line(made, curve, curve.coherence, 3, False, "coherence %{y:.3f}")
+    made.update_yaxes(type="log", dtick=1, title_text=_quantity(named), row=1, col=1)
+    made.update_yaxes(title_text="Phase, °", range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], row=2, col=1)
+    if shown:
+        made.update_yaxes(title_text="Coherence", range=[0, 1.05], tickvals=[0, 0.5, 1], row=3, col=1)
+    return _finished(made, modes, named, log_frequency, len(heights))
+
+
+def real_imaginary(
+    frfs: Frf | Mapping[str, Frf],
+    outputs: Labels = None,
+    inputs: Labels = None,
+    modes: Modes | None = None,
+    *,
+    log_frequency: bool = False,
+    title: str = "",
+) -> go.Figure:
+    """Return the real part over the imaginary part; parameters as for `bode`."""
+    named, curves = _curves(frfs, outputs, inputs)
+    made = _stacked([0.5, 0.5], title, 540)
+    for curve in curves:
+        _line(made, curve, curve.values.real, 1, True, "%{y:.4g} " + _unit(named))
+        _line(made, curve, curve.values.imag, 2, False, "%{y:.4g} " + _unit(named))
+    made.update_yaxes(title_text=f"Real, {_unit(named)}", row=1, col=1)
+    made.update_yaxes(title_text=f"Imaginary, {_unit(named)}", row=2, col=1)
+    return _finished(made, modes, named, log_frequency, 2)
+
+
+def nyquist(
+    frfs: Frf | Mapping[str, Frf], outputs: Labels = None, inputs: Labels = None, *, title: str = ""
+) -> go.Figure:
+    """Return imaginary against real part at equal scales, the frequency on hover; parameters as for `bode`."""
+    named, curves = _curves(frfs, outputs, inputs)
+    made = figure(title, 540)
+    for curve in curves:
+        made.add_scatter(
+            x=_short(curve.values.real), y=_short(curve.values.imag), customdata=_short(curve.frequency),
+            name=plain(curve.name), mode="lines+markers",
+            line={"color": curve.colour, "dash": curve.dash, "width": 1.4},
+            marker={"size": 4}, hovertemplate="%{customdata:.6g} Hz<br>%{x:.4g} + i (%{y:.4g}) " + _unit(named))
+    made.update_xaxes(title_text=f"Real, {_unit(named)}", zeroline=True, zerolinecolor="rgba(127,127,127,0.5)")
+    made.update_yaxes(title_text=f"Imaginary, {_unit(named)}", scaleanchor="x", zeroline=True,
+                      zerolinecolor="rgba(127,127,127,0.5)")
+    return made
+
+
+def coherence(
+    frfs: Frf | Mapping[str, Frf], outputs: Labels = None, inputs: Labels = None, *, title: str = ""
+) -> go.Figure:
+    """Return the coherence over frequency; an Frf without one is refused. Parameters as for `bode`."""
+    named, curves = _curves(frfs, outputs, inputs)
+    without = [name for name, frf in named.items() if frf.coherence is None]
+    if without:
+        fail("frfs", f"no coherence in {without[0] or 'the Frf'}", "must carry one",
+             "estimate it from several averages")
+    made = _stacked([1.0], title, 320)
+    for curve in curves:
+        _line(made, curve, curve.coherence, 1, True, "%{y:.3f}")
+    made.update_yaxes(title_text="Coherence", range=[0, 1.03])
+    return _finished(made, None, named, False, 1)
+
+
+def _curves(frfs: Frf | Mapping[str, Frf], outputs: Labels, inputs: Labels) -> tuple[dict[str, Frf], list[_Curve]]:
+    named = {"": frfs} if isinstance(frfs, Frf) else dict(frfs)
+    if not named:
+        fail("frfs", "none", "must be at least one Frf")
+    first = next(iter(named.values()))
+    for name, frf in named.items():
+        if frf.values.ndim != 3:
+            fail("frfs", f"{name or 'the Frf'} has {frf.values.shape[0]} poses", "must be one pose",
+                 "use frf.at_pose(i)")
+        if frf.quantity != first.quantity:
+            fail("frfs", f"{name} is {frf.quantity} beside {first.quantity}", "must be one quantity",
+                 f"use frf.converted_to({first.quantity!r})")
+    chosen = {name: frf.selected(_many(outputs), _many(inputs)) for name, frf in named.items()}
+    count = sum(frf.values[0].size for frf in chosen.values())
+    if count > _MOST:
+        fail("frfs", f"{count} curves", f"must be at most {_MOST} to be readable",
+             "choose outputs=[...] and inputs=[...]")
+    return chosen, list(_each(chosen))
+
+
+def _each(chosen: Mapping[str, Frf]) -> Iterator[_Curve]:
+    pairs: dict[str, int] = {}
+    for frf in chosen.values():
+        for out in frf.outputs:
+            for into in frf.inputs:
+                pairs.setdefault(f"{out} / {into}", len(pairs))
+    for number, (name, frf) in enumerate(chosen.items()):
+        for i, out in enumerate(frf.outputs):
+            for j, into in enumerate(frf.inputs):
+                pair = f"{out} / {into}"
+                at = pairs[pair] if len(pairs) > 1 else number
+                words = name if name and len(pairs) == 1 else f"{name}, {pair}" if name else pair
+                yield _Curve(words, f"{number}-{i}-{j}", COLOURS[at % len(COLOURS)], DASHES[number % len(DASHES)],
+                             frf.frequency, frf.values[:, i, j],
+                             None if frf.coherence is None else frf.coherence[:, i, j])
+
+
+def _many(labels: Labels) -> list[Dof | str | int] | None:
+    if labels is None:
+        return None
+    return [labels] if isinstance(labels, (str, int, Dof)) else list(labels)
+
+
+def _stacked(heights: list[float], title: str, height: int) -> go.Figure:
+    made = make_subplots(rows=len(heights), cols=1, shared_xaxes=True, vertical_spacing=0.045, row_heights=heights)
+    made.update_layout(template=TEMPLATE, height=height)
+    if title:
+        made.update_layout(title={"text": plain(title)}, margin={"t": 84})
+    return made
+
+
+def _line(made: go.Figure, curve: _Curve, values: Array | None, row: int, legend: bool, words: str) -> None:
+    made.add_trace(go.Scatter(
+        x=_short(curve.frequency), y=_short(values), name=plain(curve.name), legendgroup=curve.group, showlegend=legend,
+        mode="lines", line={"color": curve.colour, "dash": curve.dash, "width": 1.6},
+        hovertemplate="%{x:.6g} Hz<br>" + words), row=row, col=1)
+
+
+def _finished(
+    made: go.Figure, modes: Modes | None, named: Mapping[str, Frf], log_frequency: bool, rows: int
+) -> go.Figure:
+    low = min(float(frf.frequency[0]) for frf in named.values())
+    high = max(float(frf.frequency[-1]) for frf in named.values())
+    if modes is not None:
+        if modes.frequency.ndim > 1:
+            fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
+        inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
+        mark_modes(made, inside, (low, high), log_frequency, row=1, col=1)
+        for row in range(2, rows + 1):
+            mark_modes(made, inside, row=row, col=1)
+    made.update_xaxes(type="log" if log_frequency else "linear")
+    made.update_xaxes(title_text="Frequency, Hz", row=rows, col=1)
+    if not log_frequency:
+        made.update_xaxes(range=[low, high])
+    made.update_layout(showlegend=True)
+    return made
+
+
+def _short(values: Array | None) -> Array:
+    return np.asarray(values, np.float32)
+
+
+def _unit(named: Mapping[str, Frf]) -> str:
+    return next(iter(named.values())).unit.replace("^2", "²")
+
+
+def _quantity(named: Mapping[str, Frf]) -> str:
+    return f"{next(iter(named.values())).quantity.capitalize()}, {_unit(named)}"

@@ -1,0 +1,206 @@
+"""Stability charts: spindle speed against depth of cut, as limit curves or as stable intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+
+from toolpoint._check import Array, FloatArray, fail, floats, increasing, nonnegative
+from toolpoint.plot.figures.theme import COLOURS, STABLE, figure, plain, with_alpha
+
+_BARE = "rgba(127,127,127,0.7)"
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityCurve:
+    """A limit depth over spindle speed.
+
+    Parameters
+    ----------
+    speed_rpm : (n,) floats
+        Spindle speed, rev/min, increasing.
+    depth : (n,) floats
+        Limit depth of cut, m; infinite or NaN where there is no limit in the range looked at.
+    name : str
+    chatter_frequency : (n,) floats, optional
+        Hz, shown on hover.
+    error : (n,) floats, optional
+        Estimated numerical error of the depth, m, shown on hover.
+    kind : (n,) str, optional
+        Type of instability (Hopf, flip, fold), shown on hover.
+    """
+
+    speed_rpm: FloatArray
+    depth: FloatArray
+    name: str = "limit"
+    chatter_frequency: FloatArray | None = None
+    error: FloatArray | None = None
+    kind: Sequence[str] | None = None
+
+    def __post_init__(self) -> None:
+        speed = increasing("speed_rpm", floats("speed_rpm", self.speed_rpm))
+        depth = floats("depth", self.depth, (speed.size,), finite=False)
+        if (depth < 0).any():
+            fail("depth", f"value {np.nanmin(depth):g} m", "must not be negative")
+        object.__setattr__(self, "speed_rpm", speed)
+        object.__setattr__(self, "depth", depth)
+        for what in ("chatter_frequency", "error", "kind"):
+            _same_length(self, what, speed.size)
+
+
+@dataclass(frozen=True, eq=False)
+class StabilityIntervals:
+    """Stable intervals of depth at each speed: islands and re-stable bands included.
+
+    Parameters
+    ----------
+    speed_rpm : (n,) floats
+        Spindle speed, rev/min, increasing.
+    intervals : n arrays (k, 2)
+        Stable from, to; m; an open end is infinite. k may differ from speed to speed and may be 0.
+    chatter_frequency : n arrays (k,), optional
+        Hz at the upper end of each interval.
+    error : n arrays (k,), optional
+        Estimated numerical error of the upper end, m.
+    name : str
+    """
+
+    speed_rpm: FloatArray
+    intervals: Sequence[ArrayLike]
+    chatter_frequency: Sequence[ArrayLike] | None = None
+    error: Sequence[ArrayLike] | None = None
+    name: str = "stable"
+
+    def __post_init__(self) -> None:
+        speed = increasing("speed_rpm", floats("speed_rpm", self.speed_rpm))
+        object.__setattr__(self, "speed_rpm", speed)
+        for what in ("intervals", "chatter_frequency", "error"):
+            _same_length(self, what, speed.size)
+        checked = tuple(_interval(i, value) for i, value in enumerate(self.intervals))
+        object.__setattr__(self, "intervals", checked)
+        for what in ("chatter_frequency", "error"):
+            if getattr(self, what) is not None:
+                object.__setattr__(self, what, tuple(
+                    floats(f"{what}[{i}]", row, (len(checked[i]),), finite=False)
+                    for i, row in enumerate(getattr(self, what))))
+
+
+def stability_chart(
+    limits: StabilityCurve | StabilityIntervals | Iterable[StabilityCurve | StabilityIntervals],
+    *,
+    max_depth: float | None = None,
+    points: Iterable[tuple[float, float, str]] = (),
+    title: str = "",
+    depth_name: str = "Axial depth of cut",
+) -> go.Figure:
+    """Return the chart of spindle speed (rev/min) against depth of cut (mm).
+
+    Parameters
+    ----------
+    limits : one or several curves or sets of intervals
+        The stable side is tinted for intervals and for a single curve.
+    max_depth : float, optional
+        Top of the chart, m; 1.15 times the largest finite depth where none is given (at most 8 times the median one, so
+        that a lobe's peak does not flatten the rest).
+    points : (speed rev/min, depth m, words), optional
+        Cuts marked on the chart.
+    """
+    parts = [limits] if isinstance(limits, (StabilityCurve, StabilityIntervals)) else list(limits)
+    if not parts:
+        fail("limits", "none", "must be at least one StabilityCurve or StabilityIntervals")
+    top = _top(parts) if max_depth is None else max_depth
+    if not np.isfinite(top) or top <= 0:
+        fail("max_depth", f"{top:g} m", "must be above zero and finite")
+    made = figure(title, 460)
+    for number, part in enumerate(parts):
+        colour = COLOURS[number % len(COLOURS)]
+        if isinstance(part, StabilityCurve):
+            _curve(made, part, colour, top, len(parts) == 1)
+        else:
+            _bars(made, part, colour, top)
+    for number, (speed, depth, words) in enumerate(points):
+        made.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
+                         marker={"size": 11, "symbol": "x", "color": COLOURS[(len(parts) + number) % len(COLOURS)]},
+                         hovertemplate="%{x:.0f} rev/min<br>%{y:.4g} mm")
+    made.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
+    made.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * top])
+    made.update_layout(bargap=0, showlegend=True, barmode="overlay")
+    return made
+
+
+def _curve(made: go.Figure, curve: StabilityCurve, colour: str, top: float, filled: bool) -> None:
+    words, extra = ["%{x:.0f} rev/min", "limit %{text} mm"], list[Any]()
+    for values, text in ((curve.chatter_frequency, "chatter %{{customdata[{}]:.1f}} Hz"),
+                         (None if curve.error is None else 1e3 * curve.error, "error ± %{{customdata[{}]:.2g}} mm"),
+                         (curve.kind, "%{{customdata[{}]}}")):
+        if values is not None:
+            words.append(text.format(len(extra)))
+            extra.append(values)
+    depth = np.where(np.isnan(curve.depth), np.inf, curve.depth)
+    made.add_scatter(
+        x=curve.speed_rpm, y=1e3 * np.minimum(depth, 3 * top), name=plain(curve.name), mode="lines",
+        text=[f"{1e3 * d:.4g}" if np.isfinite(d) else "none found, above range" for d in depth],
+        line={"color": colour, "width": 2}, fill="tozeroy" if filled else None, fillcolor=STABLE if filled else None,
+        customdata=list(zip(*extra)) if extra else None, hovertemplate="<br>".join(words))
+
+
+def _bars(made: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
+    width = _widths(part.speed_rpm)
+    rows: list[tuple[float, float, float, float, str]] = []
+    for i, speed in enumerate(part.speed_rpm):
+        for k, (low, high) in enumerate(np.asarray(part.intervals[i])):
+            if low < top:
+                words = f"stable {1e3 * low:.5g} … "
+                words += f"{1e3 * high:.5g} mm" if np.isfinite(high) else "no limit found"
+                if part.chatter_frequency is not None:
+                    words += f"<br>chatter above {np.asarray(part.chatter_frequency[i])[k]:.1f} Hz"
+                if part.error is not None:
+                    words += f"<br>error ± {1e3 * np.asarray(part.error[i])[k]:.2g} mm"
+                rows.append((float(speed), float(low), min(float(high), top), width[i], words))
+    made.add_bar(
+        x=[r[0] for r in rows], base=[1e3 * r[1] for r in rows], y=[1e3 * (r[2] - r[1]) for r in rows],
+        width=[r[3] for r in rows], name=plain(part.name),
+        marker={"color": with_alpha(colour, 0.42), "line": {"width": 0}},
+        customdata=[r[4] for r in rows], hovertemplate="%{x:.0f} rev/min<br>%{customdata}")
+
+
+def _widths(speed: FloatArray) -> FloatArray:
+    if speed.size == 1:
+        return np.array([0.02 * speed[0]])
+    return np.gradient(speed)
+
+
+def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
+    found: list[Array] = [part.depth if isinstance(part, StabilityCurve)
+                          else np.concatenate([np.asarray(i).ravel() for i in part.intervals]) for part in parts]
+    depth = np.concatenate(found)
+    depth = depth[np.isfinite(depth) & (depth > 0)]
+    if depth.size == 0:
+        fail("limits", "no finite depth", "a depth must be finite", "give max_depth, m, for the top of the chart")
+    return 1.15 * float(min(depth.max(), 8 * np.median(depth)))
+
+
+def _speed_range(parts: Sequence[StabilityCurve | StabilityIntervals]) -> list[float]:
+    low, high = min(part.speed_rpm[0] for part in parts), max(part.speed_rpm[-1] for part in parts)
+    return [float(low), float(high)] if high > low else [0.9 * float(low), 1.1 * float(high)]
+
+
+def _interval(number: int, value: ArrayLike) -> FloatArray:
+    array = np.asarray(value, float)
+    array = array.reshape(-1, 2) if array.size == 0 else floats(f"intervals[{number}]", array, (None, 2), finite=False)
+    if np.isnan(array).any() or (array[:, 1] <= array[:, 0]).any():
+        fail(f"intervals[{number}]", repr(array.tolist()), "must be pairs from < to, m")
+    return nonnegative(f"intervals[{number}]", array)
+
+
+def _same_length(part: Any, what: str, count: int) -> None:
+    value = getattr(part, what)
+    if value is not None and len(value) != count:
+        fail(what, f"{len(value)} entries", f"must be {count}, one for each speed")
+    if what in ("chatter_frequency", "error") and value is not None and isinstance(part, StabilityCurve):
+        object.__setattr__(part, what, floats(what, value, (count,), finite=False))

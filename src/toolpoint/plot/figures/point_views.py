@@ -1,0 +1,121 @@
+"""Measured points in three views (front, side, top): paired with a model's points, or coloured by a value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+from numpy.typing import ArrayLike
+from plotly.subplots import make_subplots
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.plot.figures.theme import COLOURS, TEMPLATE, plain
+
+Point = str | int
+# Title, horizontal and vertical axis of every view.
+VIEWS = (("Front (x, z)", 0, 2), ("Side (y, z)", 1, 2), ("Top (x, y)", 0, 1))
+_GREY = "rgba(127,127,127,0.55)"
+
+
+def point_pairs(
+    test: Mapping[Point, ArrayLike], model: Mapping[Point, ArrayLike], pairs: Mapping[Point, Point], title: str = "",
+) -> go.Figure:
+    """Return test points (already in the model's frame, m) and model points, a line between the two of each pair.
+
+    Points without partner are drawn as crosses.
+    """
+    made = views(title)
+    a = {name: floats(f"test[{name!r}]", at, (3,)) for name, at in test.items()}
+    b = {name: floats(f"model[{name!r}]", at, (3,)) for name, at in model.items()}
+    lost = [name for name in (*pairs,) if name not in a] + [name for name in pairs.values() if name not in b]
+    if lost:
+        fail("pairs", f"{lost[0]!r}", "must be points of test and model")
+    other = {name: at for name, at in b.items() if name not in set(pairs.values())}
+    single = {name: at for name, at in a.items() if name not in pairs}
+    for view in range(3):
+        segments(made, view, [(a[p], b[q]) for p, q in pairs.items()], COLOURS[6])
+        for name, at, mark in (
+                ("model, paired", {q: b[q] for q in pairs.values()},
+                 {"symbol": "square-open", "size": 11, "color": COLOURS[0]}),
+                ("test, paired", {p: a[p] for p in pairs}, {"symbol": "circle", "size": 5, "color": COLOURS[1]}),
+                ("model, single", other, {"symbol": "square-open", "size": 8, "color": _GREY}),
+                ("test, single", single, {"symbol": "x", "size": 9, "color": COLOURS[3]})):
+            if at:
+                dots(made, view, at, name, mark)
+    return made
+
+
+def point_values(
+    points: Mapping[Point, ArrayLike], values: Mapping[Point, float], *, quantity: str,
+    limits: tuple[float, float] = (0.0, 1.0), good_is_high: bool = True, lines: Iterable[tuple[Point, Point]] = (),
+    title: str = "",
+) -> go.Figure:
+    """Return points coloured by a value in three views; points without a value are grey.
+
+    Parameters
+    ----------
+    points : point to (3,) position, m
+    values : point to number
+    quantity : str
+        Title of the colour bar.
+    limits : (low, high)
+        Ends of the colour scale.
+    good_is_high : bool
+        Whether the high end is the one that agrees (drawn cool); otherwise the low end.
+    lines : pairs of points joined by a line
+    """
+    at = {name: floats(f"points[{name!r}]", xyz, (3,)) for name, xyz in points.items()}
+    unknown = [name for name in values if name not in at]
+    if unknown or not values:
+        fail("values", f"{unknown[0]!r} without a position" if unknown else "none", "must be of points", "give its position")
+    made = views(title)
+    known = {name: at[name] for name in values}
+    scale = "RdYlBu" if good_is_high else "RdYlBu_r"
+    for view in range(3):
+        segments(made, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], _GREY)
+        rest = {name: xyz for name, xyz in at.items() if name not in values}
+        if rest:
+            dots(made, view, rest, "no value", {"size": 5, "color": _GREY})
+        numbers = [float(values[name]) for name in known]
+        mark = {"size": 10, "color": numbers, "colorscale": scale, "cmin": limits[0], "cmax": limits[1],
+                "line": {"width": 0.5, "color": "rgba(60,60,60,0.6)"}, "showscale": view == 2,
+                "colorbar": {"title": {"text": plain(quantity)}, "thickness": 14}}
+        words = [f"{plain(name)}: {plain(quantity)} {v:.3f}" for name, v in zip(known, numbers, strict=True)]
+        dots(made, view, known, quantity, mark, words, False)
+    return made
+
+
+def views(title: str) -> go.Figure:
+    """Return an empty figure of three views with equal scales."""
+    made = make_subplots(rows=1, cols=3, subplot_titles=[name for name, _, _ in VIEWS], horizontal_spacing=0.07)
+    made.update_layout(template=TEMPLATE, height=460, legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
+                       margin={"t": 84 if title else 48, "b": 60})
+    if title:
+        made.update_layout(title={"text": plain(title)})
+    for k, (_, i, j) in enumerate(VIEWS):
+        suffix = "" if k == 0 else str(k + 1)
+        made.update_xaxes(title_text=f"{'xyz'[i]}, m", row=1, col=k + 1, constrain="domain")
+        made.update_yaxes(title_text=f"{'xyz'[j]}, m", row=1, col=k + 1, scaleanchor=f"x{suffix}", constrain="domain")
+    return made
+
+
+def dots(made: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict, words: list[str] | None = None,  # type: ignore[type-arg]
+         legend: bool = True) -> None:
+    """Add points (name to position) to a view (0, 1, 2)."""
+    _, i, j = VIEWS[view]
+    xyz = np.array(list(at.values())).reshape(-1, 3)
+    made.add_scatter(x=xyz[:, i], y=xyz[:, j], mode="markers", marker=mark, name=plain(name), legendgroup=name,
+                     showlegend=legend and view == 0, text=words or [plain(point) for point in at],
+                     hovertemplate="%{text}<extra></extra>", row=1, col=view + 1)
+
+
+def segments(made: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], colour: str) -> None:
+    """Add lines between pairs of positions to a view."""
+    if not ends:
+        return
+    _, i, j = VIEWS[view]
+    x = [v for a, b in ends for v in (float(a[i]), float(b[i]), None)]
+    y = [v for a, b in ends for v in (float(a[j]), float(b[j]), None)]
+    made.add_scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 1}, hoverinfo="skip", showlegend=False,
+                     row=1, col=view + 1)

@@ -1,0 +1,78 @@
+"""Scenes and animated shapes of machines: bodies drawn as described, moved as rigid bodies in each mode."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.bodies import mesh
+from toolpoint.kinematics import Pose
+from toolpoint.machine.description import BodyDescription, ShapeDescription
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import Placement, placed
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.scene import Box, Scene
+from toolpoint.spatial import transform as tf
+
+POINTS = "points"
+
+
+def machine_scene(machine: Machine, pose: Pose | None = None) -> Scene:
+    """Return the machine at one pose: shapes, meshes or boxes of equal inertia; a small box at every named point."""
+    return _scene(placed(machine, pose))[0]
+
+
+def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -> tuple[Scene, AnimatedShapes]:
+    """Return the scene at one pose and the lowest undamped modes on its nodes."""
+    found = body_shapes(machine, pose, modes)
+    scene, links = _scene(found.place)
+    moved = np.zeros((found.frequency.size, len(scene.nodes), 3))
+    for link in range(len(machine.bodies)):
+        at = links == link
+        velocity = tf.point_velocity(scene.nodes[at]) @ found.twists[link]
+        moved[:, at] = np.moveaxis(velocity, -1, 0)
+    ratio = machine.description.damping_ratio
+    return scene, AnimatedShapes(found.frequency, np.full(found.frequency.size, ratio or 0.0), moved.astype(complex))
+
+
+def _scene(place: Placement) -> tuple[Scene, np.ndarray]:
+    machine, parts, links = place.machine, [], []
+    for link, name in enumerate(machine.body_names):
+        part = _body(name, machine.description.bodies[name], machine.bodies[link].mass, place.frames[0, link])
+        parts.append(part)
+        links.append(np.full(len(part.nodes), link))
+    size = 0.015 * Scene.joined(parts).size
+    for point in machine.description.points.values():
+        parts.append(Scene.of_boxes([Box(POINTS, place.position(point)[0], (size,) * 3)]))
+        links.append(np.full(8, machine.link(point.body)))
+    return Scene.joined(parts), np.concatenate(links)
+
+
+def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray) -> Scene:
+    if body.mesh is not None:
+        nodes, faces = mesh.merged(body.mesh.corners)
+        return Scene.of_mesh(name, tf.moved(frame, nodes + np.array(body.centre)), faces)
+    shape = body.draw or body.shape
+    centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+    size = _size(shape) if shape is not None else _equal_box(mass)
+    centre = tf.moved(frame, centre[None])[0]
+    return Scene.of_boxes([Box(name, centre, size, frame[:3, :3])])
+
+
+def _size(shape: ShapeDescription) -> FloatArray:
+    if shape.size is not None:
+        return np.array(shape.size)
+    size = np.full(3, shape.diameter or 0.1)
+    if shape.length is not None:
+        size["xyz".index(shape.axis)] = shape.length
+    return size
+
+
+def _equal_box(mass: FloatArray) -> FloatArray:
+    """Return the size of the uniform box with the body's own moments about the axes through its centre, m."""
+    total = mass[0, 0]
+    first = mass[3:6, :3] / total
+    about_centre = np.diag(mass[3:6, 3:6] + total * first @ first)
+    squares = 6 / total * (about_centre.sum() - 2 * about_centre)
+    return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))

@@ -1,0 +1,148 @@
+"""ShapeView: animated shapes on one scene, or on two side by side, as a part of a page."""
+
+from __future__ import annotations
+
+import base64
+import html
+import re
+import zlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, fail
+from toolpoint.plot.figures.theme import RAMP
+from toolpoint.plot.page.frame import asset, data_block, page
+from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.scene import Scene
+
+SCRIPTS = ("shape_data.js", "shape_renderer.js", "shape_view.js", "shape_controls.js")
+_DOTS_UP_TO = 3000
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeView:
+    """Shapes that move on a page, drawn by WebGL2.
+
+    On the page, `window.toolpointViews[name]` has showMode(i), setPhase(radians), setAmplitude(factor), play(on),
+    setShape({real, imaginary, frequency, damping, label}, pane) and positions(pane), the node positions as drawn.
+
+    Parameters
+    ----------
+    scene : Scene
+    shapes : AnimatedShapes
+        Displacements of the scene's nodes.
+    name : str
+        Name in `window.toolpointViews`: letters, digits, ``_`` and ``-``, the first a letter.
+    title : str
+        Words over the scene.
+    caption : str
+        A sentence under the view.
+    other : (Scene, AnimatedShapes, title), optional
+        Second scene to the right, moved by the same controls; its mode i is shown beside mode i of the first
+        (shape pairs of a test and a model).
+
+    Raises
+    ------
+    ToolpointError
+        Where shapes and scene have other numbers of nodes, or two sets of shapes other numbers of modes.
+    """
+
+    scene: Scene
+    shapes: AnimatedShapes
+    name: str = "shapes"
+    title: str = ""
+    caption: str = ""
+    other: tuple[Scene, AnimatedShapes, str] | None = None
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", self.name):
+            fail("ShapeView.name", repr(self.name), "must be letters, digits, _ and -, the first a letter")
+        for scene, shapes, title in self.panes:
+            if shapes.displacement.shape[1] != scene.nodes.shape[0]:
+                fail("ShapeView.shapes", f"{shapes.displacement.shape[1]} nodes for {title or 'the scene'}",
+                     f"must be the {scene.nodes.shape[0]} nodes of its scene")
+        if self.other is not None and self.other[1].count != self.shapes.count:
+            fail("ShapeView.other", f"{self.other[1].count} modes beside {self.shapes.count}", "must be equally many",
+                 "pair the modes first and take shapes.selected([...]) of both")
+
+    @property
+    def panes(self) -> tuple[tuple[Scene, AnimatedShapes, str], ...]:
+        """The one or two scenes with their shapes and titles."""
+        first = (self.scene, self.shapes, self.title)
+        return (first,) if self.other is None else (first, self.other)
+
+    def payload(self) -> dict[str, Any]:
+        """Return what the page script reads: packed arrays (positions 32-bit, shapes 16-bit of the largest part)."""
+        return {"ramp": RAMP, "panes": [_pane(*pane) for pane in self.panes]}
+
+    def fragment(self) -> str:
+        """Return the HTML of the view without scripts: a figure and its data block."""
+        source, notes = f"tp-data-{self.name}", [note for pane in self.panes for note in pane[1].notes]
+        words = " ".join([self.caption, *dict.fromkeys(notes)]).strip()
+        caption = f"<figcaption>{html.escape(words)}</figcaption>" if words else ""
+        return (f'<figure class="tp-figure"><div class="tp-view" data-name="{self.name}" data-source="{source}">'
+                f"<noscript>This view needs JavaScript, which is switched off.</noscript></div>{caption}</figure>"
+                + data_block(source, self.payload()))
+
+    def html(self) -> str:
+        """Return a page of its own with this view only; it asks no host for anything."""
+        body = f"<main>{'<h1>' + html.escape(self.title) + '</h1>' if self.title else ''}{self.fragment()}</main>"
+        return page(self.title or "Animated shapes", body, [asset(name) for name in (*SCRIPTS, "page.js")])
+
+    def _repr_html_(self) -> str:
+        return (f'<iframe sandbox="allow-scripts" style="width:100%;height:44rem;border:0" '
+                f'srcdoc="{html.escape(self.html())}"></iframe>')
+
+    def __repr__(self) -> str:
+        words = " beside ".join(f"{shapes!r} on {scene!r}" for scene, shapes, _ in self.panes)
+        return f"ShapeView({self.name!r}, {words})"
+
+
+def _pane(scene: Scene, shapes: AnimatedShapes, title: str) -> dict[str, Any]:
+    count = scene.nodes.shape[0]
+    wide = count > 65535
+    index = "<u4" if wide else "<u2"
+    assert shapes.known is not None and scene.node_body is not None  # filled when made
+    return {
+        "title": title, "wide": wide, "bodies": list(scene.body_names),
+        "nodes": _packed(scene.nodes, "<f4"), "triangles": _packed(scene.triangles, index),
+        "lines": _packed(scene.lines, index), "body": _packed(scene.node_body, "<u2"),
+        "known": _packed(shapes.known, "u1"), "dots": scene.triangles.shape[0] == 0 and count <= _DOTS_UP_TO,
+        "shapes": [
+            {"label": label, "frequency": float(f), "damping": float(z), **_parts(u)}
+            for label, f, z, u in zip(shapes.labels, shapes.frequency, shapes.damping_ratio, shapes.displacement)],
+    }
+
+
+def _parts(displacement: ComplexArray) -> dict[str, Any]:
+    unit = float(max(np.abs(displacement.real).max(), np.abs(displacement.imag).max()))
+    real, imaginary = (_packed(np.rint(part / unit * 32767), "<i2") if unit and np.any(part) else None
+                       for part in (displacement.real, displacement.imag))
+    return {"unit": unit, "real": real, "imaginary": imaginary}
+
+
+def _packed(values: Any, kind: str) -> dict[str, Any]:
+    """Return an array as deflated base64, as it is or as differences down its columns, whichever is shorter."""
+    array = np.ascontiguousarray(values).astype(kind)
+    columns = int(np.prod(array.shape[1:], dtype=int))
+    width = array.itemsize
+    whole = array.reshape(array.shape[0], columns).view(f"<u{width}")
+    steps = np.ascontiguousarray(np.diff(whole, axis=0, prepend=np.zeros_like(whole[:1])).T)
+    planes = steps.reshape(-1, 1).view("u1").T.tobytes()  # all low bytes first: they deflate better together
+    plain, differences = _deflated(array.tobytes()), _deflated(planes)
+    shorter = len(differences) < len(plain)
+    return {"z": base64.b64encode(differences if shorter else plain).decode("ascii"), "size": array.nbytes,
+            "width": width, "columns": columns if shorter else 0}
+
+
+def _deflated(data: bytes) -> bytes:
+    maker = zlib.compressobj(9, zlib.DEFLATED, -15)
+    return maker.compress(data) + maker.flush()
+
+
+def scripts_of(parts: Sequence[object]) -> tuple[str, ...]:
+    """Return the names of the scripts that these parts need."""
+    return SCRIPTS if any(isinstance(part, ShapeView) for part in parts) else ()
