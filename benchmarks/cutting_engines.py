@@ -76,7 +76,7 @@ def main() -> None:
         values = []
         for i, method in enumerate((PanelArnoldi(), HillDeterminant(reach=3.0))):
             start = time.process_time()
-            values.append(first(stability.chart(problem, speed, method, TOP)))
+            values.append(first(stability.chart(problem, speed, method, depth_max=TOP)))
             seconds[i] += time.process_time() - start
         (a, da), (b, db) = values
         if np.isinf(a) and np.isinf(b):

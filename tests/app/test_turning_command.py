@@ -84,7 +84,7 @@ def test_a_machine_at_a_pose_and_its_cross_response(tmp_path, capsys):
     along_z = turn(capsys, MACHINE, "--pose", "X=0.1", "--kf", 800, "--direction", "z", "--speeds", "800:1600:3", "-o",
                    tmp_path)
     problem = TurningProblem(800e6, modes.at_dofs([f"{study.point}:+z"]))
-    chart = stability.chart(problem, np.array([800.0, 1200.0, 1600.0]), None, 2 * max(limits(along_z)))
+    chart = stability.chart(problem, np.array([800.0, 1200.0, 1600.0]), None, depth_max=2 * max(limits(along_z)))
     np.testing.assert_allclose(limits(along_z), chart.limit, rtol=1e-6)
 
 

@@ -164,7 +164,7 @@ def test_fixed_memory_and_methods_without() -> None:
     stability.chart(cut(), SPEEDS[:1], FloquetDeterminant(), warm=memory)
     assert not memory.scans and not memory.roots and not memory.attempts
     semi = SemiDiscretization(0, 20)
-    plain, given_ = (stability.chart(cut(), SPEEDS[4:], semi, 0.002, warm=w) for w in (None, memory))
+    plain, given_ = (stability.chart(cut(), SPEEDS[4:], semi, depth_max=0.002, warm=w) for w in (None, memory))
     assert (plain.depth == given_.depth).all()
 
 

@@ -13,7 +13,7 @@ from toolpoint.vibration import Modes
 def test_click_on_a_cut_shows_its_simulation(opened):
     modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
     problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, feed_per_tooth=1e-4)
-    chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), 0.0006)
+    chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), depth_max=0.0006)
     cuts = [(10000.0, 0.00005), (15000.0, 0.00008), (19000.0, 0.00025)]
     runs = [simulate(problem, speed, depth, 40) for speed, depth in cuts]
     seen = opened(_lobes_page(problem, None, chart, runs).html(), reduced_motion="reduce")

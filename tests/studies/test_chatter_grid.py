@@ -32,7 +32,7 @@ def test_every_place_of_the_grid_has_the_limits_of_its_own_chart(found, vertical
             study = tool_point(vertical_drives, [{"X": x, "Z": z}])
             problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
             for way, angle in enumerate(ANGLES):
-                chart = stability.chart(problem.at_feed_angle(angle), SPEEDS, ZeroOrder(), depth_limit(problem))
+                chart = stability.chart(problem.at_feed_angle(angle), SPEEDS, ZeroOrder(), depth_max=depth_limit(problem))
                 np.testing.assert_allclose(found.limit[i, k, way], chart.limit, rtol=1e-9)
                 np.testing.assert_allclose(found.frequency[i, k, way], chart.frequency[chart.limit_points()], rtol=1e-9)
             assert found.depth_max[i, k] == pytest.approx(depth_limit(problem))
@@ -84,9 +84,9 @@ class Told:
     def __str__(self):
         return "Told"
 
-    def solve_warm(self, problem, speeds, depth_max, warm):
+    def solve(self, problem, speeds, depth_max, *, warm=None):
         self.begun.append(len(warm.roots))
-        return PanelArnoldi().solve_warm(problem, speeds, depth_max, warm)
+        return PanelArnoldi().solve(problem, speeds, depth_max, warm=warm)
 
 
 WIDE = {"X": [-0.2, -0.15, -0.1], "Z": [0.0, 0.05, 0.1]}
@@ -105,7 +105,7 @@ def test_warm_chains_give_the_cold_charts_within_their_errors(vertical_drives):
         study = tool_point(vertical_drives, [found.pose((i, k))])
         problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
         for way, angle in enumerate(ANGLES):
-            chart = stability.chart(problem.at_feed_angle(angle), speeds, PanelArnoldi(), depth_limit(problem))
+            chart = stability.chart(problem.at_feed_angle(angle), speeds, PanelArnoldi(), depth_max=depth_limit(problem))
             error = chart.error[chart.limit_points()]
             assert (abs(found.limit[i, k, way] - chart.limit) <= 2 * error).all()  # each of the two has its own
             assert (error < 1e-5 * chart.limit).all()

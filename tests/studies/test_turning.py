@@ -53,9 +53,9 @@ def test_the_chart_meets_the_limit_at_the_tips_and_nowhere_falls_below():
     dense = np.linspace(20, 900, 400_001)
     least = problem.plane.response(dense)[:, 0, 0].real.min()
     assert found.width == pytest.approx(-1 / (2 * KF * least), rel=1e-6)
-    chart = stability.chart(problem, np.sort(found.tips), None, width_range(problem))
+    chart = stability.chart(problem, np.sort(found.tips), None, depth_max=width_range(problem))
     np.testing.assert_allclose(chart.limit, found.width, rtol=1e-5)
-    everywhere = stability.chart(problem, np.linspace(500, 9000, 200), None, width_range(problem))
+    everywhere = stability.chart(problem, np.linspace(500, 9000, 200), None, depth_max=width_range(problem))
     assert everywhere.limit.min() >= found.width * (1 - 1e-6)
 
 

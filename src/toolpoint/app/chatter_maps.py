@@ -9,12 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, one_of
+from toolpoint._check import FloatArray
 from toolpoint.app import console
 from toolpoint.app.cut_options import changed
-from toolpoint.app.cutting import METHODS, example_cut
+from toolpoint.app.cutting import example_cut
 from toolpoint.app.poses import grid
 from toolpoint.cutting.build import words
+from toolpoint.cutting.stability import method_named
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Notes, Report, Table
@@ -43,7 +44,7 @@ class Study:
 def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | Path = "toolpoint-report",
             quiet: bool = False) -> ChatterGrid:
     """Map the stable depth of a cut over a grid of poses, print the worst places, and write the page."""
-    one_of("--method", study.method, METHODS)
+    method = method_named(study.method, "--method")
     built = machine_file.read(machine)
     positions = grid(built, study.axes, "--axis")
     given = {name: value for name, value in cut.items() if value is not None}
@@ -53,7 +54,7 @@ def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | P
     angles = np.array([FEED_ANGLE[used.feed]]) if study.feed_angles is None else study.feed_angles
     with console.collected_warnings() as warnings, \
             console.counted("poses", quiet or not console.interactive()) as progress:
-        found = chatter_grid(built, positions, used, study.speeds, angles, METHODS[study.method],
+        found = chatter_grid(built, positions, used, study.speeds, angles, method,
                              Dask(study.workers) if study.workers else Serial(), study.folder, progress)
     notes += [*found.notes, *warnings]
     path = page(found, built, notes).save(output)

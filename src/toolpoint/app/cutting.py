@@ -10,28 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, one_of
+from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console, measured_page
 from toolpoint.app.cut_options import changed, doubts
 from toolpoint.app.dynamics import dynamics_of, identified
 from toolpoint.app.source import Source
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
-from toolpoint.cutting import (
-    Collocation,
-    FloquetDeterminant,
-    HillDeterminant,
-    MillingProblem,
-    MultiFrequency,
-    PanelArnoldi,
-    SemiDiscretization,
-    StabilityChart,
-    ZeroOrder,
-    stability,
-)
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.force.materials import literature, materials
 from toolpoint.cutting.simulation.milling import Simulation, simulate
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.surface.location import finished_side, location_error
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report
@@ -49,11 +38,6 @@ DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 ROUGH = 0.2  # stated error over limit, above which a remark says so
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
-METHODS: dict[str, Method | None] = {
-    "auto": None, "floquet": FloquetDeterminant(), "panel": PanelArnoldi(), "hill": HillDeterminant(),
-    "zero-order": ZeroOrder(),
-    "multi-frequency": MultiFrequency(),
-    "semi-discretization": SemiDiscretization(), "collocation": Collocation()}
 
 
 def problem_of(source: Source, cut: Mapping[str, Any], in_time: bool = False
@@ -108,18 +92,17 @@ def lobes(
     With `simulations` cuts on a grid of speeds and depths are simulated in time; a click on one shows its vibration. With
     samples in `uncertainty` the page shows P(stable). Returns the chart and rows of advice (what, rev/min, mm, why).
     """
-    one_of("--method", method, METHODS)
+    chosen = stability.method_named(method, "--method")
     uncertainty = uncertainty or Uncertainty()
     with console.collected_warnings() as warnings:
         problem, used, notes = problem_of(source, cut)
         timed = problem_of(source, cut, True)[0] if simulations and not problem.plane.is_modal else problem
         n = np.linspace(*used.speeds, 200) if speeds is None else speeds
-        chosen = METHODS[method]
         chart = _charted(problem, n, chosen, quiet)
         runs = _simulated(timed, chart, quiet) if simulations else []
         found = None
         if uncertainty.samples:
-            found, more = sampled(problem, chart, uncertainty, chosen or stability.default_method(problem), quiet)
+            found, more = sampled(problem, chart, uncertainty, chosen, quiet)
             notes += more
         advice = advice_rows(chart, found, uncertainty)
         report = with_advice(_lobes_page(problem, used, chart, runs), advice)
@@ -171,17 +154,17 @@ def remarked(report: Report, remarks: Sequence[str], warnings: Sequence[str] = (
     return report.with_section("Remarks", *parts) if parts else report
 
 
-def _charted(problem: MillingProblem, speeds: FloatArray, method: Method | None, quiet: bool) -> StabilityChart:
+def _charted(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, quiet: bool) -> StabilityChart:
     """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
     depth = depth_limit(problem)
     with console.steps(1, quiet) as step, _for_lines(problem):
         step(f"stability at {len(speeds)} speeds")
-        chart = stability.chart(problem, speeds, method, depth)
+        chart = stability.chart(problem, speeds, method, depth_max=depth)
         for _ in range(DEEPER):
             if np.isfinite(chart.limit).mean() >= 0.5:
                 break
             depth = min(2 * depth, 1.0)  # m
-            chart = stability.chart(problem, speeds, method, depth)
+            chart = stability.chart(problem, speeds, method, depth_max=depth)
         return chart
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart, build
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.joint_terms import joint_matrices
@@ -43,7 +43,7 @@ def only_modes(machine: Machine, pose: Pose | None = None) -> MachineResults:
     return MachineResults(machine, at, body_shapes(machine, at, 18).frequency, None, ())
 
 
-def computed(machine: Machine, pose: Pose | None, step: Step, method: Method | None = None) -> MachineResults:
+def computed(machine: Machine, pose: Pose | None, step: Step, method: StabilityMethod | None = None) -> MachineResults:
     """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said.
 
     `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.

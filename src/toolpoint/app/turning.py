@@ -112,11 +112,11 @@ def turn(source: Source, cut: TurningCut, speeds: FloatArray | None = None, outp
         problem, assumed = turning_problem(dynamics, cut)
         given = None if dynamics.machine is None else dynamics.machine.description.cutting
         n = speeds if speeds is not None else np.linspace(*(given.speeds if given else SPEEDS[:2]), SPEEDS[2])
-        chart = stability.chart(problem, n, None, width_range(problem))
+        chart = stability.chart(problem, n, None, depth_max=width_range(problem))
         for _ in range(4):
             if np.isfinite(chart.limit).mean() >= 0.5:
                 break
-            chart = stability.chart(problem, n, None, 2 * chart.depth_max)
+            chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
         limit = unconditional_limit(problem) if cut.process_damping == 0 else None
         told = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
         chart = chart.noted(*dict.fromkeys([*warnings, *doubtful(chart), *told, *assumed]))

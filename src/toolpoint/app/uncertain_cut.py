@@ -20,7 +20,7 @@ from toolpoint.cutting.advice.probability import (
     probability,
 )
 from toolpoint.cutting.cut.problem import MISSING
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.probability import importance_chart, probability_chart
 from toolpoint.vibration import Modes
@@ -45,7 +45,7 @@ class Uncertainty:
     seed: int = 0
 
 
-def sampled(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty, method: Method,
+def sampled(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty, method: StabilityMethod,
             quiet: bool) -> tuple[ProbabilityChart, list[str]]:
     """Return the probability chart around a chart, after the cuts already made, and what was assumed."""
     parameters, notes = _parameters(problem, uncertainty)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
@@ -98,7 +98,7 @@ class _Charts:
     speeds: tuple[float, ...]
     feed_angles: tuple[float, ...]
     cut: CuttingDescription
-    method: Method | None
+    method: StabilityMethod | None
 
     @property
     def identity(self) -> str:
@@ -129,7 +129,7 @@ def _chatter(chart: StabilityChart) -> FloatArray:
 
 def chatter_grid(
     machine: Machine, axes: Mapping[str, ArrayLike], cut: CuttingDescription | None = None, speeds: ArrayLike | None = None,
-    feed_angles: ArrayLike = (0.0,), method: Method | None = None, engine: Engine | None = None,
+    feed_angles: ArrayLike = (0.0,), method: StabilityMethod | None = None, engine: Engine | None = None,
     folder: str | Path | None = None, progress: Progress | None = None,
 ) -> ChatterGrid:
     """Return the stable depths of a cut over all combinations of axis positions, and over feed directions.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.pose_charts import PoseCharts, chart_poses
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
@@ -42,8 +42,8 @@ class ChatterMap:
 
 def chatter_map(
     machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, speeds: ArrayLike | None = None,
-    feed_angles: ArrayLike = (0.0,), cut: CuttingDescription | None = None, method: Method | None = None, workers: int = 1,
-    warm: bool = True, chain: int | None = None,
+    feed_angles: ArrayLike = (0.0,), cut: CuttingDescription | None = None, method: StabilityMethod | None = None,
+    workers: int = 1, warm: bool = True, chain: int | None = None,
 ) -> ChatterMap:
     """Return stability charts of a cut over poses and feed directions.
 

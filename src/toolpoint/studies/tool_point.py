@@ -13,7 +13,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
-from toolpoint.cutting.stability.compute import Method
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
@@ -118,7 +118,8 @@ def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:
 
 
 def lobes(
-    study: ToolPoint, cut: CuttingDescription | None = None, speeds: FloatArray | None = None, method: Method | None = None,
+    study: ToolPoint, cut: CuttingDescription | None = None, speeds: FloatArray | None = None,
+    method: StabilityMethod | None = None,
 ) -> tuple[StabilityChart, ...]:
     """Return a stability chart for every pose of a study.
 
@@ -139,7 +140,7 @@ def lobes(
     x, y = f"{study.point}:+x", f"{study.point}:+y"
     problems = [milling_problem(cut, study.modes.at_pose(i), x, y) for i in range(len(study.poses))]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
-        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_limit(problem)), problems))
+        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_max=depth_limit(problem)), problems))
 
 
 def depth_limit(problem: MillingProblem) -> float:

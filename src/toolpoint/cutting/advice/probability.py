@@ -9,7 +9,8 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail, floats
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.compute import Method, chart
+from toolpoint.cutting.stability.compute import chart
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
 
@@ -158,7 +159,7 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
 
 
 def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, depths: FloatArray,
-                rng: np.random.Generator, samples: int = 200, method: Method | None = None,
+                rng: np.random.Generator, samples: int = 200, method: StabilityMethod | None = None,
                 progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
     """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).
 
@@ -183,7 +184,7 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
         varied = problem
         for parameter, factor in zip(parameters, factors[s]):
             varied = parameter.change(varied, float(factor))
-        found: StabilityChart = chart(varied, n, method, float(w.max()))
+        found: StabilityChart = chart(varied, n, method, depth_max=float(w.max()))
         stable[s] = found.stable(w)
         limit[s] = np.minimum(found.limit, w.max())
         first = found.limit_points()

@@ -57,6 +57,22 @@ def gauss(n: int) -> tuple[FloatArray, FloatArray, FloatArray]:
     return x, w, rising @ series
 
 
+def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:
+    """Interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
+    gap = x[:, None] - x[None, :] + np.eye(x.size)
+    log = -np.log(np.abs(gap)).sum(1)
+    sign = np.prod(np.sign(gap), axis=1)
+    weight = sign * np.exp(log - log.max())
+    difference = at[:, None] - x[None, :]
+    exact = np.abs(difference) < 1e-15
+    with np.errstate(divide="ignore", invalid="ignore"):
+        terms = weight / np.where(exact, 1.0, difference)
+        rows = terms / terms.sum(1, keepdims=True)
+    hit = exact.any(1)
+    rows[hit] = exact[hit]
+    return rows
+
+
 def breaks(engagement: Engagement, teeth: int) -> FloatArray:
     """Return the angles within one pitch, from entry, where the number of teeth in cut changes."""
     pitch = 2 * np.pi / teeth

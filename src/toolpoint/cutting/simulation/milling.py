@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
+from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, checked_speeds
-from toolpoint.cutting.stability.methods.collocation import _Modal, modal
 from toolpoint.vibration import Dof, Record
 
 
@@ -212,9 +212,9 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
              "problem.changed(feed_per_tooth=...)")
-    plane = modal(problem.plane_at(speed))
+    plane = modal_plane(problem.plane_at(speed))
     notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
-    system = _Modal(plane)
+    system = ModalState(plane)
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth
     clock = Clock.of(problem, speed, m)
@@ -262,7 +262,7 @@ class Clock:
         return np.asarray(whole * self.within[-1] + self.within[part], float)
 
 
-def _march(problem: MillingProblem, system: _Modal, clock: Clock, depth: float, m: int, n: int,
+def _march(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int, n: int,
            method: ExactSteps, start: FloatArray | None, arrays: tuple[Array, ...]) -> int:
     from toolpoint.cutting.simulation.kernel import simulate as kernel
 
@@ -286,7 +286,7 @@ def _march(problem: MillingProblem, system: _Modal, clock: Clock, depth: float, 
         problem.damping_friction, dt, fed, *arrays))
 
 
-def step_weights(system: _Modal, dt: float) -> tuple[Array, Array, FloatArray]:
+def step_weights(system: ModalState, dt: float) -> tuple[Array, Array, FloatArray]:
     """Weights of the force at a step's start and end on the modal states, and the end's own compliance (d, d)."""
     x = system.poles * dt
     phi1 = np.expm1(x) / x

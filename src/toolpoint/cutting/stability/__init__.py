@@ -1,5 +1,8 @@
 """Stability of cuts: the verbs, the methods as small objects, one kind of result."""
 
-from toolpoint.cutting.stability.compute import Method, Problem, chart, default_method
+from toolpoint.cutting.stability.automatic import default_method
+from toolpoint.cutting.stability.catalogue import METHODS, method_named
+from toolpoint.cutting.stability.compute import chart
+from toolpoint.cutting.stability.method import Problem, StabilityMethod
 
-__all__ = ["Method", "Problem", "chart", "default_method"]
+__all__ = ["METHODS", "Problem", "StabilityMethod", "chart", "default_method", "method_named"]

@@ -1,14 +1,18 @@
-"""Automatic: FloquetDeterminant where its matrix is small, PanelArnoldi at the low speeds where it is not; one chart."""
+"""Automatic: the method that suits the problem, and at each speed the quicker of the two exact engines; one chart."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from toolpoint._check import FloatArray, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, checked, rows_of
+from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, rows_of
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.method import Problem, StabilityMethod, require_milling
+from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -16,12 +20,27 @@ from toolpoint.cutting.stability.warm_start import WarmStart
 SECONDS = 4e-9  # of FloquetDeterminant, for each theta node and q^2 (q + 30), q rows; one core of 2024
 
 
+def default_method(problem: Problem) -> StabilityMethod:
+    """Return the exact engine that suits a problem best.
+
+    ZeroOrder for turning, where it is exact; HillDeterminant for a measured FRF; for modes FloquetDeterminant where one
+    matrix serves all depths (it takes a helix too, but slower), PanelArnoldi for everything else.
+    """
+    if isinstance(problem, TurningProblem):
+        return ZeroOrder()
+    if not problem.plane.is_modal:
+        return HillDeterminant()
+    floquet = FloquetDeterminant()
+    return PanelArnoldi() if floquet.refuses(problem) or problem.tool.has_helix else floquet
+
+
 @dataclass(frozen=True)
 class Automatic:
-    """The default of `stability.chart` for regular cylindrical tools on modes.
+    """The default of `stability.chart`: `default_method`, at low speeds of many modes PanelArnoldi in its place.
 
     FloquetDeterminant's work grows with the cube of (highest frequency times tooth period), PanelArnoldi's in proportion
-    to it: below some speed the second is faster by any factor. Both state the error of every point.
+    to it: below some speed the second is faster by any factor. Both state the error of every point. A structure with a
+    static residual stays with FloquetDeterminant, in which it has a place of its own.
 
     Parameters
     ----------
@@ -29,6 +48,9 @@ class Automatic:
         Estimated seconds a speed of FloquetDeterminant above which PanelArnoldi is taken.
     """
 
+    name: ClassVar[str] = "auto"
+    needs_modes: ClassVar[bool] = False
+    uses_warm: ClassVar[bool] = True
     patience: float = 0.02
 
     def __post_init__(self) -> None:
@@ -37,40 +59,43 @@ class Automatic:
     def __str__(self) -> str:
         return "Automatic"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        return self._solved(problem, speeds, depth_max, None)
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why the method that suits the problem best cannot solve it; None where it can."""
+        return default_method(problem).refuses(problem)
 
-    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
-                   warm: WarmStart) -> StabilityChart:
-        """Return the chart, each method beginning with what a near problem left."""
-        return self._solved(problem, speeds, depth_max, warm)
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart, each method beginning with what a near problem left; see `stability.chart`."""
+        method = default_method(problem)
+        if not isinstance(method, FloquetDeterminant):
+            return method.solve(problem, speeds, depth_max, warm=warm)
+        return self._by_speed(require_milling(method, problem), speeds, depth_max, warm)
 
-    def _solved(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
-                warm: WarmStart | None) -> StabilityChart:
-        checked(problem)
-        assert isinstance(problem, MillingProblem)
-        slow = np.array([estimated_seconds(problem, float(n)) > self.patience for n in speeds])
-        if not slow.any():
-            return _of(FloquetDeterminant(), problem, speeds, depth_max, warm)
-        if slow.all():
-            return _of(PanelArnoldi(), problem, speeds, depth_max, warm)
-        first = _of(FloquetDeterminant(), problem, speeds[~slow], depth_max, warm)
-        second = _of(PanelArnoldi(), problem, speeds[slow], depth_max, warm)
-        places = (np.flatnonzero(~slow)[first.index], np.flatnonzero(slow)[second.index])
-        names = ("depth", "theta", "frequency", "change", "error")
-        columns = (np.concatenate(places), *(np.concatenate([getattr(first, n), getattr(second, n)]) for n in names))
-        notes = dict.fromkeys((*first.notes, *second.notes, f"PanelArnoldi at {int(slow.sum())} speeds, the highest "
-                               f"{speeds[slow].max():g} rev/min, FloquetDeterminant at the others"))
-        return assembled(speeds, depth_max, columns, method="FloquetDeterminant, PanelArnoldi", notes=tuple(notes),
-                         status=first.status if first.status != "complete" else second.status)
+    def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
+                  ) -> StabilityChart:
+        has_residual = np.abs(problem.plane.static).max(initial=0.0) > 0
+        slow = np.array([not has_residual and estimated_seconds(problem, float(n)) > self.patience for n in speeds])
+        if slow.all() or not slow.any():
+            method = PanelArnoldi() if slow.all() else FloquetDeterminant()
+            return method.solve(problem, speeds, depth_max, warm=warm)
+        fast_chart = FloquetDeterminant().solve(problem, speeds[~slow], depth_max, warm=warm)
+        slow_chart = PanelArnoldi().solve(problem, speeds[slow], depth_max, warm=warm)
+        note = (f"PanelArnoldi at {int(slow.sum())} speeds, the highest {speeds[slow].max():g} rev/min, "
+                "FloquetDeterminant at the others")
+        return _joined(speeds, depth_max, ((np.flatnonzero(~slow), fast_chart), (np.flatnonzero(slow), slow_chart)), note)
 
 
-def _of(method: FloquetDeterminant | PanelArnoldi, problem: MillingProblem, speeds: FloatArray, depth_max: float,
-        warm: WarmStart | None) -> StabilityChart:
-    if warm is None:
-        return method.solve(problem, speeds, depth_max)
-    return method.solve_warm(problem, speeds, depth_max, warm)
+def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[FloatArray, StabilityChart], ...], note: str
+            ) -> StabilityChart:
+    """Return one chart of several, each with the places of its speeds among all."""
+    charts = [chart for _, chart in parts]
+    index = np.concatenate([places[chart.index] for places, chart in parts])
+    columns = [np.concatenate([getattr(chart, name) for chart in charts])
+               for name in ("depth", "theta", "frequency", "change", "error")]
+    notes = dict.fromkeys((*(text for chart in charts for text in chart.notes), note))
+    status = next((chart.status for chart in charts if chart.status != "complete"), "complete")
+    return assembled(speeds, depth_max, (index, *columns), method=", ".join(chart.method for chart in charts),
+                     notes=tuple(notes), status=status)
 
 
 def estimated_seconds(problem: MillingProblem, speed: float) -> float:

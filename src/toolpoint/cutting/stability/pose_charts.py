@@ -10,7 +10,8 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError, count, fail, floats
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.compute import Method, chart
+from toolpoint.cutting.stability.compute import chart
+from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
 from toolpoint.vibration import Frf, Modes
@@ -57,8 +58,9 @@ class PoseCharts:
 
 
 def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes | Frf], speeds: FloatArray,
-                depth_max: float = 0.01, feed_angles: FloatArray | Sequence[float] = (0.0,), method: Method | None = None,
-                workers: int = 1, warm: bool = True, chain: int | None = None) -> PoseCharts:
+                depth_max: float = 0.01, feed_angles: FloatArray | Sequence[float] = (0.0,),
+                method: StabilityMethod | None = None, workers: int = 1, warm: bool = True,
+                chain: int | None = None) -> PoseCharts:
     """Return the charts of one cut over poses and feed directions.
 
     Parameters
@@ -104,11 +106,11 @@ def chart_poses(problem: MillingProblem, dynamics: Modes | Frf | Sequence[Modes 
     return PoseCharts(rows, floats("speeds", np.atleast_1d(speeds)), angles, depth_max, failures)
 
 
-def _charted(problem: MillingProblem, dynamics: Modes | Frf, angle: float, speeds: FloatArray, method: Method | None,
+def _charted(problem: MillingProblem, dynamics: Modes | Frf, angle: float, speeds: FloatArray, method: StabilityMethod | None,
              depth_max: float, memory: WarmStart | None) -> StabilityChart | str:
     """The chart of one pose and direction, or why there is none."""
     try:
-        return chart(problem.changed(dynamics=dynamics, feed_angle=angle), speeds, method, depth_max, memory)
+        return chart(problem.changed(dynamics=dynamics, feed_angle=angle), speeds, method, depth_max=depth_max, warm=memory)
     except ToolpointError as error:
         return str(error)
 

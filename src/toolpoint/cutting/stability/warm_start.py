@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, fields, is_dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Protocol, runtime_checkable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from toolpoint._check import Array, FloatArray
-from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.cut.problem import MillingProblem
 
 if TYPE_CHECKING:
     from toolpoint.cutting.stability.panels.store import PanelStore
@@ -100,13 +99,3 @@ def _content(part: object) -> object:
     if is_dataclass(part):
         return tuple(_content(getattr(part, f.name)) for f in fields(part))
     return tuple(part.ravel().tolist()) if isinstance(part, np.ndarray) else part
-
-
-@runtime_checkable
-class WarmMethod(Protocol):
-    """A stability method that can begin with what a near problem left."""
-
-    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
-                   warm: WarmStart) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        ...

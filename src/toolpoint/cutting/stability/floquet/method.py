@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -14,6 +14,7 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 from toolpoint.cutting.stability.warm_start import WarmStart
 
@@ -56,6 +57,9 @@ class FloquetDeterminant:
     Time-Delay Systems, 2011, for the equation and its multipliers.
     """
 
+    name: ClassVar[str] = "floquet"
+    needs_modes: ClassVar[bool] = False
+    uses_warm: ClassVar[bool] = True
     tolerance: float = 1e-6
     nodes: int = 5
     levels: int = 48
@@ -70,17 +74,18 @@ class FloquetDeterminant:
     def __str__(self) -> str:
         return "FloquetDeterminant"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        return self.solve_warm(problem, speeds, depth_max, WarmStart())
-
-    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
-                   warm: WarmStart) -> StabilityChart:
-        """Return the chart, beginning with the theta nodes, boundary points and arc nodes that a near problem needed."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: all but teeth of equal pitch and helix on a cylinder; a measured FRF goes to HillDeterminant."""
         if isinstance(problem, MillingProblem) and not problem.plane.is_modal:
+            return HillDeterminant().refuses(problem)
+        return refusal(problem)
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart, beginning with the theta nodes, boundary points and arc nodes that a near problem needed."""
+        problem, warm = require_milling(self, problem), warm or WarmStart()
+        if not problem.plane.is_modal:
             return HillDeterminant().solve(problem, speeds, depth_max)
-        checked(problem)
-        assert isinstance(problem, MillingProblem)
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
         warm.fit(problem, depth_max)
@@ -281,21 +286,17 @@ def _size(plane: PlaneDynamics, f: FloatArray) -> FloatArray:
     return np.linalg.norm(plane.response(np.abs(f)), axis=(-2, -1))
 
 
-def checked(problem: MillingProblem | TurningProblem) -> None:
-    """Refuse problems that need another method, naming it."""
+def refusal(problem: Problem) -> str | None:
+    """Return why a cut has no single delay with a matrix in proportion to depth, and which method to use; None where it has."""
     if isinstance(problem, TurningProblem):
-        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
+        return TURNING
+    remedy = "use method=PanelArnoldi() or Collocation(), or leave it out"
     if not problem.tool.is_regular:
-        fail("problem", "unequal pitch or helix", "must have teeth of equal pitch and helix",
-             "use method=PanelArnoldi() or Collocation(), or leave it out")
+        return f"unequal pitch or helix; must have teeth of equal pitch and helix ({remedy})"
     if problem.tool.corner_radius > 0:
-        fail("problem", "a corner radius or ball", "must be a cylindrical cut (the chip normal changes along the edge)",
-             "use method=PanelArnoldi() or Collocation(), or leave it out")
+        return f"a corner radius or ball; must be a cylindrical cut (the chip normal changes along the edge) ({remedy})"
     if problem.speed_variation is not None:
-        fail("problem", "spindle-speed variation", "has no single tooth period",
-             "use method=PanelArnoldi() or Collocation(), or leave it out")
+        return f"spindle-speed variation; has no single tooth period ({remedy})"
     if problem.process_damping > 0:
-        fail("problem", "process damping", "is not linear in the delay factor",
-             "use method=PanelArnoldi() or Collocation(), or leave it out")
-
-
+        return f"process damping; is not linear in the delay factor ({remedy})"
+    return None

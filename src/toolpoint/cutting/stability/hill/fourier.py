@@ -8,9 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
-from toolpoint.cutting.cut.arc import gauss
+from toolpoint.cutting.cut.arc import gauss, lagrange
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.methods.collocation import lagrange
 
 TURN = 2 * np.pi
 

@@ -3,6 +3,7 @@ r"""HillDeterminant: stability of any end mill straight from a measured FRF, by 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,7 +12,9 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.hill.fourier import is_plain
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 from toolpoint.cutting.stability.hill.system import HillSystem
+from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 LARGEST, LARGEST_SHAPED = 700, 500  # rows of the matrix of a plain cut, and of one whose shape depends on depth
 FINER = 10  # search levels of a plain cut, whose eigenvalues serve every depth, over those of a shaped one
@@ -55,6 +58,9 @@ class HillDeterminant:
     2011, section 2; Altintas, Engin, Budak, J. Manufacturing Science Engineering 121 (1999) 173, for variable pitch.
     """
 
+    name: ClassVar[str] = "hill"
+    needs_modes: ClassVar[bool] = False
+    uses_warm: ClassVar[bool] = False
     reach: float = 2.0
     levels: int = 20
     base: int = 16
@@ -68,12 +74,21 @@ class HillDeterminant:
     def __str__(self) -> str:
         return "HillDeterminant"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        from toolpoint.cutting.stability.hill.search import Search, chatter_frequency
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: turning and spindle-speed variation; it takes every other cut, on modes or measured lines."""
+        if isinstance(problem, TurningProblem):
+            return TURNING
+        if problem.speed_variation is not None:
+            return ("spindle-speed variation; delays must be constant in time (identify modes where the dynamics are "
+                    "measured, and use PanelArnoldi() or Collocation())")
+        return None
 
-        _checked(problem)
-        assert isinstance(problem, MillingProblem)
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
+        from toolpoint.cutting.stability.hill.search import HillSearch, chatter_frequency
+
+        problem = require_milling(self, problem)
         rows: list[tuple[float, ...]] = []
         status, notes = "complete", problem.notes
         for i, speed in enumerate(speeds.tolist()):
@@ -81,7 +96,7 @@ class HillDeterminant:
             notes = tuple(dict.fromkeys((*notes, *plane.notes)))
             response = HarmonicResponse.of(plane, self.reach, problem.tool.teeth * speed / 60)
             _affordable(problem, response, speed)
-            search = Search(HillSystem(problem, speed, response), self.base, self._levels(problem), depth_max)
+            search = HillSearch(HillSystem(problem, speed, response), self.base, self._levels(problem), depth_max)
             for depth, theta, change, error in search.rows():
                 rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
             status = search.status if status == "complete" else status
@@ -95,15 +110,6 @@ class HillDeterminant:
         source = "harmonics beyond the matrix" if problem.plane.is_modal else "the ends of the band and the lines' spacing"
         return (f"count of multipliers from Hill's determinant; error of each point from {source}; bands narrower than the "
                 f"{self._levels(problem)} search levels can be missed")
-
-
-def _checked(problem: MillingProblem | TurningProblem) -> None:
-    """Refuse problems that need another method, naming it."""
-    if isinstance(problem, TurningProblem):
-        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder() or leave it out")
-    if problem.speed_variation is not None:
-        fail("problem", "spindle-speed variation", "delays must be constant in time",
-             "identify modes where the dynamics are measured, and use PanelArnoldi() or Collocation()")
 
 
 def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:

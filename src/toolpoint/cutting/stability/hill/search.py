@@ -122,7 +122,7 @@ def first_nodes(system: HillSystem, base: int) -> FloatArray:
     return np.unique(np.concatenate([nodes[keep], [np.pi]]))
 
 
-class Search:
+class HillSearch:
     """Boundary points of one speed."""
 
     def __init__(self, system: HillSystem, base: int, levels: int, depth_max: float) -> None:

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import ClassVar
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray, count, fail, positive
-from toolpoint.cutting.cut.arc import gauss
+from toolpoint._check import Array, ComplexArray, FloatArray, count, positive
+from toolpoint.cutting.cut.arc import gauss, lagrange
 from toolpoint.cutting.cut.coefficients import chip_direction, edge_matrix
+from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.methods.search import searched
+from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
+from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 
 @dataclass(frozen=True)
@@ -38,6 +42,9 @@ class Collocation:
     Source: pseudospectral collocation of the monodromy operator; Butcher, Bobrenkov, J. Vib. Control 17 (2011) 1873.
     """
 
+    name: ClassVar[str] = "collocation"
+    needs_modes: ClassVar[bool] = True
+    uses_warm: ClassVar[bool] = False
     nodes: int = 10
     slices: int = 8
     levels: int = 24
@@ -51,29 +58,26 @@ class Collocation:
     def __str__(self) -> str:
         return "Collocation"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: turning and measured FRFs only; it takes every other cut."""
         if isinstance(problem, TurningProblem):
-            fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
-        modal(problem.plane)
-        return searched(problem, speeds, depth_max, self.multipliers, str(self), self.levels, self.tolerance)
+            return TURNING
+        return None if problem.plane.is_modal else MEASURED
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
+        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one period, largest first.
 
         The period is the tooth period for a regular tool, else a revolution, with speed variation its revolutions.
         """
-        plane = modal(problem.plane_at(speed))
+        plane = modal_plane(problem.plane_at(speed))
         cut = Cut(problem, speed, depth, self.slices if problem.tool.has_helix or problem.tool.corner_radius else 1)
         values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes))
         return values[np.argsort(-np.abs(values))]
-
-
-def modal(plane: PlaneDynamics) -> PlaneDynamics:
-    """Return the plane as modes alone, which methods that march in time need; refuse a measured FRF."""
-    if not plane.is_modal:
-        fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use HillDeterminant()")
-    return plane.with_modal_residual()
 
 
 class Cut:
@@ -149,44 +153,9 @@ class Cut:
         return edge_matrix(self.problem.coefficients, phi, kappa)[..., :d, :d], drag
 
 
-class _Modal:
-    """Complex modal state: r = 2 Re(sum_m L_m z_m), z' = s z + R_m^T F, from residues of rank one or two."""
-
-    def __init__(self, plane: PlaneDynamics) -> None:
-        left, right, poles = [], [], []
-        for s, residue in zip(plane.poles, plane.residues):
-            u, size, v = np.linalg.svd(residue)
-            for i in range(size.size):
-                if size[i] > 1e-13 * size[0]:
-                    left.append(u[:, i] * size[i])
-                    right.append(v[i])
-                    poles.append(s)
-        self.left, self.right, self.poles = np.array(left).T, np.array(right), np.array(poles)
-
-    def kernel(self, dt: FloatArray, order: int = 0) -> FloatArray:
-        """Impulse response (or its rate) at these times, shape (..., d, d)."""
-        factor = np.exp(dt[..., None] * self.poles) * self.poles**order
-        return 2 * np.einsum("am,...m,mb->...ab", self.left, factor, self.right).real
-
-    def rows(self, dt: FloatArray, order: int = 0) -> FloatArray:
-        """Displacement (or velocity) after dt from the real state (Re z, Im z), shape (n, d, 2m)."""
-        part = 2 * self.left[None] * (np.exp(dt[:, None] * self.poles) * self.poles**order)[:, None, :]
-        return np.concatenate([part.real, -part.imag], axis=-1)
-
-    def drive(self, dt: FloatArray) -> FloatArray:
-        """State after dt from a unit impulse, shape (n, 2m, d)."""
-        part = np.exp(dt[:, None] * self.poles)[..., None] * self.right[None]
-        return np.concatenate([part.real, part.imag], axis=1)
-
-    def step(self, dt: float) -> FloatArray:
-        """State transition over dt, shape (2m, 2m)."""
-        e = np.exp(self.poles * dt)
-        return np.block([[np.diag(e.real), -np.diag(e.imag)], [np.diag(e.imag), np.diag(e.real)]])
-
-
 def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     """Matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
-    system = _Modal(plane)
+    system = ModalState(plane)
     ends = cut.breaks()
     panels, at = [], 0
     top = np.abs(plane.poles).max()
@@ -228,7 +197,7 @@ def _within(angle: FloatArray, period: float) -> FloatArray:
     return np.clip(np.where(angle < 0, angle + period, angle), 0.0, np.nextafter(period, 0.0))
 
 
-def _panel(system: _Modal, cut: Cut, panel: tuple, state: FloatArray, past: FloatArray, now: FloatArray,  # type: ignore
+def _panel(system: ModalState, cut: Cut, panel: tuple, state: FloatArray, past: FloatArray, now: FloatArray,  # type: ignore
            panels: list) -> tuple[FloatArray, FloatArray]:  # type: ignore[type-arg]
     a, b, live, start, n = panel
     d = cut.ways
@@ -278,19 +247,3 @@ def _delayed(angle: FloatArray, cut: Cut, panels: list, past: FloatArray, now: F
         source = (past if before else now)[place:place + cut.ways * n].reshape(n, cut.ways, -1)
         out[at] = np.einsum("ij,jcm->icm", rows, source)
     return out
-
-
-def lagrange(x: FloatArray, at: FloatArray) -> FloatArray:
-    """Interpolation matrix from Gauss nodes x to points, by the barycentric formula."""
-    gap = x[:, None] - x[None, :] + np.eye(x.size)
-    log = -np.log(np.abs(gap)).sum(1)
-    sign = np.prod(np.sign(gap), axis=1)
-    weight = sign * np.exp(log - log.max())
-    difference = at[:, None] - x[None, :]
-    exact = np.abs(difference) < 1e-15
-    with np.errstate(divide="ignore", invalid="ignore"):
-        terms = weight / np.where(exact, 1.0, difference)
-        rows = terms / terms.sum(1, keepdims=True)
-    hit = exact.any(1)
-    rows[hit] = exact[hit]
-    return rows

@@ -3,15 +3,18 @@ r"""SemiDiscretization and FullDiscretization: the time-step methods of the lite
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import expm
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, positive
+from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.methods.collocation import modal
-from toolpoint.cutting.stability.methods.search import searched
+from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
+from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 
 @dataclass(frozen=True)
@@ -33,6 +36,9 @@ class SemiDiscretization:
     Source: Insperger, Stepan, Semi-Discretization for Time-Delay Systems, Springer 2011, sections 3 and 5.
     """
 
+    name: ClassVar[str] = "semi-discretization"
+    needs_modes: ClassVar[bool] = True
+    uses_warm: ClassVar[bool] = False
     order: int = 1
     intervals: int = 40
     levels: int = 24
@@ -47,11 +53,15 @@ class SemiDiscretization:
     def __str__(self) -> str:
         return f"SemiDiscretization(order={self.order}, intervals={self.intervals})"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: anything but straight teeth of equal pitch in the plane, on modes."""
+        return _refusal(problem)
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
         note = f"semi-discretization: second order in 1/intervals; at {self.intervals} its own error is not in `error`"
-        return searched(_plain(problem), speeds, depth_max, self.multipliers, str(self), self.levels, self.tolerance,
-                        (note,))
+        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max, notes=(note,))
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""
@@ -85,6 +95,9 @@ class FullDiscretization:
     Source: Ding, Zhu, Zhang, Ding, Int. J. Machine Tools Manufacture 50 (2010) 502-509.
     """
 
+    name: ClassVar[str] = "full-discretization"
+    needs_modes: ClassVar[bool] = True
+    uses_warm: ClassVar[bool] = False
     intervals: int = 40
     levels: int = 24
     tolerance: float = 1e-7
@@ -96,11 +109,15 @@ class FullDiscretization:
     def __str__(self) -> str:
         return f"FullDiscretization(intervals={self.intervals})"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: anything but straight teeth of equal pitch in the plane, on modes."""
+        return _refusal(problem)
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
         note = f"full discretization: at {self.intervals} intervals its own error is not in `error`"
-        return searched(_plain(problem), speeds, depth_max, self.multipliers, str(self), self.levels, self.tolerance,
-                        (note,))
+        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max, notes=(note,))
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""
@@ -132,21 +149,20 @@ def _holds(a: FloatArray, step: float) -> list[FloatArray]:
     return [step * e[:n, n:2 * n], step * e[:n, 2 * n:3 * n], 2 * step * e[:n, 3 * n:]]
 
 
-def _plain(problem: MillingProblem | TurningProblem) -> MillingProblem:
+def _refusal(problem: Problem) -> str | None:
     if isinstance(problem, TurningProblem):
-        fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
+        return TURNING
     if not problem.tool.is_regular or problem.tool.has_helix or problem.process_damping > 0 or problem.speed_variation:
-        fail("problem", "unequal pitch, helix, process damping or speed variation", "must have straight teeth of equal pitch",
-             "use method=Collocation() or PanelArnoldi()")
+        return ("unequal pitch, helix, process damping or speed variation; must have straight teeth of equal pitch "
+                "(use method=Collocation() or PanelArnoldi())")
     if problem.plane.size != 2 or problem.tool.corner_radius > 0:
-        fail("problem", "the direction z or a rounded edge", "must be a cylindrical cut in the plane", "use PanelArnoldi()")
-    modal(problem.plane)
-    return problem
+        return "the direction z or a rounded edge; must be a cylindrical cut in the plane (use PanelArnoldi())"
+    return None if problem.plane.is_modal else MEASURED
 
 
 def _stepped(problem: MillingProblem, speed: float, intervals: int, sampled: bool = False):  # type: ignore[no-untyped-def]
     """State matrices of the modes, and the cut's matrix averaged over (or sampled at the ends of) the intervals."""
-    plane = modal(problem.plane_at(speed))
+    plane = modal_plane(problem.plane_at(speed))
     s, residue = plane.poles, plane.residues
     n = 2 * s.size
     a, c, b = np.zeros((2 * n, 2 * n)), np.zeros((2, 2 * n)), np.zeros((2 * n, 2))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, count, positive
+from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.methods.collocation import _Modal, modal
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ def mode_coupling(problem: MillingProblem, depth_max: float = 0.05, levels: int 
     levels : int
         Depths at which the roots are computed before bisection.
     """
-    system = _Modal(modal(problem.plane))
+    system = ModalState(modal_plane(problem.plane))
     poles, left, right = system.poles, system.left, system.right
     every = np.concatenate([poles, poles.conj()])
     output, drive = np.concatenate([left, left.conj()], axis=1), np.concatenate([right, right.conj()])

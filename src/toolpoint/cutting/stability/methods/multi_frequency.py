@@ -3,16 +3,18 @@ r"""MultiFrequency: the harmonic-balance stability solution with several tooth-p
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, fail
+from toolpoint._check import FloatArray, count
 from toolpoint.cutting.cut.arc import straight_nodes
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, chatter_frequency, checked
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, chatter_frequency, refusal
+from toolpoint.cutting.stability.method import Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 
 @dataclass(frozen=True)
@@ -34,6 +36,9 @@ class MultiFrequency:
     Science Engineering 126 (2004) 459.
     """
 
+    name: ClassVar[str] = "multi-frequency"
+    needs_modes: ClassVar[bool] = True
+    uses_warm: ClassVar[bool] = False
     harmonics: int = 6
     steps: int = 16
 
@@ -44,14 +49,21 @@ class MultiFrequency:
     def __str__(self) -> str:
         return f"MultiFrequency(harmonics={self.harmonics})"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        checked(problem)
-        assert isinstance(problem, MillingProblem)
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: what the determinant refuses, a measured FRF, and a helix."""
+        reason = refusal(problem)
+        if reason is not None or not isinstance(problem, MillingProblem):
+            return reason
         if not problem.plane.is_modal:
-            fail("problem", "a measured FRF", "must be modes", "use HillDeterminant(): it takes every harmonic in the band")
+            return "a measured FRF; must be modes (use HillDeterminant(): it takes every harmonic in the band)"
         if problem.tool.has_helix:
-            fail("problem", "a helical tool", "must have straight teeth", "use FloquetDeterminant()")
+            return "a helical tool; must have straight teeth (use FloquetDeterminant())"
+        return None
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
+        problem = require_milling(self, problem)
         rows, engine = [], FloquetDeterminant(base=self.steps)
         for i, speed in enumerate(speeds):
             plane = problem.plane_at(float(speed))

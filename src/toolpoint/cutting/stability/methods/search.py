@@ -3,26 +3,47 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 
 Multipliers = Callable[[MillingProblem, float, float], ComplexArray]
 
 
-def searched(problem: MillingProblem, speeds: FloatArray, depth_max: float, multipliers: Multipliers, name: str,
-             levels: int, tolerance: float, notes: tuple[str, ...] = ()) -> StabilityChart:
+class MultiplierMethod(Protocol):
+    """A method that computes multipliers, and how finely their passage through the unit circle is searched in depth."""
+
+    @property
+    def levels(self) -> int:
+        """Depths before the root search."""
+        ...
+
+    @property
+    def tolerance(self) -> float:
+        """Relative error of depth."""
+        ...
+
+    def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
+        """Return the multipliers over one period, largest first."""
+        ...
+
+
+def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: FloatArray, *, depth_max: float,
+                  notes: tuple[str, ...] = ()) -> StabilityChart:
     """Return the chart of a method that computes multipliers; the depth error is that of the bisection only."""
-    grid = depth_max * (np.arange(1, levels + 1) / levels) ** 1.5
+    grid = depth_max * (np.arange(1, method.levels + 1) / method.levels) ** 1.5
     rows = []
     for i, speed in enumerate(speeds):
-        rows += [(i, *row) for row in _one(problem, float(speed), grid, multipliers, tolerance)]
+        rows += [(i, *row) for row in _boundaries(problem, float(speed), grid, method.multipliers, method.tolerance)]
     columns = np.array(rows, float).reshape(-1, 6).T
-    text = f"bands narrower than the {levels} search levels can be missed; the stated error is that of the bisection"
-    return assembled(speeds, depth_max, columns, method=name, notes=(*problem.notes, *notes, text))
+    text = f"bands narrower than the {method.levels} search levels can be missed; the stated error is that of the bisection"
+    return assembled(speeds, depth_max, columns, method=str(method),
+                     notes=(*modal_plane(problem.plane).notes, *notes, text))
 
 
 def unstable(values: ComplexArray) -> int:
@@ -30,8 +51,8 @@ def unstable(values: ComplexArray) -> int:
     return int(np.sum(np.abs(values) > 1))
 
 
-def _one(problem: MillingProblem, speed: float, grid: FloatArray, multipliers: Multipliers,
-         tolerance: float) -> list[tuple[float, ...]]:
+def _boundaries(problem: MillingProblem, speed: float, grid: FloatArray, multipliers: Multipliers,
+                tolerance: float) -> list[tuple[float, ...]]:
     counts = [unstable(multipliers(problem, speed, float(w))) for w in grid]
     low, before, rows = 0.0, 0, []
     for w, after in zip(grid, counts):

@@ -3,13 +3,16 @@ r"""ZeroOrder: the single-frequency stability solution with the full cross respo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray, count, fail
+from toolpoint._check import Array, ComplexArray, FloatArray, count
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.method import Problem, require_suited
 from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.warm_start import WarmStart
 
 KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced by their mean; usual error 2-15 % at "
                "half immersion, up to 175 % at flip lobes of small immersion; flip lobes and islands are not found; "
@@ -33,6 +36,9 @@ class ZeroOrder:
     Source: Altintas, Budak, CIRP Annals 44 (1995) 357-362, with the full cross terms.
     """
 
+    name: ClassVar[str] = "zero-order"
+    needs_modes: ClassVar[bool] = False
+    uses_warm: ClassVar[bool] = False
     lines: int = 1500
 
     def __post_init__(self) -> None:
@@ -41,10 +47,16 @@ class ZeroOrder:
     def __str__(self) -> str:
         return "ZeroOrder"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: process damping in milling; what else it leaves out is in the notes of the chart."""
         if isinstance(problem, MillingProblem) and problem.process_damping > 0:
-            fail("problem", "process damping in milling", "has no zero-order solution here", "use method=PanelArnoldi()")
+            return "process damping in milling; has no zero-order solution here (use method=PanelArnoldi())"
+        return None
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart; see `stability.chart`. It always begins cold."""
+        require_suited(self, problem)
         parts = []
         for group in _groups(problem, speeds):
             parts.append(_solved(problem, speeds, group, depth_max, self.lines))

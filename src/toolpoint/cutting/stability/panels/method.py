@@ -3,12 +3,14 @@ r"""PanelArnoldi: fast stability of general milling: unequal pitch and helix, pr
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, count, fail, positive
+from toolpoint._check import ComplexArray, FloatArray, count, positive
+from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.methods.collocation import modal
+from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 from toolpoint.cutting.stability.warm_start import WarmStart
 
@@ -40,6 +42,9 @@ class PanelArnoldi:
     Int. J. Machine Tools Manufacture 41 (2001) 2195 for general end mills.
     """
 
+    name: ClassVar[str] = "panel"
+    needs_modes: ClassVar[bool] = True
+    uses_warm: ClassVar[bool] = True
     nodes: int = 4
     levels: int = 20
     tolerance: float = 1e-5
@@ -52,32 +57,33 @@ class PanelArnoldi:
     def __str__(self) -> str:
         return "PanelArnoldi"
 
-    def solve(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
-        """Return the chart; see `stability.chart`."""
-        return self.solve_warm(problem, speeds, depth_max, WarmStart())
-
-    def solve_warm(self, problem: MillingProblem | TurningProblem, speeds: FloatArray, depth_max: float,
-                   warm: WarmStart) -> StabilityChart:
-        """Return the chart, beginning with the panels and the roots of a near problem."""
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why not: turning and measured FRFs only; it takes every other cut."""
         if isinstance(problem, TurningProblem):
-            fail("problem", "a TurningProblem", "ZeroOrder is exact for it", "use method=ZeroOrder()")
-        from toolpoint.cutting.stability.panels.search import Search
+            return TURNING
+        return None if problem.plane.is_modal else MEASURED
 
-        modal(problem.plane)
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart, beginning with the panels and the roots of a near problem where `warm` has them."""
+        from toolpoint.cutting.stability.panels.search import PanelSearch
+
+        problem, warm = require_milling(self, problem), warm or WarmStart()
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []
         overflow = False
         settings, store = (self.nodes, self.levels, self.tolerance), warm.panels(problem)
         for i, speed in enumerate(speeds.tolist()):
-            one = Search(settings, problem, speed, depth_max, store, warm.roots.get(speed))
-            rows += [(i, *row) for row in one.rows()]
-            warm.keep_roots(speed, one.slopes)
-            overflow |= one.overflow
+            search = PanelSearch(settings, problem, speed, depth_max, store, warm.roots.get(speed))
+            rows += [(i, *row) for row in search.rows()]
+            warm.keep_roots(speed, search.slopes)
+            overflow |= search.overflow
         columns = np.array(rows, float).reshape(-1, 6).T
         note = (f"largest multipliers of the one-period map; error of each point from two discretisations; bands narrower "
                 f"than the {self.levels} search levels can be missed")
         status = BEYOND if overflow else "complete"
-        return assembled(speeds, depth_max, columns, method=str(self), notes=(*problem.notes, note), status=status)
+        return assembled(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
+                         status=status)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the largest multipliers over one period, largest first.
@@ -87,6 +93,6 @@ class PanelArnoldi:
         from toolpoint.cutting.stability.panels.search import PeriodMap, waves_of
         from toolpoint.cutting.stability.panels.store import PanelStore
 
-        plane = modal(problem.plane_at(speed))
-        one = PeriodMap(problem, plane, speed, self.nodes + 3, 6, PanelStore())
-        return one.multipliers(depth, waves_of(plane, problem, speed), 1e-11)
+        plane = modal_plane(problem.plane_at(speed))
+        turn = PeriodMap(problem, plane, speed, self.nodes + 3, 6, PanelStore())
+        return turn.multipliers(depth, waves_of(plane, problem, speed), 1e-11)

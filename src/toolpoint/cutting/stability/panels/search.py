@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.methods.collocation import _Modal, modal
 from toolpoint.cutting.stability.methods.search import mean_period
 from toolpoint.cutting.stability.panels.bumps import Level, bump
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
@@ -33,7 +33,7 @@ class PeriodMap:
     def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
                  store: PanelStore, enough: dict[float, int] | None = None) -> None:
         self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
-        self.system = _Modal(plane)
+        self.system = ModalState(plane)
         # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
         size = np.linalg.norm(self.system.left, axis=0)
         self.left, self.right = self.system.left / size, self.system.right * size[:, None]
@@ -133,7 +133,7 @@ ROUNDS = 3  # of looking for meetings of multipliers between levels
 Start = tuple[float, float]  # depth of a root, slope of the growth there
 
 
-class Search:
+class PanelSearch:
     """Boundary points of one speed: levels of the spectral radius, roots between them, each solved again more finely."""
 
     def __init__(self, settings: tuple[int, int, float], problem: MillingProblem, speed: float, depth_max: float,
@@ -142,7 +142,7 @@ class Search:
         self.problem, self.speed, self.top, self.store = problem, speed, depth_max, store
         self.near = np.zeros((0, 2)) if near is None else near
         self.slopes: list[tuple[float, float]] = []
-        self.plane = modal(problem.plane_at(speed))
+        self.plane = modal_plane(problem.plane_at(speed))
         self.waves = waves_of(self.plane, problem, speed)
         self.maps: dict[int, PeriodMap] = {}
         self.enough: dict[float, int] = {}

@@ -1,0 +1,27 @@
+"""METHODS: every stability method by name, as files and the command line write it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from types import MappingProxyType
+
+from toolpoint._check import one_of
+from toolpoint.cutting.stability.automatic import Automatic
+from toolpoint.cutting.stability.floquet.method import FloquetDeterminant
+from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.cutting.stability.methods.collocation import Collocation
+from toolpoint.cutting.stability.methods.discretization import FullDiscretization, SemiDiscretization
+from toolpoint.cutting.stability.methods.multi_frequency import MultiFrequency
+from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
+from toolpoint.cutting.stability.panels.method import PanelArnoldi
+
+_ALL: tuple[type[StabilityMethod], ...] = (
+    Automatic, FloquetDeterminant, PanelArnoldi, HillDeterminant, ZeroOrder, MultiFrequency, SemiDiscretization,
+    FullDiscretization, Collocation)
+METHODS: Mapping[str, type[StabilityMethod]] = MappingProxyType({method.name: method for method in _ALL})
+
+
+def method_named(name: str, argument: str = "method") -> StabilityMethod:
+    """Return the method of this name with its own defaults; `argument` is named in the error, which lists all methods."""
+    return METHODS[one_of(argument, name, METHODS)]()

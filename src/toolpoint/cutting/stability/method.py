@@ -1,0 +1,56 @@
+"""StabilityMethod: what every stability method states about itself, and the check that a problem suits it."""
+
+from __future__ import annotations
+
+from typing import ClassVar, Protocol
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.stability.warm_start import WarmStart
+
+Problem = MillingProblem | TurningProblem
+
+# Reasons that several methods share, in the form of every message of the package: value; limit (remedy).
+TURNING = "a TurningProblem; ZeroOrder is exact for it (use method=ZeroOrder() or leave it out)"
+MEASURED = "a measured FRF; this method needs modes (identify modes, or use HillDeterminant())"
+
+
+class StabilityMethod(Protocol):
+    """A way to solve a cut for its stable depths: a small frozen object with its own tolerances.
+
+    name : as `METHODS` and the command line write it.
+    needs_modes : whether a measured FRF must be identified first.
+    uses_warm : whether `solve` begins with what a near problem left.
+    """
+
+    name: ClassVar[str]
+    needs_modes: ClassVar[bool]
+    uses_warm: ClassVar[bool]
+
+    def refuses(self, problem: Problem) -> str | None:
+        """Return why the method cannot solve this problem and what to use instead; None where it can."""
+        ...
+
+    def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
+              ) -> StabilityChart:
+        """Return the chart of speeds (rev/min, (n,)) up to `depth_max` (m); see `stability.chart`.
+
+        A method that does not use `warm` begins cold whatever is given.
+        """
+        ...
+
+
+def require_suited(method: StabilityMethod, problem: Problem) -> None:
+    """Raise the method's reason where it refuses the problem."""
+    reason = method.refuses(problem)
+    if reason is not None:
+        value, _, limit = reason.partition("; ")
+        fail("problem", value, limit)
+
+
+def require_milling(method: StabilityMethod, problem: Problem) -> MillingProblem:
+    """Return the milling problem where the method takes it; raise its reason otherwise."""
+    require_suited(method, problem)
+    assert isinstance(problem, MillingProblem)  # of the two kinds of problem only ZeroOrder takes the other
+    return problem
