@@ -58,7 +58,7 @@ class Deadly:
 
     at: float
 
-    def solve(self, problem, speeds, depth_max):
+    def solve(self, problem, speeds, depth_max, *, warm=None):
         """As ZeroOrder elsewhere."""
         if abs(static(problem.plane) - self.at) < 1e-12 * self.at:
             os.kill(os.getpid(), signal.SIGKILL)

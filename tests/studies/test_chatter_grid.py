@@ -148,7 +148,7 @@ class Choosy:
 
     softest: float
 
-    def solve(self, problem, speeds, depth_max):
+    def solve(self, problem, speeds, depth_max, *, warm=None):
         if problem.feed_angle > 1:
             raise ToolpointError("no feed beyond 1 rad")
         if np.abs(problem.plane.response(np.array([1.0]))).max() > self.softest:
