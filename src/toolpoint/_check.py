@@ -9,11 +9,16 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-# The names say what an array holds; the element type is left open to the type checker, because NumPy's own stubs widen
-# it at almost every operation.
+# Array: real or complex, as its docstring says.
 Array = NDArray[Any]
-FloatArray = NDArray[Any]
-ComplexArray = NDArray[Any]
+FloatArray = NDArray[np.floating[Any]]
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
+IndexArray = NDArray[np.integer[Any]]
+BoolArray = NDArray[np.bool_]
+
+# Default of a dataclass field that `__post_init__` fills in where it is left out: from then on the field holds what its
+# annotation says, so readers of the field need no test for None.
+LEFT_OUT: Any = None
 
 
 class ToolpointError(ValueError):

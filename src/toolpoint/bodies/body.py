@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, floats, symmetric
+from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, symmetric
 from toolpoint.bodies.inertia import MassProperties
 
 
@@ -50,8 +50,8 @@ class Body:
     """
 
     mass: FloatArray
-    stiffness: FloatArray = None  # type: ignore[assignment]
-    damping: FloatArray = None  # type: ignore[assignment]
+    stiffness: FloatArray = LEFT_OUT
+    damping: FloatArray = LEFT_OUT
     interfaces: Mapping[str, Interface] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

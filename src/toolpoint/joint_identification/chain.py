@@ -55,11 +55,11 @@ def _check_tree(given: Mapping[str, str]) -> None:
 
 def pair(parent: str, child: str, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion]) -> RelativeMotion:
     """Return the motion of a component relative to another, or to the ground."""
-    own = parts[child]
+    component = parts[child]
     if parent == GROUND:
-        return relative(None, motions[child], parent, (own.motion, own.centre, own.size))
+        return relative(None, motions[child], parent, (component.motion, component.centre, component.size))
     other = parts[parent]
-    scale = (np.maximum(own.motion, other.motion), (own.centre + other.centre) / 2, max(own.size, other.size))
+    scale = (np.maximum(component.motion, other.motion), (component.centre + other.centre) / 2, max(component.size, other.size))
     return relative(motions[parent], motions[child], parent, scale)
 
 

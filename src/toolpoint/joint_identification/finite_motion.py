@@ -9,6 +9,7 @@ no arc, so a large one falsifies the rotation (by its square) and a small one dr
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -45,7 +46,7 @@ class ClosestPoint:
                            lambda a, b: iterative_closest_point(a, b, iterations=self.iterations).transform)
 
 
-def _registered(part: Component, amplitude: float, register) -> FloatArray:  # type: ignore[no-untyped-def]
+def _registered(part: Component, amplitude: float, register: Callable[[FloatArray, FloatArray], FloatArray]) -> FloatArray:
     positive("amplitude", amplitude, 1.0)
     moves = displacements(part)
     result = np.zeros((6, moves.shape[2]))
@@ -88,8 +89,8 @@ def bisector_axis(rest: FloatArray, displaced: FloatArray) -> BisectorAxis:
     Every pair of displacements gives one crossing of their perpendicular bisectors in the plane normal to the axis; the
     densest crossing is the one whose nearest tenth of all crossings lies nearest.
     """
-    found = rigid(rest, displaced).transform
-    turn = to_vector(found[:3, :3])
+    motion = rigid(rest, displaced).transform
+    turn = to_vector(motion[:3, :3])
     angle = float(np.linalg.norm(turn))
     if angle < 1e-12:
         fail("displaced", "no rotation", "must turn about an axis", "the motion is a translation or none")
@@ -125,15 +126,15 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
     points (eq. 5), and the axis of what is left is found by `bisector_axis`.
     """
     positive("amplitude", amplitude, 1.0)
-    own = displacements(child)
+    child_motion = displacements(child)
     other = None if parent is None else displacements(parent)
     result = []
-    for i in range(own.shape[2]):
-        size = np.sqrt((own[:, :, i] ** 2).sum(axis=1).max())
+    for i in range(child_motion.shape[2]):
+        size = np.sqrt((child_motion[:, :, i] ** 2).sum(axis=1).max())
         if other is not None:
             size = max(size, np.sqrt((other[:, :, i] ** 2).sum(axis=1).max()))
         gain = amplitude * child.size / size
-        moved = child.at + gain * own[:, :, i]
+        moved = child.at + gain * child_motion[:, :, i]
         if parent is not None and other is not None:
             before = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
             moved = tf.moved(tf.inverse(before), moved)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike
 from scipy import stats
 from scipy.spatial import cKDTree
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail, positive
+from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
 from toolpoint.joint_identification.measured import Point, columns, positions_of
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
@@ -83,7 +83,7 @@ def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None
     data = _prepared(modes, points, names, noise)
     seeds = _seeds(data, least)
     scale = _scale(data, seeds)
-    limit = np.array([stats.chi2.isf(significance / len(names), one) for one in data.count]) * scale
+    limit = np.array([stats.chi2.isf(significance / len(names), freedom) for freedom in data.count]) * scale
     clusters = _clusters(data, seeds, limit, least)
     if not clusters:
         fail("modes", "no rigid cluster", f"must have some of at least {least} points",
@@ -117,19 +117,19 @@ def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point
     return _Data(local, rows, shown, weights, normal, right, used * values.shape[1])
 
 
-def _seeds(data: _Data, least: int) -> list[FloatArray]:
-    found = []
+def _seeds(data: _Data, least: int) -> list[IndexArray]:
+    seeds = []
     _, near = cKDTree(data.at).query(data.at, k=least)
     for members in np.asarray(near):
         spread = np.linalg.svd(data.at[members] - data.at[members].mean(axis=0), compute_uv=False)
         if spread[1] > 0.05 * spread[0] and np.linalg.cond(data.normal[members].sum(axis=0)).max() < 1e10:
-            found.append(members)
-    if not found:
+            seeds.append(members)
+    if not seeds:
         fail("points", "no neighbourhood that spans a plane", "must have points off one line")
-    return found
+    return seeds
 
 
-def _scale(data: _Data, seeds: list[FloatArray]) -> float:
+def _scale(data: _Data, seeds: list[IndexArray]) -> float:
     """Return by how much the noise exceeds its stated variance, from the better half of the neighbourhoods, at least 1."""
     ratio = []
     for members in seeds:
@@ -138,7 +138,7 @@ def _scale(data: _Data, seeds: list[FloatArray]) -> float:
     return max(1.0, float(np.quantile(ratio, 0.3)))
 
 
-def _misfit(data: _Data, members: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _misfit(data: _Data, members: IndexArray) -> tuple[FloatArray, FloatArray]:
     """Return for every point (chi2 against the motion of the members, variance of the prediction over its own)."""
     normal = data.normal[members].sum(axis=0)
     spread = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
@@ -151,7 +151,7 @@ def _misfit(data: _Data, members: FloatArray) -> tuple[FloatArray, FloatArray]:
     return (error**2 * data.weights / widened).sum(axis=(1, 2)), extra.max(axis=(1, 2))
 
 
-def _grown(data: _Data, seed: FloatArray, limit: FloatArray, free: FloatArray) -> FloatArray:
+def _grown(data: _Data, seed: IndexArray, limit: FloatArray, free: BoolArray) -> IndexArray:
     """Return the points that move with a seed: step by step those predicted well enough to be tested."""
     members = np.asarray(seed)
     for _ in range(60):
@@ -159,16 +159,16 @@ def _grown(data: _Data, seed: FloatArray, limit: FloatArray, free: FloatArray) -
         ready = (extra <= 3.0) | np.isin(np.arange(len(chi2)), members)
         if not (ready & ~np.isin(np.arange(len(chi2)), members)).any():
             ready = extra <= np.partition(extra, min(len(members) + 3, len(extra) - 1))[min(len(members) + 3, len(extra) - 1)]
-        wanted = np.flatnonzero(free & ready & (chi2 < limit))
-        if len(wanted) < 4:
-            return wanted[:0]
-        if np.array_equal(wanted, np.sort(members)):
+        fitting = np.flatnonzero(free & ready & (chi2 < limit))
+        if len(fitting) < 4:
+            return fitting[:0]
+        if np.array_equal(fitting, np.sort(members)):
             break
-        members = wanted
+        members = fitting
     return np.sort(members)
 
 
-def _clusters(data: _Data, seeds: list[FloatArray], limit: FloatArray, least: int) -> list[FloatArray]:
+def _clusters(data: _Data, seeds: list[IndexArray], limit: FloatArray, least: int) -> list[IndexArray]:
     free, clusters = np.ones(len(data.at), bool), []
     while free.sum() >= least:
         best = np.zeros(0, int)
@@ -188,7 +188,7 @@ def _clusters(data: _Data, seeds: list[FloatArray], limit: FloatArray, least: in
     return clusters
 
 
-def _result(data: _Data, clusters: list[FloatArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
+def _result(data: _Data, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
     size = [float(np.sqrt((data.values[members] ** 2).mean())) for members in clusters]
     clusters = [clusters[i] for i in np.argsort(size)]
     labels = [f"part {i + 1}" for i in range(len(clusters))]

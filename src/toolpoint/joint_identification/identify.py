@@ -47,37 +47,37 @@ class JointIdentification:
 
     def joint(self, child: str) -> JointEstimate:
         """Return the joint that carries a component."""
-        for one in self.joints:
-            if one.child == child:
-                return one
-        fail("child", repr(child), "must be one of " + ", ".join(one.child for one in self.joints))
+        for joint in self.joints:
+            if joint.child == child:
+                return joint
+        fail("child", repr(child), "must be one of " + ", ".join(joint.child for joint in self.joints))
 
     @property
     def certain(self) -> bool:
         """Whether nothing speaks against any joint."""
-        return not self.doubts and all(one.certain for one in self.joints)
+        return not self.doubts and all(joint.certain for joint in self.joints)
 
     @property
     def status(self) -> str:
         """What the result is worth."""
         if self.certain:
             return f"{len(self.joints)} joints established"
-        weak = [one.child for one in self.joints if not one.certain]
+        weak = [joint.child for joint in self.joints if not joint.certain]
         return "doubtful" + (f" at {', '.join(weak)}" if weak else "") + "".join(f"; {text}" for text in self.doubts)
 
     def table(self) -> str:
         """Return the joints as text, one line each with their doubts below."""
         lines = [f"{'joint':24s}{'kind':12s}{'free':12s}{'x, y, z mm (+- 95 %)':48s}stiffness (+- 95 %)"]
-        for one in self.joints:
-            stiff = "" if one.stiffness is None or one.stiffness_interval is None else ", ".join(
-                f"{k:.5g} (+-{h:.2g})" for k, h in zip(one.stiffness, one.stiffness_interval, strict=True))
-            free = " ".join(one.freedoms) or f"{one.screws.shape[1]} screws"
-            lines.append(f"{one.parent + ' - ' + one.child:24s}{one.kind:12s}{free:12s}{one.position_text:48s}{stiff}")
-            lines += [f"    doubt: {text}" for text in one.doubts]
+        for joint in self.joints:
+            stiff = "" if joint.stiffness is None or joint.stiffness_interval is None else ", ".join(
+                f"{k:.5g} (+-{h:.2g})" for k, h in zip(joint.stiffness, joint.stiffness_interval, strict=True))
+            free = " ".join(joint.freedoms) or f"{joint.screws.shape[1]} screws"
+            lines.append(f"{joint.parent + ' - ' + joint.child:24s}{joint.kind:12s}{free:12s}{joint.position_text:48s}{stiff}")
+            lines += [f"    doubt: {text}" for text in joint.doubts]
         return "\n".join([*lines, *(f"doubt: {text}" for text in self.doubts)])
 
     def __repr__(self) -> str:
-        kinds = ", ".join(f"{one.child}: {one.kind}" for one in self.joints)
+        kinds = ", ".join(f"{joint.child}: {joint.kind}" for joint in self.joints)
         return f"JointIdentification({kinds}; {self.status})"
 
 
@@ -121,7 +121,7 @@ def identify_joints(
     criterion, method = criterion or Criterion(), method or SmallMotion()
     tree = parents(chain, list(components))
     _check_overlap(components)
-    parts = {name: component(name, modes, points, wanted) for name, wanted in components.items()}
+    parts = {name: component(name, modes, points, labels) for name, labels in components.items()}
     independent, general_doubts = _independent(modes, parts)
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
@@ -131,10 +131,10 @@ def identify_joints(
     relatives = tuple(pair(parent, child, parts, motions) for child, parent in tree.items())
     joints, fits = [], []
     for motion in relatives:
-        found = candidates(stacked(motion, criterion), criterion)
-        found[0] = settled(motion, criterion, found[0])
-        joints.append(estimated(motion, found, _doubts(motion, found, independent, flexible)))
-        fits.append(found[0])
+        choices = candidates(stacked(motion, criterion), criterion)
+        choices[0] = settled(motion, criterion, choices[0])
+        joints.append(estimated(motion, choices, _doubts(motion, choices, independent, flexible)))
+        fits.append(choices[0])
     doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]
     if masses is not None:
         joints = stiffnesses(modes, parts, motions, relatives, joints, fits, masses)
@@ -175,8 +175,8 @@ def _twists(method: Method, part: Component) -> FloatArray | None:
 
 def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
     owner: dict[Point, str] = {}
-    for name, wanted in components.items():
-        for point in wanted:
+    for name, labels in components.items():
+        for point in labels:
             if owner.setdefault(point, name) != name:
                 fail(f"components[{name!r}]", f"point {point!r} is also in {owner[point]!r}", "must be in one component only")
 
@@ -225,8 +225,8 @@ def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], c
     return result
 
 
-def _doubts(motion: RelativeMotion, found: list[Fit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
-    fit = found[0]
+def _doubts(motion: RelativeMotion, fits: list[Fit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
+    fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
     if fit.chart.freedoms > 0 and fit.chart.freedoms >= independent:
         doubts.append(f"{fit.chart.freedoms} freedoms from {independent} mode(s): more freedoms cannot be excluded; "
@@ -234,8 +234,8 @@ def _doubts(motion: RelativeMotion, found: list[Fit], independent: int, flexible
     if fit.kind == "general":
         doubts.append(f"no simple kind explains the motion ({fit.chart.freedoms} freedoms): check the points of "
                       f"{motion.child} and {motion.parent} and the order of the chain")
-    if len(found) > 1:
-        doubts.append(f"the data do not refuse {', '.join(other.kind for other in found[1:])} either: give more modes")
+    if len(fits) > 1:
+        doubts.append(f"the data do not refuse {', '.join(other.kind for other in fits[1:])} either: give more modes")
     return tuple(doubts)
 
 

@@ -117,15 +117,15 @@ def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
 def settled(motion: RelativeMotion, criterion: Criterion, fit: Fit) -> Fit:
     """Return the fit of the kind that was decided for, with no more of the floor than its misfit asks for."""
     least, most = min(_NO_FLOOR, criterion.floor), criterion.floor
-    found = _with_floor(motion, least, fit)
-    if fit.freedom <= 0 or found.probability >= _UNLIKELY:
+    result = _with_floor(motion, least, fit)
+    if fit.freedom <= 0 or result.probability >= _UNLIKELY:
         # Without a degree of freedom nothing tells how much of the floor there is.
-        return fit if fit.freedom <= 0 else found
+        return fit if fit.freedom <= 0 else result
     for _ in range(_HALVINGS):
         share = float(np.sqrt(least * most))
-        found = _with_floor(motion, share, fit)
-        least, most = (share, most) if found.chi2 > found.freedom else (least, share)
-    return found
+        result = _with_floor(motion, share, fit)
+        least, most = (share, most) if result.chi2 > result.freedom else (least, share)
+    return result
 
 
 def _with_floor(motion: RelativeMotion, floor: float, fit: Fit) -> Fit:
@@ -176,8 +176,8 @@ def fitted(stack: Stack, chart: Chart, start: FloatArray | None = None) -> Fit:
     theta, n = np.zeros(chart.parameters) if start is None else start, chart.parameters
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
     if n:
-        found = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-        theta, jacobian = np.asarray(found.x), np.asarray(found.jac)
+        solution = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+        theta, jacobian = np.asarray(solution.x), np.asarray(solution.jac)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
         gain = -(covariance @ jacobian.T @ stack.root).reshape(n, count, 6)

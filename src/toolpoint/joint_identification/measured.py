@@ -67,12 +67,12 @@ class Component:
         return f"Component({self.name!r}, {len(self.points)} points, {len(self.rows)} displacements)"
 
 
-def positions_of(points: Mapping[Point, ArrayLike], wanted: Sequence[Point]) -> FloatArray:
+def positions_of(points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> FloatArray:
     """Return the positions (n, 3) of points, m; an unknown point is an error."""
-    missing = [name for name in wanted if name not in points]
+    missing = [name for name in labels if name not in points]
     if missing:
         fail("points", f"no position for {missing[:5]}", "must have a position for every point of a component")
-    return floats("points", np.array([np.asarray(points[name], float) for name in wanted]).reshape(-1, 3), (None, 3))
+    return floats("points", np.array([np.asarray(points[name], float) for name in labels]).reshape(-1, 3), (None, 3))
 
 
 def columns(shape: Array) -> FloatArray:
@@ -90,8 +90,8 @@ def about(centre: FloatArray, size: float) -> FloatArray:
     return result
 
 
-def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted: Sequence[Point]) -> Component:
-    """Return the measured motion of the points `wanted`, after checking that it can tell a rigid motion.
+def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> Component:
+    """Return the measured motion of the points `labels`, after checking that it can tell a rigid motion.
 
     Raises
     ------
@@ -100,9 +100,9 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
-    at = positions_of(points, wanted)
-    _check_points(name, wanted, at)
-    where = {point: i for i, point in enumerate(wanted)}
+    at = positions_of(points, labels)
+    _check_points(name, labels, at)
+    where = {point: i for i, point in enumerate(labels)}
     kept = [i for i, dof in enumerate(modes.dofs) if dof.point in where and not dof.is_rotation]
     owner = np.array([where[modes.dofs[i].point] for i in kept], int)
     places = at[owner].reshape(-1, 3)
@@ -117,14 +117,14 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], wanted
         variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
         if (variance <= 0).any():
             fail("modes.shape_variance", "a value of zero", "must be above zero", "leave it out if it is not known")
-    return Component(name, tuple(wanted), at, rows, places, ways, owner, columns(shape), variance)
+    return Component(name, tuple(labels), at, rows, places, ways, owner, columns(shape), variance)
 
 
-def _check_points(name: str, wanted: Sequence[Point], at: FloatArray) -> None:
-    if len(set(wanted)) != len(wanted):
+def _check_points(name: str, labels: Sequence[Point], at: FloatArray) -> None:
+    if len(set(labels)) != len(labels):
         fail(f"components[{name!r}]", "a point appears twice", "points must differ")
-    if len(wanted) < 3:
-        fail(f"components[{name!r}]", f"{len(wanted)} points", "must have at least 3 points not on one line",
+    if len(labels) < 3:
+        fail(f"components[{name!r}]", f"{len(labels)} points", "must have at least 3 points not on one line",
              "measure more points on it, or make it part of its neighbour")
     singular = np.linalg.svd(at - at.mean(axis=0), compute_uv=False)
     if singular[1] <= 1e-3 * singular[0]:

@@ -51,8 +51,8 @@ def with_common_noise(parts: Mapping[str, Component], motions: Mapping[str, Rigi
     for name in known:
         motion = motions[name]
         ratio = motion.excess / np.maximum(pooled, 1e-300)
-        own = stats.f.sf(ratio, motion.freedom, max(total - motion.freedom, 1)) < _UNLIKE
-        factor = np.maximum(np.where(own, motion.excess, pooled), _LEAST)
+        unlike = stats.f.sf(ratio, motion.freedom, max(total - motion.freedom, 1)) < _UNLIKE
+        factor = np.maximum(np.where(unlike, motion.excess, pooled), _LEAST)
         change = factor / np.maximum(motion.excess, 1.0)
         root = np.sqrt(change)
         result[name] = replace(motion, variance=motion.variance * change, covariance=motion.covariance * change[:, None, None],
@@ -67,7 +67,7 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
     residuals all do. `variance` of the motions is that of the noise alone.
     """
     columns = next(iter(motions.values())).twist.shape[1]
-    cross, own, freedom = np.zeros((columns, columns)), np.zeros((columns, columns)), 0
+    cross, auto, freedom = np.zeros((columns, columns)), np.zeros((columns, columns)), 0
     for name, part in parts.items():
         motion = motions[name]
         turned = deviation * np.cross(part.ways[None], motion.twist[3:].T[:, None, :])
@@ -77,12 +77,12 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
         error, turned, noise = (part.values - part.rows @ motion.twist) / total, turned / total.T[:, :, None], noise / total
         share = 1 - 6 / len(error)
         cross += error.T @ error - share * np.einsum("rix,six->rs", turned, turned)
-        own += share * noise.T @ noise
+        auto += share * noise.T @ noise
         freedom += len(error) - 6
     if freedom < _ROWS_PER_COLUMN * columns:
         return np.eye(columns)
     cross[np.abs(cross) < _SIGNIFICANT * np.sqrt(freedom)] = 0.0
-    result = np.clip(cross / np.where(own > 0, own, 1.0), -_LARGEST, _LARGEST)
+    result = np.clip(cross / np.where(auto > 0, auto, 1.0), -_LARGEST, _LARGEST)
     np.fill_diagonal(result, 1.0)
     least = float(np.linalg.eigvalsh(result)[0])
     # Cutting small values may leave the matrix indefinite; it is drawn towards the identity as far as it takes.

@@ -71,22 +71,22 @@ def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:
 
     :math:`u = w/|w|,\ p = w \times v/|w|^2,\ h = w \cdot v/|w|^2`.
     """
-    found = screw(twist)
+    axis = screw(twist)
     v, w = twist[:3], twist[3:]
     turn = float(w @ w)
     statistic = float(w @ np.linalg.lstsq(covariance[3:, 3:], w, rcond=None)[0])
     chance = float(stats.chi2.sf(statistic, 3))
-    if np.isinf(found.pitch):
-        spread = np.sqrt(np.diag(covariance)[:3]) / max(found.magnitude, 1e-300)
-        return ScrewAxis(found, spread, np.full(3, np.inf), np.inf, chance)
+    if np.isinf(axis.pitch):
+        spread = np.sqrt(np.diag(covariance)[:3]) / max(axis.magnitude, 1e-300)
+        return ScrewAxis(axis, spread, np.full(3, np.inf), np.inf, chance)
     size = np.sqrt(turn)
     direction = np.hstack([np.zeros((3, 3)), (np.eye(3) - np.outer(w, w) / turn) / size])
     point = np.empty((3, 6))
     point[:, :3] = _skew(w) / turn
-    point[:, 3:] = -_skew(v) / turn - 2 * np.outer(found.point, w) / turn
-    pitch = np.concatenate([w, v - 2 * found.pitch * w]) / turn
-    spread = [np.sqrt(np.clip(np.diag(j @ covariance @ j.T), 0, None)) for j in (direction, point)]
-    return ScrewAxis(found, spread[0], spread[1], float(np.sqrt(np.clip(pitch @ covariance @ pitch, 0, None))), chance)
+    point[:, 3:] = -_skew(v) / turn - 2 * np.outer(axis.point, w) / turn
+    pitch = np.concatenate([w, v - 2 * axis.pitch * w]) / turn
+    turned, shifted = (np.sqrt(np.clip(np.diag(j @ covariance @ j.T), 0, None)) for j in (direction, point))
+    return ScrewAxis(axis, turned, shifted, float(np.sqrt(np.clip(pitch @ covariance @ pitch, 0, None))), chance)
 
 
 def _skew(v: FloatArray) -> FloatArray:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
-from toolpoint._check import FloatArray
+from toolpoint._check import BoolArray, FloatArray
 from toolpoint.joint_identification.measured import Component, about
 
 
@@ -55,7 +55,7 @@ class RigidMotion:
     variance: FloatArray
     whole: FloatArray
 
-    def bends(self, significance: float = 1e-4, floor: float = 1e-3) -> FloatArray:
+    def bends(self, significance: float = 1e-4, floor: float = 1e-3) -> BoolArray:
         """Return for every column whether the component bends: bending_p < significance and bending > floor."""
         return (self.bending_p < significance) & (self.bending > floor)
 

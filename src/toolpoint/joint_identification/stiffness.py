@@ -100,8 +100,8 @@ def stiffnesses(
         np.stack([masses[name].matrix for name in names]), tuple(relatives), tuple(fits))
     value, weights = _value(data, data.twists, data.omega, None)
     covariance = _covariance(data, weights, modes)
-    found = _with(joints, value, np.sqrt(np.diag(covariance)), _misfit(data, value, weights))
-    return _with_matrices(data, found, value, weights, covariance)
+    result = _with(joints, value, np.sqrt(np.diag(covariance)), _misfit(data, value, weights))
+    return _with_matrices(data, result, value, weights, covariance)
 
 
 def _check(modes: Modes, parts: Mapping[str, Component], joints: Sequence[JointEstimate],
@@ -126,13 +126,13 @@ def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatAr
             continue
         k, spread = value[part], deviation[part]
         doubts = list(joint.doubts)
-        for name, one, sd, miss in zip(joint.freedoms, k, spread, misfit[part], strict=True):
+        for name, estimate, sd, miss in zip(joint.freedoms, k, spread, misfit[part], strict=True):
             if miss > 0:
                 doubts.append(f"one stiffness {name} leaves {100 * miss:.2g} % of the moment or force unexplained: check the "
                               "masses; the joint's principal directions may lie off its frame")
-            if not sd < 0.2 * abs(one):
-                doubts.append(f"stiffness {name} is known within {200 * sd / max(abs(one), 1e-300):.0f} % only")
-            if one <= 0:
+            if not sd < 0.2 * abs(estimate):
+                doubts.append(f"stiffness {name} is known within {200 * sd / max(abs(estimate), 1e-300):.0f} % only")
+            if estimate <= 0:
                 doubts.append(f"stiffness {name} comes out negative: check masses and frequencies")
         result.append(replace(joint, stiffness=k, stiffness_deviation=spread, doubts=tuple(doubts)))
     return result
@@ -143,15 +143,15 @@ def _with_matrices(data: _Data, joints: Sequence[JointEstimate], value: FloatArr
     """Return the joints, general ones with their matrix where the data decide it."""
     lines, result = _lines(data, data.twists, data.omega), list(joints)
     at = lines.q.shape[1]
-    for j, (own, weight) in zip(_general(data), _blocks(data, lines, weights), strict=True):
-        entries = stiffness_matrix.symmetric_entries(own.q.shape[1])
+    for j, (block, weight) in zip(_general(data), _blocks(data, lines, weights), strict=True):
+        entries = stiffness_matrix.symmetric_entries(block.q.shape[1])
         part = slice(at, at + entries.shape[2])
-        at, joint, why = part.stop, joints[j], stiffness_matrix.fault(own)
+        at, joint, why = part.stop, joints[j], stiffness_matrix.fault(block)
         if why:
             result[j] = replace(joint, doubts=(*joint.doubts, why))
             continue
         matrix, spread = entries @ value[part], covariance[part, part]
-        doubts = stiffness_matrix.doubts(own, matrix, weight, spread)
+        doubts = stiffness_matrix.doubts(block, matrix, weight, spread)
         result[j] = replace(joint, stiffness_matrix=matrix, stiffness_matrix_deviation=entries @ np.sqrt(np.diag(spread)),
                             doubts=(*joint.doubts, *doubts))
     return result
@@ -175,13 +175,13 @@ def _jacobians(data: _Data, bases: Sequence[FloatArray]) -> FloatArray:
     """Return the maps (n_components, 6, n) from all joint coordinates to the twist of every component."""
     total = sum(base.shape[1] for base in bases)
     starts = np.cumsum([0, *(base.shape[1] for base in bases)])
-    own = {child: i for i, (_, child) in enumerate(data.tree)}
+    index = {child: i for i, (_, child) in enumerate(data.tree)}
     above = {child: parent for parent, child in data.tree}
     result = np.zeros((len(data.names), 6, total))
     for c, name in enumerate(data.names):
         at = name
-        while at in own:
-            i = own[at]
+        while at in index:
+            i = index[at]
             result[c, :, starts[i]:starts[i + 1]] = bases[i]
             at = above[at]
     return result
@@ -204,21 +204,24 @@ def _blocks(data: _Data, lines: stiffness_matrix.Lines, weights: _Weights) -> li
     """Return the lines of every general joint and their weights."""
     ends = np.cumsum([0, *(fit.chart.freedoms for fit in data.fits)])
     parts = [slice(int(ends[j]), int(ends[j + 1])) for j in _general(data)]
-    own = [replace(lines, q=lines.q[:, p], force=lines.force[:, p], own=p, mass=lines.mass[p]) for p in parts]
-    return list(zip(own, weights[1], strict=True))
+    blocks = [replace(lines, q=lines.q[:, p], force=lines.force[:, p], own=p, mass=lines.mass[p]) for p in parts]
+    return list(zip(blocks, weights[1], strict=True))
 
 
 def _value(data: _Data, twists: FloatArray, omega: FloatArray, weights: _Weights | None) -> tuple[FloatArray, _Weights]:
     """Return (stiffnesses (n,) followed by the upper triangles of matrices, weights), weights found where none are given."""
     lines = _lines(data, twists, omega)
     k, weight = _diagonal(lines, None if weights is None else weights[0])
-    given = [np.zeros(0)] * len(_general(data)) if weights is None else weights[1]
-    values, found = [k], []
-    for own, one in _blocks(data, lines, (weight, given)):
-        matrix, new = stiffness_matrix.identified(own) if weights is None else (stiffness_matrix.solved(own, one), one)
+    given: list[FloatArray] = [np.zeros(0)] * len(_general(data)) if weights is None else weights[1]
+    values, matrices = [k], []
+    for block, stiffness in _blocks(data, lines, (weight, given)):
+        if weights is None:
+            matrix, new = stiffness_matrix.identified(block)
+        else:
+            matrix, new = stiffness_matrix.solved(block, stiffness), stiffness
         values.append(matrix[np.triu_indices(len(matrix))])
-        found.append(new)
-    return np.concatenate(values), (weight, found)
+        matrices.append(new)
+    return np.concatenate(values), (weight, matrices)
 
 
 def _diagonal(lines: stiffness_matrix.Lines, weights: FloatArray | None) -> tuple[FloatArray, FloatArray]:

@@ -71,7 +71,7 @@ def solved(lines: Lines, weights: FloatArray) -> FloatArray:
 def identified(lines: Lines) -> tuple[FloatArray, FloatArray]:
     """Return (matrix, weights) with weights that belong to the matrix."""
     f = lines.q.shape[1]
-    start = np.zeros((f, f))
+    start: FloatArray = np.zeros((f, f))
     for _ in range(3):
         start = solved(lines, lines.weights(start))
     entries, upper = symmetric_entries(f), np.triu_indices(f)
@@ -83,8 +83,8 @@ def identified(lines: Lines) -> tuple[FloatArray, FloatArray]:
         roots = np.linalg.cholesky(lines.weights(matrix))
         return np.asarray(np.einsum("kac,ka->kc", roots, lines.force - lines.q @ matrix).ravel())
 
-    found = optimize.least_squares(misfit, start[upper] / unit, xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    matrix = np.asarray(entries @ (found.x * unit))
+    solution = optimize.least_squares(misfit, start[upper] / unit, xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    matrix = np.asarray(entries @ (solution.x * unit))
     return matrix, lines.weights(matrix)
 
 

@@ -48,9 +48,9 @@ def _robust_error(part: Component, weights: FloatArray) -> FloatArray:
         leverage = np.zeros_like(error)
         root = np.sqrt(trust[part.owner])
         for i in range(error.shape[1]):
-            own = rows * weights[:, i, None]
-            q, r = np.linalg.qr(own * root[:, None])
-            error[:, i] = part.values[:, i] * weights[:, i] - own @ np.linalg.solve(
+            column = rows * weights[:, i, None]
+            q, r = np.linalg.qr(column * root[:, None])
+            error[:, i] = part.values[:, i] * weights[:, i] - column @ np.linalg.solve(
                 r, q.T @ (part.values[:, i] * weights[:, i] * root))
             leverage[:, i] = (q**2).sum(axis=1)
         scale = np.median(np.abs(error), axis=0)
@@ -64,4 +64,4 @@ def _robust_error(part: Component, weights: FloatArray) -> FloatArray:
 
 
 def _per_point(part: Component, values: FloatArray) -> FloatArray:
-    return np.bincount(part.owner, values.sum(axis=1), len(part.points))
+    return np.asarray(np.bincount(part.owner, values.sum(axis=1), len(part.points)), float)

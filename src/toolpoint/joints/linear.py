@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail, floats, one_of, symmetric
+from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, one_of, symmetric
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 STATES = ("locked", "elastic", "free")
@@ -31,9 +31,9 @@ class LinearJoint:
     """
 
     states: tuple[str, ...]
-    stiffness: FloatArray = None  # type: ignore[assignment]
-    damping: FloatArray = None  # type: ignore[assignment]
-    structural_damping: FloatArray = None  # type: ignore[assignment]
+    stiffness: FloatArray = LEFT_OUT
+    damping: FloatArray = LEFT_OUT
+    structural_damping: FloatArray = LEFT_OUT
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -64,7 +64,7 @@ class LinearJoint:
         parts = []
         for i, state in enumerate(self.states):
             if state == "elastic":
-                parts.append(f"{DIRECTIONS[i]} {self.stiffness[i, i]:.4g}")  # type: ignore[index]
+                parts.append(f"{DIRECTIONS[i]} {self.stiffness[i, i]:.4g}")
             elif state == "free":
                 parts.append(f"{DIRECTIONS[i]} free")
         return f"LinearJoint({', '.join(parts) or 'all locked'})"
@@ -113,7 +113,7 @@ def linear(
 
 
 def _matrix(name: str, value: Mapping[str, float] | ArrayLike | None) -> tuple[FloatArray, set[int]]:
-    matrix = np.zeros((6, 6))
+    matrix: FloatArray = np.zeros((6, 6))
     if value is None:
         return matrix, set()
     if not isinstance(value, Mapping):

@@ -111,16 +111,16 @@ class TreeChain:
 
         Needs linear axes only that span the directions asked for; the axis limits are checked.
         """
-        wanted = floats("position", position, (3,))
+        target = floats("position", position, (3,))
         if any(axis.is_rotary for axis in self.axes):
             fail("inverse", "a rotary axis", "this closed form needs linear axes only")
         start = self.relative_position({}, tool, table)[0]
         columns = np.stack([
             self._linear_step(k, tool[0]) - self._linear_step(k, table[0]) for k in range(len(self.axes))], axis=1)
-        values, *_ = np.linalg.lstsq(columns, wanted - start, rcond=None)
-        error = float(np.linalg.norm(start + columns @ values - wanted))
+        values, *_ = np.linalg.lstsq(columns, target - start, rcond=None)
+        error = float(np.linalg.norm(start + columns @ values - target))
         if error > 1e-9:
-            fail("position", f"{wanted}", "cannot be reached with these axes", f"nearest is {error:.3g} m away")
+            fail("position", f"{target}", "cannot be reached with these axes", f"nearest is {error:.3g} m away")
         return {axis.name: float(axis.checked(np.atleast_1d(v))[0]) for axis, v in zip(self.axes, values, strict=True)}
 
     def _linear_step(self, axis: int, link: int) -> FloatArray:

@@ -76,8 +76,8 @@ def _one(place: Placement, path: str) -> dict[str, FloatArray]:
         link = machine.link(name)
         slope = _inertia_slope(path) if kind == "inertia" else _exact(
             machine.description, path, value, lambda d: _body_mass(machine, d, name))
-        own = body_coordinates(place, link)
-        return {"mass": np.swapaxes(own, -1, -2) @ slope @ own}
+        coordinates = body_coordinates(place, link)
+        return {"mass": np.swapaxes(coordinates, -1, -2) @ slope @ coordinates}
     if room == "joints" and kind in _JOINT_FIELDS:
         return _joint(place, path, name, value)
     known = [p for p in parameters(machine.description) if p.split(".")[2] in (*_JOINT_FIELDS, *_BODY_FIELDS)]
@@ -89,7 +89,7 @@ def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, Fl
 
     def law(description: MachineDescription) -> FloatArray:
         joint = joint_law(description.joints[name])
-        return np.stack([joint.damping, joint.stiffness, joint.structural_damping])  # type: ignore[list-item]
+        return np.stack([joint.damping, joint.stiffness, joint.structural_damping])
 
     slopes = dict(zip(_TERMS[1:], _exact(machine.description, path, value, law), strict=True))
     if name in machine.joint_names:

@@ -222,13 +222,13 @@ class MachineDescription:
 
     def value(self, path: str) -> float:
         """Return one parameter by path."""
-        found: Any = self
+        part: Any = self
         for key in path.split("."):
-            found = _child(found, key, path)
-        if isinstance(found, bool) or not isinstance(found, (int, float)):
-            raise ToolpointError(f"{path}: not a number but {type(found).__name__}; give a path to a number, "
+            part = _child(part, key, path)
+        if isinstance(part, bool) or not isinstance(part, (int, float)):
+            raise ToolpointError(f"{path}: not a number but {type(part).__name__}; give a path to a number, "
                                  f"for example {next(iter(parameters(self)), 'joints.NAME.stiffness.rx')}")
-        return float(found)
+        return float(part)
 
 
 def parameters(machine: MachineDescription) -> Iterator[str]:
@@ -284,8 +284,8 @@ def _changed(part: Any, keys: list[str], value: float, path: str) -> Any:
         new = float(value)
     else:
         raise ToolpointError(f"{path}: not a number but {type(old).__name__}; only numbers can be changed by path")
-    if is_dataclass(part):
-        return replace(part, **{keys[0]: new})  # type: ignore[type-var]
+    if is_dataclass(part) and not isinstance(part, type):
+        return replace(part, **{keys[0]: new})
     if isinstance(part, Mapping):
         return {**part, keys[0]: new}
     return tuple(new if i == int(keys[0]) else entry for i, entry in enumerate(part))

@@ -32,28 +32,28 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, path: str
         ``numpy``, or ``compiled`` (trees of rigid bodies without preload; others are refused with the reason).
     """
     one_of("path", path, ("numpy", "compiled"))
-    wanted = min(count("modes", modes), machine.size)
+    number = min(count("modes", modes), machine.size)
     factor = _inverse_factor(machine)
     if path == "compiled":
-        return _compiled(machine, poses, wanted, factor)
+        return _compiled(machine, poses, number, factor)
     at = machine.chain.positions(poses)
     names = [axis.name for axis in machine.chain.axes]
     parts = []
     for start in range(0, len(at), _CHUNK):
         chunk = dict(zip(names, at[start:start + _CHUNK].T, strict=True))
-        parts.append(_general(machine, chunk, wanted) if factor is None else _constant(machine, chunk, wanted, factor))
+        parts.append(_general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor))
     return np.concatenate(parts)
 
 
-def _constant(machine: Machine, poses: Pose, wanted: int, factor: FloatArray) -> FloatArray:
+def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
     values = np.linalg.eigvalsh(factor @ mass_matrix(placed(machine, poses)) @ factor.T)
-    return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :wanted]))
+    return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :number]))
 
 
-def _general(machine: Machine, poses: Pose, wanted: int) -> FloatArray:
+def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
     mass, stiffness, *_ = equations(placed(machine, poses))
     squares, _ = mass_normalised(mass, stiffness)
-    return natural_omega(squares, mass, stiffness)[..., :wanted] / (2 * np.pi)
+    return natural_omega(squares, mass, stiffness)[..., :number] / (2 * np.pi)
 
 
 def _inverse_factor(machine: Machine) -> FloatArray | None:
@@ -68,7 +68,7 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
         return None
 
 
-def _compiled(machine: Machine, poses: Pose, wanted: int, factor: FloatArray | None) -> FloatArray:
+def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | None) -> FloatArray:
     if factor is None:
         fail("path", "'compiled' for a machine with loops, preload or free directions", "needs a constant, positive "
              "definite stiffness", "use path='numpy'")
@@ -79,12 +79,12 @@ def _compiled(machine: Machine, poses: Pose, wanted: int, factor: FloatArray | N
     at = machine.chain.positions(poses)
     matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
     data = _tree_arrays(machine)
-    result = np.empty((len(at), wanted))
+    result = np.empty((len(at), number))
     diagonal = bool(np.count_nonzero(factor - np.diag(np.diag(factor))) == 0)
     for start in range(0, len(at), _CHUNK):
         part = at[start:start + _CHUNK]
         kernel.tree_mass_matrices(*data[:5], np.ascontiguousarray(part), *data[5:], matrices[:len(part)])
-        kernel.largest_scaled_eigenvalues(matrices[:len(part)], factor, diagonal, wanted, result[start:start + len(part)])
+        kernel.largest_scaled_eigenvalues(matrices[:len(part)], factor, diagonal, number, result[start:start + len(part)])
     return 1 / (2 * np.pi * np.sqrt(result))
 
 

@@ -19,11 +19,11 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
         free, columns = list(law.freedoms), list(machine.joint_columns[i])
         at = np.ix_(columns, columns)
         for term, matrix in enumerate((law.stiffness, law.damping, law.structural_damping)):
-            matrices[term, 0][at] += matrix[np.ix_(free, free)]  # type: ignore[index]
+            matrices[term, 0][at] += matrix[np.ix_(free, free)]
         modal = list(machine.modal_columns[i])
         if modal:
-            matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness  # type: ignore[operator]
-            matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping  # type: ignore[operator]
+            matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness
+            matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping
     if not machine.loops:
         k, c, d = matrices
         shape = (place.poses, n, n)

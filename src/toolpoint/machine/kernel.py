@@ -14,7 +14,7 @@ BLOCK = 64
 
 @njit(cache=True, fastmath=False)
 def tree_mass_matrices(parents, frame_r, frame_t, axis_of, axis_twists, positions, at_child, body_mass, body_first,
-                       body_second, columns, column_link, on_path, out):  # type: ignore[no-untyped-def]
+                       body_second, columns, column_link, on_path, out):
     """Fill `out` (P, n, n) with mass matrices by composite inertias.
 
     Body data are about the machine's origin at the reference pose: mass (nb,), first moment (nb, 3), second (nb, 3, 3).
@@ -45,7 +45,7 @@ def tree_mass_matrices(parents, frame_r, frame_t, axis_of, axis_twists, position
 
 
 @njit(cache=True)
-def _product(a, b, out):  # type: ignore[no-untyped-def]
+def _product(a, b, out):
     # Written out: the library call for 3x3 products allocates and costs ten times the arithmetic.
     for i in range(3):
         for j in range(3):
@@ -53,20 +53,20 @@ def _product(a, b, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _product_transposed(a, b, out):  # type: ignore[no-untyped-def]
+def _product_transposed(a, b, out):
     for i in range(3):
         for j in range(3):
             out[i, j] = a[i, 0] * b[j, 0] + a[i, 1] * b[j, 1] + a[i, 2] * b[j, 2]
 
 
 @njit(cache=True)
-def _moved(r, x, t, out):  # type: ignore[no-untyped-def]
+def _moved(r, x, t, out):
     for i in range(3):
         out[i] = r[i, 0] * x[0] + r[i, 1] * x[1] + r[i, 2] * x[2] + t[i]
 
 
 @njit(cache=True)
-def _place(parents, frame_r, frame_t, axis_of, axis_twists, position, at_child, moved_r, moved_t, rotation, place, work):  # type: ignore
+def _place(parents, frame_r, frame_t, axis_of, axis_twists, position, at_child, moved_r, moved_t, rotation, place, work):
     now_r, spare, turn = work[0], work[1], work[2]
     now_t, shift, hold = work[3, 0], work[3, 1], work[3, 2]
     for i in range(parents.size):
@@ -96,7 +96,7 @@ def _place(parents, frame_r, frame_t, axis_of, axis_twists, position, at_child, 
 
 
 @njit(cache=True)
-def _motion(twist, amount, turn, shift):  # type: ignore[no-untyped-def]
+def _motion(twist, amount, turn, shift):
     for a in range(3):
         shift[a] = twist[a] * amount
         for b in range(3):
@@ -113,7 +113,7 @@ def _motion(twist, amount, turn, shift):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work):  # type: ignore
+def _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work):
     links = parents.size
     half, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
     zero[:] = 0.0
@@ -139,7 +139,7 @@ def _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mas
 
 
 @njit(cache=True)
-def _twist(column, rotation, place, out):  # type: ignore[no-untyped-def]
+def _twist(column, rotation, place, out):
     for a in range(3):
         v, w = 0.0, 0.0
         for b in range(3):
@@ -152,7 +152,7 @@ def _twist(column, rotation, place, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def _momentum(m, h, s, xi, out):  # type: ignore[no-untyped-def]
+def _momentum(m, h, s, xi, out):
     v0, v1, v2, w0, w1, w2 = xi[0], xi[1], xi[2], xi[3], xi[4], xi[5]
     out[0] = m * v0 + w1 * h[2] - w2 * h[1]
     out[1] = m * v1 + w2 * h[0] - w0 * h[2]
@@ -165,10 +165,10 @@ def _momentum(m, h, s, xi, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def scaled_blocks(matrices, factor, diagonal, start, out):  # type: ignore[no-untyped-def]
+def scaled_blocks(matrices, factor, diagonal, start, out):
     """Fill `out` (n, n, BLOCK) with F M F^T for the poses from `start`; `factor` is F, lower triangular or diagonal."""
     n, poses = matrices.shape[1], matrices.shape[0]
-    work, one = np.empty((n, n)), np.empty((n, n))
+    work, single = np.empty((n, n)), np.empty((n, n))
     for w in range(BLOCK):
         source = matrices[min(start + w, poses - 1)]
         if diagonal:
@@ -177,14 +177,14 @@ def scaled_blocks(matrices, factor, diagonal, start, out):  # type: ignore[no-un
                     out[i, j, w] = factor[i, i] * source[i, j] * factor[j, j]
         else:
             np.dot(factor, source, work)
-            np.dot(work, factor.T, one)
+            np.dot(work, factor.T, single)
             for i in range(n):
                 for j in range(i + 1):
-                    out[i, j, w] = one[i, j]
+                    out[i, j, w] = single[i, j]
 
 
 @njit(cache=True, fastmath={"contract"})
-def tridiagonalise(a, d, e):  # type: ignore[no-untyped-def]
+def tridiagonalise(a, d, e):
     """Reduce lower triangles `a` (n, n, BLOCK) by Householder steps to diagonals `d` (n, BLOCK), off-diagonals `e`."""
     n = a.shape[0]
     v, p = np.empty((n, BLOCK)), np.empty((n, BLOCK))
@@ -233,7 +233,7 @@ def tridiagonalise(a, d, e):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True, fastmath={"contract"})
-def largest_eigenvalues(d, e, wanted, out):  # type: ignore[no-untyped-def]
+def largest_eigenvalues(d, e, number, out):
     """Fill `out` (wanted, BLOCK) with the largest eigenvalues, descending, by bisection with Sturm counts."""
     n = d.shape[0]
     squares = np.empty((n, BLOCK))
@@ -249,7 +249,7 @@ def largest_eigenvalues(d, e, wanted, out):  # type: ignore[no-untyped-def]
             top[w] = max(top[w], d[i, w] + left + right)
             floor[w] = min(floor[w], d[i, w] - left - right)
             squares[i, w] = left * left
-    for r in range(wanted):
+    for r in range(number):
         for w in range(BLOCK):
             low[w] = floor[w]
             high[w] = top[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
@@ -272,15 +272,15 @@ def largest_eigenvalues(d, e, wanted, out):  # type: ignore[no-untyped-def]
 
 
 @njit(cache=True)
-def largest_scaled_eigenvalues(matrices, factor, diagonal, wanted, out):  # type: ignore[no-untyped-def]
+def largest_scaled_eigenvalues(matrices, factor, diagonal, number, out):
     """Fill `out` (P, wanted) with the largest eigenvalues of F M F^T for all matrices M (P, n, n), descending."""
     poses, n = matrices.shape[0], matrices.shape[1]
     a, d, e = np.empty((n, n, BLOCK)), np.empty((n, BLOCK)), np.empty((n, BLOCK))
-    found = np.empty((wanted, BLOCK))
+    values = np.empty((number, BLOCK))
     for start in range(0, poses, BLOCK):
         scaled_blocks(matrices, factor, diagonal, start, a)
         tridiagonalise(a, d, e)
-        largest_eigenvalues(d, e, wanted, found)
+        largest_eigenvalues(d, e, number, values)
         for w in range(min(BLOCK, poses - start)):
-            for r in range(wanted):
-                out[start + w, r] = found[r, w]
+            for r in range(number):
+                out[start + w, r] = values[r, w]

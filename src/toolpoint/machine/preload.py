@@ -72,7 +72,8 @@ def static_equilibrium(machine: Machine, pose: Pose | None = None) -> StaticEqui
     if not forces:
         fail("machine", "neither gravity nor loads", "must have one of them", "add gravity: [0, 0, -9.80665] to the file")
     deflection, wrenches = _balance(place, forces)
-    points = {name: (place.point_jacobian(name) @ deflection[..., None])[0, :, 0] for name in machine.description.points}
+    points: dict[str, FloatArray] = {
+        name: (place.point_jacobian(name) @ deflection[..., None])[0, :, 0] for name in machine.description.points}
     return StaticEquilibrium(deflection[0], points, _reactions(place, forces, wrenches))
 
 

@@ -24,10 +24,10 @@ EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
 
 
 def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
-            spread: float, found: tuple[Resonance, ...]) -> tuple[str, ...]:
+            spread: float, groups: tuple[Resonance, ...]) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
     return (*_drift_remarks(frf, modes), *_fit_remarks(frf, quality, mode_quality, modes, excess),
-            *_shared_remarks(spread, quality), *doubtful_remark(found, modes), *_mode_remarks(frf, modes),
+            *_shared_remarks(spread, quality), *doubtful_remark(groups, modes), *_mode_remarks(frf, modes),
             *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
 
 
@@ -44,21 +44,21 @@ def _drift_remarks(frf: Frf, modes: Modes) -> list[str]:
 
 
 def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
-    found = []
+    lines = []
     bad = np.argwhere(quality < POOR_FIT)
     if bad.size:
         row, column = bad[int(np.argmin(quality[tuple(bad.T)]))]
-        found.append(f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
+        lines.append(f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
                      f"{frf.outputs[row]} / {frf.inputs[column]} with {100 * quality[row, column]:.3g} %: look at it "
                      "for noise, a wrong channel or a wrong direction")
     for i in np.flatnonzero(mode_quality < POOR_FIT):
-        found.append(f"the responses around mode {i + 1} at {modes.frequency[i]:.4g} Hz fit only to "
+        lines.append(f"the responses around mode {i + 1} at {modes.frequency[i]:.4g} Hz fit only to "
                      f"{100 * mode_quality[i]:.3g} %: a closely spaced pair may be unresolved (add a reference, raise "
                      "the order) or the structure is not linear there (strike less hard)")
     if excess > 2:
-        found.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
+        lines.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
                      "differ; the intervals are widened to what is seen")
-    return found
+    return lines
 
 
 def is_smooth(spread: float, quality: FloatArray) -> bool:
@@ -74,25 +74,25 @@ def _shared_remarks(spread: float, quality: FloatArray) -> list[str]:
 
 
 def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
-    found = []
+    lines = []
     step = float(np.median(np.diff(frf.frequency)))
     for i, (f, zeta) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True), start=1):
         width = abs(zeta) * f
         if min(f - frf.frequency[0], frf.frequency[-1] - f) < 2 * width:
-            found.append(f"mode {i} at {f:.4g} Hz lies at the edge of the band: widen it by {5 * width:.2g} Hz")
+            lines.append(f"mode {i} at {f:.4g} Hz lies at the edge of the band: widen it by {5 * width:.2g} Hz")
         if 2 * width < 3 * step:
-            found.append(f"mode {i} at {f:.4g} Hz: its half-power width of {2 * width:.2g} Hz holds fewer than three "
+            lines.append(f"mode {i} at {f:.4g} Hz: its half-power width of {2 * width:.2g} Hz holds fewer than three "
                          "lines: measure longer for a finer line spacing")
         if zeta <= 0:
-            found.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
+            lines.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
         if modes.covariance is not None and np.diagonal(modes.covariance[i - 1]).min() < 0:
-            found.append(f"mode {i} at {f:.4g} Hz: its certainty cannot be told, as the fit holds nearly equal modes that "
+            lines.append(f"mode {i} at {f:.4g} Hz: its certainty cannot be told, as the fit holds nearly equal modes that "
                          "cancel each other: the responses may disagree on their poles (a sensor moved between them)")
         elif modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
             part = 100 * modes.damping_interval[i - 1] / abs(zeta)
-            found.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
+            lines.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
                          "hits or choose a reference that moves more")
-    return found
+    return lines
 
 
 def _pair_remarks(modes: Modes) -> list[str]:
@@ -105,14 +105,14 @@ def _pair_remarks(modes: Modes) -> list[str]:
 def _reference_remarks(frf: Frf, modes: Modes) -> list[str]:
     if len(frf.inputs) < 2 or modes.participation is None:
         return []
-    found = []
+    lines = []
     share = np.abs(modes.participation)
     share = share / share.max(axis=0)
     for i, dof in enumerate(frf.inputs):
         blind = np.flatnonzero(share[i] < BLIND) + 1
         if blind.size:
-            found.append(f"reference {dof} hardly sees mode{'s' * (blind.size > 1)} {', '.join(map(str, blind))}")
-    return found
+            lines.append(f"reference {dof} hardly sees mode{'s' * (blind.size > 1)} {', '.join(map(str, blind))}")
+    return lines
 
 
 def _scale_remarks(frf: Frf, modes: Modes) -> list[str]:

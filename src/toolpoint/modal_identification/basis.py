@@ -54,7 +54,7 @@ def outside_terms(frf: Frf) -> ComplexArray:
     every = 1 if frf.frequency.size >= FEW_LINES else 2 if frf.frequency.size >= FEW_LINES / 2 else len(ABOVE)
     centres = [0.0, *(low * c for c in BELOW[1::every]), *(high * c for c in ABOVE[1::every])] if every > 1 else [
         0.0, *(low * c for c in BELOW), *(high * c for c in ABOVE)]
-    terms = [one for c in centres for one in (1 / (p**2 + c**2), p / (p**2 + c**2))]
+    terms = [term for c in centres for term in (1 / (p**2 + c**2), p / (p**2 + c**2))]
     terms += [np.ones_like(p), p]
     basis = np.stack(terms, axis=1)
     return basis / np.sqrt((np.abs(basis * factor(frf)[:, None]) ** 2).mean(axis=0))

@@ -40,10 +40,10 @@ class CircleFit:
             s = complex(picked.poles[r]) - frf.decay
             lines = _near(frf, s)
             weight = np.outer(picked.shape[:, r], picked.participation_at(picked.input_dofs)[:, r]).reshape(-1)
-            found = _fitted(frf.omega[lines], mobility[lines] @ weight, s) if lines.size >= 5 else None
-            if found is None:
+            circle = _fitted(frf.omega[lines], mobility[lines] @ weight, s) if lines.size >= 5 else None
+            if circle is None:
                 notes.append(f"no circle at {picked.frequency[r]:.4g} Hz: the picked value is kept")
-            poles.append(s if found is None else found)
+            poles.append(s if circle is None else circle)
         return Start(np.array(poles), picked.participation_at(picked.input_dofs).astype(complex), notes=tuple(notes))
 
 

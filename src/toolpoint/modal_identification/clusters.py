@@ -33,8 +33,8 @@ def widening(fit: Fit, outputs: Sequence[Dof]) -> FloatArray:
     scores = np.zeros((len(names), *fit.scores.shape[1:]))
     np.add.at(scores, at, fit.scores)
     each = fit.information.shape[0] // fit.poles.size
-    own = np.stack([fit.information[i:i + 2, i:i + 2] for i in range(0, fit.information.shape[0], each)])
-    squares = np.einsum("cra,rab,crb->cr", scores, np.linalg.pinv(own, hermitian=True), scores) / 2
+    information = np.stack([fit.information[i:i + 2, i:i + 2] for i in range(0, fit.information.shape[0], each)])
+    squares = np.einsum("cra,rab,crb->cr", scores, np.linalg.pinv(information, hermitian=True), scores) / 2
     # Under independent noise a sum of n squares of two numbers each scatters by 1/sqrt(n) about one.
     factor = squares.sum(axis=0)
     return np.where(factor > 1 + CERTAIN / np.sqrt(len(names)), factor, 1.0)

@@ -38,13 +38,13 @@ class Realization:
         lags = min(self.lags, responses.shape[0] // 3)
         size, vectors = np.linalg.eigh(lag_products(responses, lags))
         vectors = vectors[:, np.argsort(-size)]
-        found = []
+        orders = []
         for states in range(self.step, min(self.order, lags * inputs) + 1, self.step):
             observed = vectors[:, :states]
             # The shift is solved backwards, which leaves the poles of the noise unstable (as in `lsce`).
             matrix = np.linalg.lstsq(observed[inputs:], observed[:-inputs], rcond=None)[0]
             roots, right = np.linalg.eig(matrix)
             keep = np.abs(roots) > 1e-8
-            found.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
-        diagram = Diagram.collected(found, frf)
+            orders.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
+        diagram = Diagram.collected(orders, frf)
         return within_edges(selected(diagram, self.share), diagram, frf)

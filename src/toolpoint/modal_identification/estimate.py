@@ -265,13 +265,13 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
 
 def covariance(data: Data, fit: Fit) -> FloatArray:
     """Return the covariance of (frequency in Hz, damping ratio) of every mode, shape (n_modes, 2, 2)."""
-    own = pole_covariance(fit)
+    variance = pole_covariance(fit)
     result = np.empty((fit.poles.size, 2, 2))
     for r, s in enumerate(fit.poles):
         size = abs(s)
         slope = np.array([[s.real / size * data.scale / (2 * np.pi), s.imag / size * data.scale / (2 * np.pi)],
                           [-s.imag**2 / size**3, s.real * s.imag / size**3]])
-        result[r] = slope @ own[r] @ slope.T
+        result[r] = slope @ variance[r] @ slope.T
     return result
 
 

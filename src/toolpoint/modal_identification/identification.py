@@ -91,20 +91,20 @@ class Identification:
     @property
     def dominant(self) -> np.ndarray:
         """Indices of the strongest mode of every resonance that stands out: `modes.selected(found.dominant)`."""
-        return np.array([one.strongest for one in self.resonances if one.stands_out], int)
+        return np.array([resonance.strongest for resonance in self.resonances if resonance.stands_out], int)
 
     @property
     def doubtful(self) -> np.ndarray:
         """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise."""
-        unsure = {i for one in self.resonances if one.doubtful for i in one.modes}
+        unsure = {i for resonance in self.resonances if resonance.doubtful for i in resonance.modes}
         return np.array([i in unsure for i in range(self.modes.count)])
 
     @property
     def share(self) -> FloatArray:
         """Share of the responses, 0 .. 1, that belongs to the resonance of each mode at its frequency."""
         result = np.ones(self.modes.count)
-        for one in self.resonances:
-            result[list(one.modes)] = one.share
+        for resonance in self.resonances:
+            result[list(resonance.modes)] = resonance.share
         return result
 
     @property

@@ -111,12 +111,12 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
-    found = resonances(inside, modes, is_smooth(fitted.spread, quality))
+    groups = resonances(inside, modes, is_smooth(fitted.spread, quality))
     advice = (*dead, *unstable, *start.notes,
-              *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread, found))
+              *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread, groups))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
-                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, found)
+                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups)
 
 
 def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:
@@ -143,15 +143,16 @@ def _swapped(array: FloatArray | None) -> FloatArray | None:
     return None if array is None else np.swapaxes(array, -1, -2)
 
 
-def _turned(found: Identification) -> Identification:
-    modes = found.modes
+def _turned(identification: Identification) -> Identification:
+    modes = identification.modes
     turned = replace(
         modes, shape=modes.participation_at(modes.input_dofs), dofs=modes.input_dofs,
         participation=modes.shape, input_dofs=modes.dofs,
         lower_residual=None if modes.lower_residual is None else modes.lower_residual.T,
         upper_residual=None if modes.upper_residual is None else modes.upper_residual.T, shape_variance=None)
-    model = replace(found.model, coefficients=np.swapaxes(found.model.coefficients, -1, -2))
-    return replace(found, modes=turned, frf=_transposed(found.frf), model=model, quality=found.quality.T)
+    model = replace(identification.model, coefficients=np.swapaxes(identification.model.coefficients, -1, -2))
+    return replace(identification, modes=turned, frf=_transposed(identification.frf), model=model,
+                   quality=identification.quality.T)
 
 
 def _alive(frf: Frf) -> tuple[Frf, list[str]]:

@@ -49,10 +49,10 @@ def mvmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
     size, vectors = np.linalg.eigh(total)
     keep = size > 1e-12 * size[:, -1:]
     whiten = np.where(keep[:, None, :], vectors / np.sqrt(np.where(keep, size, 1.0))[:, None, :], 0.0)
-    found = np.linalg.eigvalsh(np.swapaxes(whiten, -1, -2) @ real @ whiten)
+    indicators = np.linalg.eigvalsh(np.swapaxes(whiten, -1, -2) @ real @ whiten)
     # Directions without response carry a zero that is no mode: they count as one.
-    found = np.sort(np.where(keep.sum(axis=1)[:, None] > np.arange(found.shape[1])[::-1], found, 1.0), axis=1)
-    return Indicator(inside.frequency, np.clip(found, 0.0, 1.0))
+    indicators = np.sort(np.where(keep.sum(axis=1)[:, None] > np.arange(indicators.shape[1])[::-1], indicators, 1.0), axis=1)
+    return Indicator(inside.frequency, np.clip(indicators, 0.0, 1.0))
 
 
 def peaks(indicator: Indicator, prominence: float = 2.0) -> FloatArray:

@@ -42,11 +42,11 @@ class ComplexExponential:
         normal = lag_products(responses, order).reshape(order + 1, inputs, order + 1, inputs)[::-1, :, ::-1]
         normal = normal.reshape((order + 1) * inputs, -1)
         factor = cholesky(normal, float(np.diagonal(normal).mean()))
-        found = []
+        orders = []
         for m in range(self.step, order + 1, self.step):
             roots, vectors = roots_of_order(factor, m, inputs)
-            found.append((m, -np.log(roots) / interval, vectors))
-        diagram = Diagram.collected(found, frf)
+            orders.append((m, -np.log(roots) / interval, vectors))
+        diagram = Diagram.collected(orders, frf)
         return within_edges(selected(diagram, self.share), diagram, frf)
 
 

@@ -85,8 +85,8 @@ def _reduced(data: Data, fit: Fit, shared: _Shared, kept: int) -> Data:
 def _blended(trial: Fit, full: Fit, patterns: FloatArray) -> FloatArray:
     """Return the information of the reduced fit, less what modes of the same response pattern as the rest cannot gain."""
     weighted = _residues(trial) * trial.weight.reshape(-1)
-    own = (weighted**2).sum(axis=1).reshape(-1, 2).sum(axis=1)
-    common = ((weighted @ patterns.T) ** 2).sum(axis=1).reshape(-1, 2).sum(axis=1) / own
+    energy = (weighted**2).sum(axis=1).reshape(-1, 2).sum(axis=1)
+    common = ((weighted @ patterns.T) ** 2).sum(axis=1).reshape(-1, 2).sum(axis=1) / energy
     part = np.repeat(np.clip(common, 0.0, 1.0), trial.information.shape[0] // trial.poles.size)
     apart, alike = np.sqrt(1 - part), np.sqrt(part)
     return trial.information * np.outer(apart, apart) + full.information * np.outer(alike, alike)

@@ -52,11 +52,11 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, weight: FloatArray
     normal = _normal_matrix(values, frf.omega * interval, order)
     inputs = len(frf.inputs)
     factor = cholesky(normal, float(np.abs(np.diagonal(normal)).mean()))
-    found: list[tuple[int, Array, Array]] = []
+    orders: list[tuple[int, Array, Array]] = []
     for m in range(step, order + 1, step):
         roots, vectors = roots_of_order(factor, m, inputs)
-        found.append((m, -np.log(roots) / interval, vectors / reference_scale[:, None]))
-    return Diagram.collected(found, frf)
+        orders.append((m, -np.log(roots) / interval, vectors / reference_scale[:, None]))
+    return Diagram.collected(orders, frf)
 
 
 def _weighted(values: ComplexArray, weight: FloatArray | None) -> tuple[ComplexArray, FloatArray]:

@@ -118,16 +118,16 @@ def noise_level(frf: Frf) -> FloatArray:
 def picked(curves: FloatArray, noise: FloatArray, prominence: float, floor: float) -> list[int]:
     """Return the lines of the peaks of the root-mean-square curve that meet the criterion of `quadrature`."""
     height = np.sqrt((curves**2).mean(axis=1))
-    found, about = find_peaks(height, prominence=floor * height.max())
-    keep = (about["prominences"] >= prominence * height[found]) & (
-        about["prominences"] >= NOISE_FACTOR * noise[found])
-    return [int(line) for line in found[keep]]
+    peaks, about = find_peaks(height, prominence=floor * height.max())
+    keep = (about["prominences"] >= prominence * height[peaks]) & (
+        about["prominences"] >= NOISE_FACTOR * noise[peaks])
+    return [int(line) for line in peaks[keep]]
 
 
 def _distinct(peaks: list[Peak]) -> list[Peak]:
     """Return the peaks without those whose fit ended at the mode of a higher one (ripples on one peak)."""
     kept: list[Peak] = []
-    for peak in sorted(peaks, key=lambda one: -one.height):
+    for peak in sorted(peaks, key=lambda candidate: -candidate.height):
         if not any(_same(peak, other) for other in kept):
             kept.append(peak)
     return kept
@@ -148,20 +148,20 @@ def _valleys(curves: FloatArray, lines: list[int]) -> list[tuple[int, int]]:
 
 def _fitted(curves: FloatArray, omega: FloatArray, line: int, limits: tuple[int, int]) -> Peak | None:
     """Return the peak refined on the lines above half of its height; None where no bell curve can be found."""
-    weight, found = curves[max(line - 1, 0):line + 2].mean(axis=0), (0.0, 0.0)
+    weight, pole = curves[max(line - 1, 0):line + 2].mean(axis=0), (0.0, 0.0)
     for _ in range(PASSES):
         bell = curves @ weight  # the responses joined in phase with the mode: noise and other modes average out
         lines = _above_half(bell, line, limits)
         fit = _parabola(bell[lines] / omega[lines], omega[lines])
         if fit is None:
             return None
-        found = fit
-        unit = _bell(omega[lines], *found)
+        pole = fit
+        unit = _bell(omega[lines], *pole)
         weight = unit @ curves[lines] / (unit @ unit)
     # A fit whose top lies outside its own lines describes the flank of something else.
-    if not omega[lines[0]] <= found[0] <= omega[lines[-1]]:
+    if not omega[lines[0]] <= pole[0] <= omega[lines[-1]]:
         return None
-    return Peak(line, *found, lines.size, weight)
+    return Peak(line, *pole, lines.size, weight)
 
 
 def _above_half(bell: FloatArray, line: int, limits: tuple[int, int]) -> FloatArray:

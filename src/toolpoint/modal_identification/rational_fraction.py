@@ -61,8 +61,8 @@ class RationalFraction:
         values = _principal(values)
         highest = min(self.order, frf.frequency.size // 4)
         basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA)
-        found = [(n, poles_of_order(values, basis, upper, n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
-        diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in found], as_one_reference(frf))
+        orders = [(n, poles_of_order(values, basis, upper, n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
+        diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], as_one_reference(frf))
         choice = distinct(selected(diagram, self.share))
         return Start(choice.poles, _participation(frf, choice.poles), diagram, choice.support)
 
@@ -72,17 +72,17 @@ class RationalFraction:
         modes = count("modes", self.modes)
         basis, upper = orthogonal(frf.omega / frf.omega[-1], 2 * modes + EXTRA)
         parts = [values[:, [k]] for k in range(values.shape[1])] if self.local else [values]
-        found = []
+        orders = []
         for part in parts:
             s = poles_of_order(part, basis, upper, 2 * modes) * frf.omega[-1]
             s = s[(s.imag > 0) & (np.abs(s) >= frf.omega[0]) & (np.abs(s) <= frf.omega[-1])]
             if s.size == modes:
-                found.append(s[np.argsort(np.abs(s))])
-        if not found:
+                orders.append(s[np.argsort(np.abs(s))])
+        if not orders:
             fail("modes", f"{modes} modes in no response", "must all lie within the band", "narrow the band or ask for fewer")
-        table = np.array(found)
+        table = np.array(orders)
         poles = np.median(table.real, axis=0) + 1j * np.median(table.imag, axis=0)
-        notes = () if len(found) == len(parts) else (f"{len(parts) - len(found)} of {len(parts)} responses did not show "
+        notes = () if len(orders) == len(parts) else (f"{len(parts) - len(orders)} of {len(parts)} responses did not show "
                                                      f"{modes} modes",)
         return Start(poles, _participation(frf, poles), notes=notes)
 

@@ -105,9 +105,9 @@ class Fit:
         """Wald statistic of every mode: chi-squared with 2 n_outputs degrees of freedom if there were no such mode."""
         count = self.poles.size
         blocks = self.shape_covariance.reshape(-1, count, 2, count, 2)
-        own = np.linalg.inv(blocks[:, np.arange(count), :, np.arange(count), :])  # (mode, output, 2, 2)
+        variance = np.linalg.inv(blocks[:, np.arange(count), :, np.arange(count), :])  # (mode, output, 2, 2)
         vector = np.stack([self.shape.real, self.shape.imag], axis=-1).transpose(1, 0, 2)[..., None]
-        return (np.swapaxes(vector, -1, -2) @ own @ vector).sum(axis=(1, 2, 3))
+        return (np.swapaxes(vector, -1, -2) @ variance @ vector).sum(axis=(1, 2, 3))
 
 
 def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit:
@@ -125,7 +125,7 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weig
     right = np.stack([square[:, i, None] * (moments[i, :, :2 * m] @ _block(turn[i])) for i in range(inputs)])
     inverse = np.asarray(np.linalg.inv(shape_information), float)
     shape = (inverse @ right.sum(axis=0)[:, :, None])[..., 0]
-    residues = shape @ np.stack([_block(one).T for one in turn])  # (input, output, 2 n_modes)
+    residues = shape @ np.stack([_block(block).T for block in turn])  # (input, output, 2 n_modes)
     left = moments - residues @ gram[:2 * m]
     explained = (residues * (moments + left)[:, :, :2 * m]).sum(axis=-1).T
     parts = _Parts(gram, turned, left, _tangents(residues, shape), square, inverse)

@@ -42,12 +42,12 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, upper: bool = Tr
     basis = real_rows(np.concatenate(terms, axis=1) * factor(frf)[:, None])
     scale = np.linalg.norm(basis, axis=0)
     rows = real_rows(frf.values.reshape(p.size, -1))
-    found = np.linalg.lstsq(basis / scale, rows, rcond=1e-12)[0] / scale[:, None]
-    left = rows - basis @ found
+    values = np.linalg.lstsq(basis / scale, rows, rcond=1e-12)[0] / scale[:, None]
+    left = rows - basis @ values
     shape = frf.values.shape[1:]
     count = poles.size
-    parts = found[:2 * count].reshape(count, 2, *shape)
-    rest = list(found[2 * count:].reshape(-1, *shape))
+    parts = values[:2 * count].reshape(count, 2, *shape)
+    rest = list(values[2 * count:].reshape(-1, *shape))
     zero = np.zeros(shape)
     power = np.maximum((rows**2).sum(axis=0), np.finfo(float).tiny)
     return Residues(np.moveaxis(parts[:, 0] + 1j * parts[:, 1], 0, -1), rest.pop(0) if lower else zero,
@@ -56,5 +56,5 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, upper: bool = Tr
 
 def participation_of(frf: Frf, poles: ComplexArray) -> ComplexArray:
     """Return the participation (n_inputs, n_modes) that fits the residues of each pole best, for poles of the data."""
-    found = residues(frf, poles + frf.decay).values
-    return np.stack([factored(found[:, :, r])[1] for r in range(poles.size)], axis=1)
+    values = residues(frf, poles + frf.decay).values
+    return np.stack([factored(values[:, :, r])[1] for r in range(poles.size)], axis=1)

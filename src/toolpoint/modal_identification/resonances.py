@@ -70,7 +70,7 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
     flat = frf.values.reshape(frf.frequency.size, -1)
     power = np.einsum("fr,fr->r", flat.real, flat.real) + np.einsum("fr,fr->r", flat.imag, flat.imag)
     weight = np.where(power > 0, 1 / np.sqrt(np.where(power > 0, power, 1.0)), 0.0)
-    found = []
+    groups = []
     for members in alike(modes):
         lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]
         alone = [_power(_part(frf, modes.selected([i]), line) * weight) for i, line in zip(members, lines, strict=True)]
@@ -78,8 +78,8 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
         part = _part(frf, modes.selected(members), lines[at]) * weight
         own, rest = _power(part), _power(flat[lines[at]] * weight - part)
         share = own / (own + rest) if own > 0 else 0.0
-        found.append(Resonance(tuple(members), members[at], share, share < FAINT or (smooth_residual and share <= HALF)))
-    return tuple(found)
+        groups.append(Resonance(tuple(members), members[at], share, share < FAINT or (smooth_residual and share <= HALF)))
+    return tuple(groups)
 
 
 def _power(values: ComplexArray) -> float:
@@ -106,15 +106,17 @@ def _part(frf: Frf, modes: Modes, line: int) -> ComplexArray:
     return np.asarray(residue.real @ terms[:, 0] + residue.imag @ terms[:, 1], complex)
 
 
-def remark(found: tuple[Resonance, ...], modes: Modes) -> list[str]:
+def remark(groups: tuple[Resonance, ...], modes: Modes) -> list[str]:
     """Return which resonances stand out and which modes are doubtful; nothing where none is."""
-    faint = [f"{_numbers(one.modes)} at {modes.frequency[one.strongest]:.4g} Hz {'carry' if len(one.modes) > 1 else 'carries'} "
-             f"only {100 * one.share:.2g} % of the responses there: look at the shape before using it; noise that the "
-             "responses share makes such modes, and another band or reference does not" for one in found if one.faint]
-    doubtful = [i for one in found if one.doubtful and not one.faint for i in one.modes]
+    faint = [f"{_numbers(group.modes)} at {modes.frequency[group.strongest]:.4g} Hz "
+             f"{'carry' if len(group.modes) > 1 else 'carries'} only {100 * group.share:.2g} % of the responses "
+             "there: look at the shape before using it; noise that the responses share makes such modes, and another "
+             "band or reference does not" for group in groups if group.faint]
+    doubtful = [i for group in groups if group.doubtful and not group.faint for i in group.modes]
     if not doubtful:
         return faint
-    clear = ", ".join(f"{modes.frequency[one.strongest]:.4g} Hz ({_numbers(one.modes)})" for one in found if one.stands_out)
+    clear = ", ".join(f"{modes.frequency[group.strongest]:.4g} Hz ({_numbers(group.modes)})"
+                      for group in groups if group.stands_out)
     return [f"{clear or 'no resonance'} stand{'s' * (not clear)} out of the responses; {_numbers(doubtful)} "
             f"{'lie' if len(doubtful) > 1 else 'lies'} under stronger ones and, as the residual is not noise, may be small "
             "modes or stand for what the strong ones do not follow: real ones return in another band and in other responses "

@@ -28,12 +28,12 @@ class DrivingPoint:
 def driving_points(outputs: Sequence[Dof], inputs: Sequence[Dof]) -> tuple[DrivingPoint, ...]:
     """Return every output-input pair at one point along one axis."""
     where = {(dof.point, _axis(dof)): (row, _sense(dof)) for row, dof in enumerate(outputs)}
-    found = []
+    pairs = []
     for column, dof in enumerate(inputs):
         at = where.get((dof.point, _axis(dof)))
         if at is not None:
-            found.append(DrivingPoint(at[0], column, at[1] * _sense(dof)))
-    return tuple(found)
+            pairs.append(DrivingPoint(at[0], column, at[1] * _sense(dof)))
+    return tuple(pairs)
 
 
 def _axis(dof: Dof) -> object:

@@ -55,11 +55,11 @@ def selected(diagram: Diagram, share: float = 0.35) -> Selection:
         newest = at[np.argsort(-diagram.order[at], kind="stable")][:NEWEST]
         s = diagram.poles[newest]
         kept.append((complex(np.median(s.real), np.median(s.imag)), diagram.participation[:, newest[0]], support))
-    kept.sort(key=lambda one: abs(one[0]))
+    kept.sort(key=lambda entry: abs(entry[0]))
     inputs = diagram.participation.shape[0]
-    return Selection(np.array([one[0] for one in kept], complex),
-                     np.stack([one[1] for one in kept], axis=1) if kept else np.zeros((inputs, 0), complex),
-                     np.array([one[2] for one in kept]))
+    return Selection(np.array([entry[0] for entry in kept], complex),
+                     np.stack([entry[1] for entry in kept], axis=1) if kept else np.zeros((inputs, 0), complex),
+                     np.array([entry[2] for entry in kept]))
 
 
 def distinct(choice: Selection) -> Selection:

@@ -41,11 +41,11 @@ class Diagram:
     orders: tuple[int, ...]
 
     @classmethod
-    def collected(cls, found: Sequence[tuple[int, Array, Array]], frf: Frf) -> Diagram:
+    def collected(cls, orders: Sequence[tuple[int, Array, Array]], frf: Frf) -> Diagram:
         """Return the diagram of (order, poles, participation) triples, kept to stable poles in the band of `frf`."""
         low, high = frf.omega[0], frf.omega[-1]
         parts, previous = [], None
-        for order, poles, vectors in found:
+        for order, poles, vectors in orders:
             size = np.abs(poles)
             keep = (poles.imag > 0) & (size >= low) & (size <= high) & (poles.real < 0)
             keep &= -poles.real <= LARGEST_DAMPING * size
@@ -54,7 +54,7 @@ class Diagram:
             parts.append((np.full(s.size, order), s, v, _levels(s, v, previous)))
             previous = (s, v)
         number, s, v, level = [np.concatenate([part[i] for part in parts], axis=-1) for i in range(4)]
-        return cls(number, s, v, level, tuple(item[0] for item in found))
+        return cls(number, s, v, level, tuple(item[0] for item in orders))
 
     @property
     def frequency(self) -> FloatArray:

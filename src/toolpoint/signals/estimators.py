@@ -90,16 +90,16 @@ def _hv(spectra: Spectra) -> ComplexArray:
     level = np.sqrt(np.maximum(np.einsum("fii->fi", spectra.force).real, 1e-300))
     result = np.empty((lines, outputs, inputs), complex)
     for o in range(outputs):
-        own = np.sqrt(np.maximum(spectra.response[:, o], 1e-300))
+        amplitude = np.sqrt(np.maximum(spectra.response[:, o], 1e-300))
         joint = np.empty((lines, inputs + 1, inputs + 1), complex)
         joint[:, :inputs, :inputs] = spectra.force / (level[:, :, None] * level[:, None, :])
-        joint[:, inputs, :inputs] = spectra.cross[:, o] / (own[:, None] * level)
+        joint[:, inputs, :inputs] = spectra.cross[:, o] / (amplitude[:, None] * level)
         joint[:, :inputs, inputs] = joint[:, inputs, :inputs].conj()
         joint[:, inputs, inputs] = 1.0
         smallest = np.linalg.eigh(joint)[1][:, :, 0].conj()
         last = smallest[:, inputs:]
         safe = np.where(np.abs(last) > 1e-12, last, 1.0)
-        result[:, o] = np.where(np.abs(last) > 1e-12, -smallest[:, :inputs] / safe, 0.0) * own[:, None] / level
+        result[:, o] = np.where(np.abs(last) > 1e-12, -smallest[:, :inputs] / safe, 0.0) * amplitude[:, None] / level
     return result
 
 

@@ -99,8 +99,9 @@ def hammer_test(
     lines = _lines(every[0].sample_rate, block, highest)
     frequency = np.arange(lines) * every[0].sample_rate / block
     # The spectrum of a transient is its transform times the sampling interval: N s and m/s^2 s.
-    spectra = [(np.fft.rfft(f, axis=0)[:lines] / every[0].sample_rate, np.fft.rfft(x, axis=0)[:lines]
-                / every[0].sample_rate) for _, f, x in blocks]
+    spectra: list[tuple[ComplexArray, ComplexArray]] = [
+        (np.fft.rfft(f, axis=0)[:lines] / every[0].sample_rate, np.fft.rfft(x, axis=0)[:lines] / every[0].sample_rate)
+        for _, f, x in blocks]
     hits = _consistent(hits, spectra, rules)
     good = [i for i, hit in enumerate(hits) if hit.accepted]
     force_lines = np.array([spectra[i][0] for i in good])[:, :, None]
@@ -127,7 +128,7 @@ def _blocks(record: Record, force_at: int, others: list[int], block: int, rules:
              "force pulse by far", "take one over the line spacing that is wanted")
     hits = judged(hits, record, force_at, others, block, rules, final)
     decaying = exponential(block, record.sample_rate, final)[0]
-    result = []
+    result: list[tuple[Hit, FloatArray, FloatArray]] = []
     for hit in hits:
         part = np.zeros((block, record.samples.shape[1]))
         have = record.samples[max(hit.start, 0):hit.start + block]

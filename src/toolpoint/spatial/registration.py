@@ -80,11 +80,11 @@ def iterative_closest_point(
     tree, matrix = cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
     last = np.inf
     for k in range(1, count("iterations", iterations) + 1):
-        distance, match = (np.asarray(found) for found in tree.query(tf.moved(matrix, a)))
-        found = rigid(a, b[match])
-        matrix = found.transform
-        if last - found.residual <= tolerance * max(last if np.isfinite(last) else 1.0, 1e-300):
-            return Registration(matrix, found.residual, match, k, "converged")
-        last = found.residual
+        distance, match = (np.asarray(fit) for fit in tree.query(tf.moved(matrix, a)))
+        fit = rigid(a, b[match])
+        matrix = fit.transform
+        if last - fit.residual <= tolerance * max(last if np.isfinite(last) else 1.0, 1e-300):
+            return Registration(matrix, fit.residual, match, k, "converged")
+        last = fit.residual
     return Registration(matrix, float(np.sqrt((distance**2).mean())), match, iterations,
                         f"not converged in {iterations} iterations: give a nearer start or more iterations")

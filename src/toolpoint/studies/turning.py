@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.optimize import minimize_scalar
 
-from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint._check import Array, FloatArray, fail, floats, positive
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import TurningProblem, plane_dynamics
 from toolpoint.vibration import Modes
@@ -73,7 +73,7 @@ def oriented(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike
     if len(used) == 1:
         left, right = np.append(left, 0.0), np.append(right, 0.0)
 
-    def along(matrix: FloatArray) -> FloatArray:
+    def along(matrix: Array) -> Array:
         out = np.zeros((*matrix.shape[:-2], 2, 2), matrix.dtype)
         out[..., 0, 0] = np.einsum("i,...ij,j->...", left, matrix, right)
         return out

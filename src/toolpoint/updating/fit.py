@@ -12,10 +12,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import chi2
 
-from toolpoint._check import FloatArray, count, fail, one_of, positive
+from toolpoint._check import BoolArray, FloatArray, count, fail, one_of, positive
 from toolpoint.updating import fit_report
 from toolpoint.updating.identifiability import Identifiability, identifiability
 from toolpoint.updating.parameter import Parameter
@@ -161,21 +161,22 @@ def fit(
     """
     method = method or LeastSquares()
     x0 = problem.start if start is None else np.array(start, float)
-    found = None if limit is None or free is not None else identifiability(problem, x0, limit, least_influence)
-    names = problem.names if found is None else found.identifiable
+    identifiable = None if limit is None or free is not None else identifiability(problem, x0, limit, least_influence)
+    names = problem.names if identifiable is None else identifiable.identifiable
     names = tuple(names if free is None else free)
     unknown = [n for n in names if n not in problem.names]
     if unknown:
         fail("free", ", ".join(unknown), f"must be of {', '.join(problem.names)}")
-    reasons = dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if found is None else found.reasons
+    reasons = (dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if identifiable is None
+               else identifiable.reasons)
     at = [j for j, name in enumerate(problem.names) if name in names]
     counted = problem.evaluations
     if not at:
-        return _unmoved(problem, x0, method, problem.evaluated(x0), found, reasons)
+        return _unmoved(problem, x0, method, problem.evaluated(x0), identifiable, reasons)
     solver = Solver(problem, at, x0, _prior(problem, at, method), method.loss == "linear")
-    first = solver.found(x0[at])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
+    first = solver.residuals_at(x0[at])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
     result = _solved(solver, method)
-    return _finished(solver, result, method, first, found, reasons, problem.evaluations - counted)
+    return _finished(solver, result, method, first, identifiable, reasons, problem.evaluations - counted)
 
 
 def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
@@ -199,17 +200,17 @@ def _solved(solver: Solver, method: LeastSquares) -> object:
             fail("algorithm", "lm with bounds", "lm knows no bounds", "use 'trf' or 'dogbox', or remove the bounds")
         low, high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
     return least_squares(
-        solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,  # type: ignore[arg-type]
-        method.tolerance, method.tolerance, loss=method.loss, max_nfev=method.evaluations,  # type: ignore[arg-type]
+        solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,
+        method.tolerance, method.tolerance, loss=method.loss, max_nfev=method.evaluations,
         x_scale=1.0)
 
 
 def _finished(
-    solver: Solver, result: object, method: LeastSquares, first: Residuals, found: Identifiability | None,
+    solver: Solver, result: OptimizeResult, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
     reasons: dict[str, str], evaluations: int,
 ) -> Fit:
-    problem, free = solver.problem, np.asarray(result.x)  # type: ignore[attr-defined]
-    x, (last, values, jacobian) = solver.full(free), solver.found(free)
+    problem, free = solver.problem, np.asarray(result.x)
+    x, (last, values, jacobian) = solver.full(free), solver.residuals_at(free)
     low, high = solver.bounds()
     width = 1e-4
     stuck = (free - low < width) | (high - free < width)
@@ -222,13 +223,13 @@ def _finished(
     fitted = Fit(
         problem.parameters, x, problem.values(x), names, reasons,
         covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
-        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, found,
+        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, identifiable,
         tuple(n for n, s in zip(names, stuck, strict=True) if s), _weights(problem))
     gain = _gain(values, jacobian, stuck)
     return _judged(fitted, problem, gain, result)
 
 
-def _gain(residual: FloatArray, jacobian: FloatArray, stuck: FloatArray) -> float:
+def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float:
     """Return the decrease of the sum of squares that a full Gauss-Newton step in the unbounded parameters still promises."""
     inner = jacobian[:, ~stuck]
     if inner.shape[1] == 0:
@@ -237,12 +238,12 @@ def _gain(residual: FloatArray, jacobian: FloatArray, stuck: FloatArray) -> floa
     return float((residual**2).sum() - ((residual + inner @ step) ** 2).sum())
 
 
-def _judged(fitted: Fit, problem: Problem, gain: float, result: object) -> Fit:
+def _judged(fitted: Fit, problem: Problem, gain: float, result: OptimizeResult) -> Fit:
     limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
-    stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))  # type: ignore[attr-defined]
+    stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
     converged = bool(stationary and np.isfinite(fitted.chi_square))
     words = ["converged"] if converged else [
-        f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "  # type: ignore
+        f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "
         f"{fitted.chi_square:.3g}): allow more evaluations, start from the result, or use multi_start"]
     for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
         doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
@@ -258,15 +259,15 @@ def _judged(fitted: Fit, problem: Problem, gain: float, result: object) -> Fit:
     return replace(fitted, converged=converged, status="; ".join(words))
 
 
-def explained(found: Fit, assumed: bool) -> bool:
+def explained(result: Fit, assumed: bool) -> bool:
     """Whether chi-square is one that the data's deviations allow.
 
     Measured deviations: its probability of being exceeded is at least 1e-6. Assumed ones: at most 10 per degree of freedom.
     """
-    freedom = max(found.n_data - len(found.free), 1)
+    freedom = max(result.n_data - len(result.free), 1)
     if assumed:
-        return found.chi_square <= _UNEXPLAINED * freedom
-    return bool(chi2.sf(found.chi_square, freedom) >= _IMPROBABLE)
+        return result.chi_square <= _UNEXPLAINED * freedom
+    return bool(chi2.sf(result.chi_square, freedom) >= _IMPROBABLE)
 
 
 def _weights(problem: Problem) -> tuple[str, ...]:
@@ -276,10 +277,10 @@ def _weights(problem: Problem) -> tuple[str, ...]:
 
 
 def _unmoved(
-    problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, found: Identifiability | None,
+    problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
     reasons: dict[str, str],
 ) -> Fit:
     chi = float((first.values**2).sum())
     return Fit(problem.parameters, x, problem.values(x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
                False, "NOT converged: no parameter can be told by the data, nothing was moved; measure more modes or "
-               "responses, or raise the limit", 1, method, first, found, weights=_weights(problem))
+               "responses, or raise the limit", 1, method, first, identifiable, weights=_weights(problem))

@@ -87,14 +87,14 @@ def multi_start(
     fits, failures = {}, {}
     for k, start in enumerate(_points(problem, rng, starts, spread, free)):
         try:
-            found = fit(problem, method, free=free, start=start)
+            trial = fit(problem, method, free=free, start=start)
         except ToolpointError as error:
             failures[k] = str(error)
             continue
-        if found.converged:
-            fits[k] = found
+        if trial.converged:
+            fits[k] = trial
         else:
-            failures[k] = found.status.split(":")[0]
+            failures[k] = trial.status.split(":")[0]
     if not fits:
         fail("multi_start", f"none of {starts} starts reached a minimum ({next(iter(failures.values()))})",
              "must be at least one", "start nearer, use a smaller spread, or more evaluations")
@@ -121,20 +121,20 @@ def _points(
     return points
 
 
-def _cost(found: Fit) -> float:
-    return found.chi_square + found.prior_cost
+def _cost(result: Fit) -> float:
+    return result.chi_square + result.prior_cost
 
 
 def _distinct(fits: dict[int, Fit]) -> tuple[Optimum, ...]:
     """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
     optima: list[Optimum] = []
-    for k, found in sorted(fits.items(), key=lambda item: _cost(item[1])):
-        at = [i for i, p in enumerate(found.parameters) if p.name in found.free]
+    for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):
+        at = [i for i, p in enumerate(result.parameters) if p.name in result.free]
         for i, other in enumerate(optima):
             sd = np.sqrt(np.maximum(np.diag(other.fit.covariance), 0.0))
-            if (np.abs(found.x[at] - other.fit.x[at]) <= np.maximum(1e-3, 0.1 * sd)).all():
+            if (np.abs(result.x[at] - other.fit.x[at]) <= np.maximum(1e-3, 0.1 * sd)).all():
                 optima[i] = replace(other, starts=(*other.starts, k))
                 break
         else:
-            optima.append(Optimum(found, (k,)))
+            optima.append(Optimum(result, (k,)))
     return tuple(optima)

@@ -113,10 +113,10 @@ class Problem:
             return self._differences(x, columns)
         self.evaluations += 1
         values, (names, owner, change) = self.values(x), self.coordinates.directions(x, columns)
-        found = self._joined(self._each(lambda model: _directed(model, values, names, owner, change)))
-        if found.jacobian is None:
+        residuals = self._joined(self._each(lambda model: _directed(model, values, names, owner, change)))
+        if residuals.jacobian is None:
             raise TypeError("the model returned no derivatives: give them, or use sensitivities='finite differences'")
-        return found
+        return residuals
 
     def _joined(self, predictions: tuple[Prediction, ...]) -> Residuals:
         return joined([w.residuals(p) for w, p in zip(self.weightings, predictions, strict=True)], predictions)
@@ -170,13 +170,13 @@ def _directed(model: Model, values: dict[str, float], names: tuple[str, ...], ow
     """Return the prediction with derivatives along the parameters, from those to single numbers where the model has no more."""
     if isinstance(model, DirectedModel):
         return model.along(values, names, owner, change)
-    found = model(values, names)
+    prediction = model(values, names)
     chain = np.zeros((len(names), max(owner) + 1))
     chain[np.arange(len(names)), list(owner)] = change
     def chained(array: Array | None) -> Array | None:
         return None if array is None else np.tensordot(chain.T, array, 1)
 
-    shape = found.shape_slopes
+    shape = prediction.shape_slopes
     turned = ShapeSlopes(shape.basis, shape.turns @ chain) if isinstance(shape, ShapeSlopes) else chained(shape)
-    return Prediction(found.modes, found.frf, chained(found.frequency_slopes), chained(found.damping_slopes), turned,
-                      chained(found.frf_slopes))
+    return Prediction(prediction.modes, prediction.frf, chained(prediction.frequency_slopes),
+                      chained(prediction.damping_slopes), turned, chained(prediction.frf_slopes))

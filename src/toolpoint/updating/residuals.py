@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from toolpoint._check import Array, FloatArray, fail
+from toolpoint._check import Array, ComplexArray, FloatArray, fail
 from toolpoint.updating.prediction import Prediction, ShapeSlopes
 from toolpoint.updating.targets import Targets
 from toolpoint.vibration import Modes, correlation
@@ -70,11 +70,11 @@ def joined(parts: Sequence[Residuals], predictions: tuple[Prediction, ...]) -> R
     predictions = tuple(Prediction(p.modes, p.frf) for p in predictions)
     if len(parts) == 1:
         return replace(parts[0], predictions=predictions)
-    jacobians = [part.jacobian for part in parts]
+    jacobians = [part.jacobian for part in parts if part.jacobian is not None]
     blocks = tuple((f"set {k + 1} {name}", size) for k, part in enumerate(parts) for name, size in part.blocks)
     return Residuals(
         np.concatenate([part.values for part in parts]),
-        None if any(j is None for j in jacobians) else np.concatenate(jacobians),  # type: ignore[arg-type]
+        np.concatenate(jacobians) if len(jacobians) == len(parts) else None,
         blocks, tuple(t for part in parts for t in part.trackings), predictions)
 
 
@@ -103,14 +103,16 @@ class Weighting:
             tracking = self._modes(prediction, parts)
         if self.targets.frf is not None:
             parts.append(self._frf(prediction))
-        jacobian = None if any(j is None for _, _, j in parts) else np.concatenate([j for _, _, j in parts])  # type: ignore
+        jacobians = [j for _, _, j in parts if j is not None]
+        jacobian = np.concatenate(jacobians) if len(jacobians) == len(parts) else None
         return Residuals(np.concatenate([r for _, r, _ in parts]), jacobian,
                          tuple((name, r.size) for name, r, _ in parts), (tracking,))
 
     def _modes(self, prediction: Prediction, parts: list[Block]) -> Tracking:
         if prediction.modes is None:
             fail("model", "a prediction without modes", "must predict them for measured modes")
-        tracking = tracked(self.targets.modes, prediction.modes, self.frequency_weight)  # type: ignore[arg-type]
+        assert self.targets.modes is not None
+        tracking = tracked(self.targets.modes, prediction.modes, self.frequency_weight)
         if self.targets.frequency or self.targets.damping:
             parts += self._poles(prediction, tracking.model)
         if self.targets.shape or self.targets.mac:
@@ -162,7 +164,7 @@ class Weighting:
         slopes = prediction.frf_slopes
         if self.targets.frf_kind == "log":
             sd = self.frf_sd / np.maximum(np.abs(measured.values), 1e-300)
-            difference = np.log(frf.values / measured.values) / sd
+            difference: ComplexArray = np.asarray(np.log(frf.values / measured.values) / sd, complex)
             slopes = None if slopes is None else slopes / (frf.values * sd)
             # Errors of the logarithm are those of the response turned back by its phase.
             turn = None if self.whitening is None else np.exp(1j * np.angle(measured.values))

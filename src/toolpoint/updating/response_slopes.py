@@ -27,7 +27,7 @@ def direct_response(
         return values, None
     result: ComplexArray = np.zeros((count, *values.shape), complex)
     flat = [np.moveaxis(part, 1, 0).reshape(part.shape[1], -1) for part in (sensed, forced)]
-    scale = {"stiffness": 1.0, "damping": 1j * w, "structural_damping": 1j, "mass": -w**2}
+    scale: dict[str, complex | Array] = {"stiffness": 1.0, "damping": 1j * w, "structural_damping": 1j, "mass": -w**2}
     for term, (factor, weights) in factors.items():
         # (used, rank, lines, outputs) and (used, rank, lines, inputs): the products of small matrices are summed over the rank.
         a, b = (factor.seen(part).reshape(*weights.shape, len(w), -1) for part in flat)

@@ -40,14 +40,14 @@ def fit_with_restarts(
     for start in _starts(problem, first, restarts, spread, method):
         tried += 1
         try:
-            found = fit(problem, method, free=first.free, start=start)
+            result = fit(problem, method, free=first.free, start=start)
         except ToolpointError:
             # A start may lie where the model does not exist (no stable equilibrium); the count below tells of it.
             continue
-        evaluations += found.evaluations
-        if (found.converged, -_cost(found)) > (best.converged, -_cost(best)):
-            best = found
-        if found.converged and explained(found, assumed):
+        evaluations += result.evaluations
+        if (result.converged, -_cost(result)) > (best.converged, -_cost(best)):
+            best = result
+        if result.converged and explained(result, assumed):
             break
     status = best.status + f"; after {tried} restarts" if tried else best.status
     return replace(best, status=status, evaluations=evaluations, identifiability=first.identifiability,
@@ -85,5 +85,5 @@ def _ways(problem: Problem) -> tuple[Problem | None, ...]:
     return other, other.with_targets(alone), None
 
 
-def _cost(found: Fit) -> float:
-    return found.chi_square + found.prior_cost
+def _cost(result: Fit) -> float:
+    return result.chi_square + result.prior_cost

@@ -36,7 +36,7 @@ class Modal:
         self.factors, self.count = factors, count
         if not count:
             return
-        own, each = self.squares[:self.keep], np.arange(self.keep)
+        kept, each = self.squares[:self.keep], np.arange(self.keep)
         form, half = np.zeros((count, self.squares.size, self.keep)), np.zeros((count, self.keep))
         for term in ("stiffness", "mass"):
             if term in factors:
@@ -44,10 +44,10 @@ class Modal:
                 if term == "stiffness":
                     form[used] = products
                 else:
-                    form[used] -= own * products
+                    form[used] -= kept * products
                     half[used] = -0.5 * products[:, each, each]
-        gap = own - self.squares[:, None]
-        near = np.abs(gap) <= _EQUAL * np.maximum(own, self.squares[:, None])
+        gap = kept - self.squares[:, None]
+        near = np.abs(gap) <= _EQUAL * np.maximum(kept, self.squares[:, None])
         gap[near] = np.inf
         self.square_slopes = form[:, each, each].T
         # Inside a group of equal roots the vectors turn with the parameter in jumps; there only frequencies are followed.
@@ -78,7 +78,7 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, ratio: f
              "raise the lower bounds of the stiffnesses, or ground the model")
     damping, damping_slopes = _damping(system, modal, keep, ratio)
     shape = system.output_map @ modal.vectors
-    modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,  # type: ignore[arg-type]
+    modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,
                   notes=overdamped(damping))
     if not modal.count:
         return Prediction(modes)

@@ -32,7 +32,7 @@ class Solver:
         x[self.at] = free
         return x
 
-    def found(self, free: FloatArray) -> tuple[Residuals, FloatArray, FloatArray]:
+    def residuals_at(self, free: FloatArray) -> tuple[Residuals, FloatArray, FloatArray]:
         """Return the residuals, and vector and Jacobian for the solver, the prior's rows below or in the triangle."""
         key = free.tobytes()
         if key not in self._kept:
@@ -52,13 +52,13 @@ class Solver:
     def residual(self, free: FloatArray) -> FloatArray:
         """Return the residual vector as the solver sees it."""
         if self.problem.sensitivities == "exact":
-            return self.found(free)[1]
+            return self.residuals_at(free)[1]
         values = self.problem.evaluated(self.full(free)).values
         return np.concatenate([values, self.prior * free]) if self.prior.any() else values
 
     def jacobian(self, free: FloatArray) -> FloatArray:
         """Return its Jacobian."""
-        return self.found(free)[2]
+        return self.residuals_at(free)[2]
 
     def bounds(self) -> tuple[FloatArray, FloatArray]:
         """Return the bounds of the free coordinates."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -47,13 +47,13 @@ class AffineSystem:
     def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
         """Return the system at these values; numbers that are not named stay at the base."""
         change = np.array([values.get(n, v) - v for n, v in zip(self.slopes.names, self.values, strict=True)])
-        new = {}
+        new: dict[str, Any] = {}
         for term in TERMS:
             slope = getattr(self.slopes, term)
             if slope is not None:
                 old = getattr(self.base, term)
                 new[term] = np.tensordot(change, slope, 1) + (0.0 if old is None else old)
-        return replace(self.base, **new)  # type: ignore[arg-type]
+        return replace(self.base, **new)
 
     def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
         """Return the constant derivatives of these numbers."""

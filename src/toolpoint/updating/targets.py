@@ -150,7 +150,7 @@ class Targets:
         scale = np.stack([1 / modes.frequency, self.damping_residual(modes.damping_ratio)[1]], axis=-1)
         if modes.covariance is None:
             zeta = np.maximum(np.abs(modes.damping_ratio), 1e-4)
-            covariance = np.zeros((modes.count, 2, 2))
+            covariance: FloatArray = np.zeros((modes.count, 2, 2))
             covariance[:, 0, 0], covariance[:, 1, 1] = self.frequency_sd**2, (self.damping_sd * zeta * scale[:, 1])**2
         else:
             covariance = modes.covariance * scale[:, :, None] * scale[:, None, :]

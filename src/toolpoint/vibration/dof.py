@@ -43,7 +43,7 @@ class Dof:
         object.__setattr__(self, "direction", direction)
 
     def _check_vector(self) -> None:
-        vector = floats("Dof.vector", self.vector, (3,))  # type: ignore[arg-type]
+        vector = floats("Dof.vector", np.asarray(self.vector, float), (3,))
         length = float(np.linalg.norm(vector))
         if abs(length - 1) > 1e-6:
             fail("Dof.vector", f"length {length:g}", "must be a unit vector", "divide it by its length")
@@ -94,19 +94,19 @@ def checked_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple
     return result
 
 
-def positions(name: str, wanted: Iterable[Dof | str | int], labels: Sequence[Dof]) -> list[int]:
+def positions(name: str, dofs: Iterable[Dof | str | int], labels: Sequence[Dof]) -> list[int]:
     """Return the places of the wanted labels (or plain indices) in `labels`."""
-    if isinstance(wanted, (str, Dof, int)):
-        wanted = [wanted]
-    return [_position(name, one, labels) for one in wanted]
+    if isinstance(dofs, (str, Dof, int)):
+        dofs = [dofs]
+    return [_position(name, dof, labels) for dof in dofs]
 
 
-def _position(name: str, wanted: Dof | str | int, labels: Sequence[Dof]) -> int:
-    if isinstance(wanted, (int, np.integer)):
-        if not -len(labels) <= wanted < len(labels):
-            fail(name, f"index {wanted}", f"must be within 0 .. {len(labels) - 1}")
-        return int(wanted) % len(labels)
-    dof = wanted if isinstance(wanted, Dof) else Dof.parse(wanted)
+def _position(name: str, name_or_place: Dof | str | int, labels: Sequence[Dof]) -> int:
+    if isinstance(name_or_place, (int, np.integer)):
+        if not -len(labels) <= name_or_place < len(labels):
+            fail(name, f"index {name_or_place}", f"must be within 0 .. {len(labels) - 1}")
+        return int(name_or_place) % len(labels)
+    dof = name_or_place if isinstance(name_or_place, Dof) else Dof.parse(name_or_place)
     if dof not in labels:
         known = ", ".join(str(label) for label in labels[:6]) + (" ..." if len(labels) > 6 else "")
         fail(name, f"no {dof}", f"must be one of {known}")

@@ -7,6 +7,7 @@ are made orthogonal in that product. Source: Ewins, Modal Testing, 2nd ed., sect
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -94,10 +95,10 @@ def _diagonal_damping(
 
 def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray) -> dict[str, Any]:
     same = system.inputs == system.outputs and np.array_equal(
-        system.input_map, np.swapaxes(system.output_map, -1, -2))  # type: ignore[arg-type]
+        system.input_map, np.swapaxes(system.output_map, -1, -2))
     if same:
         return {}
-    return {"participation": np.swapaxes(system.input_map, -1, -2) @ vectors, "input_dofs": system.inputs}  # type: ignore
+    return {"participation": np.swapaxes(system.input_map, -1, -2) @ vectors, "input_dofs": system.inputs}
 
 
 def complex_modes(system: SecondOrderSystem, modes: int | None = None) -> Modes:
@@ -131,14 +132,15 @@ def _stacked(parts: list[Modes]) -> Modes:
                              "solve these poses one by one, or ask for a smaller number of modes")
     first = parts[0]
     stack = (lambda name: np.stack([getattr(part, name) for part in parts]))
-    more = {} if first.participation is None else {"participation": stack("participation"),
+    more: dict[str, Any] = {} if first.participation is None else {"participation": stack("participation"),
                                                    "input_dofs": first.input_dofs}
     return Modes(stack("frequency"), stack("damping_ratio"), stack("shape"), first.dofs, first.scaling, first.damping,
-                 **more, notes=first.notes)  # type: ignore[arg-type]
+                 **more, notes=first.notes)
 
 
 def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
-    stiffness = system.stiffness + 1j * system.structural_damping  # type: ignore[operator]
+    assert system.structural_damping is not None
+    stiffness = system.stiffness + 1j * system.structural_damping
     squares, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
     order = np.argsort(squares.real)[:keep]
     squares, vectors = squares[order], vectors[:, order]
@@ -151,7 +153,7 @@ def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(omega > 0, squares.imag / (2 * squares.real), 0.0)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", "structural",
-                 **_participation(system, vectors), notes=(*system.notes, *overdamped(ratio)))  # type: ignore[arg-type]
+                 **_participation(system, vectors), notes=(*system.notes, *overdamped(ratio)))
 
 
 def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
@@ -165,7 +167,7 @@ def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
     ratio = np.concatenate([np.zeros(rigid.shape[1]), ratio])[:keep]
     shape = shape[:, :keep]
     return Modes(frequency, ratio, system.output_map @ shape, system.outputs, "modal A", "viscous",
-                 **_participation(system, shape), notes=system.notes)  # type: ignore[arg-type]
+                 **_participation(system, shape), notes=system.notes)
 
 
 def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArray, FloatArray]:
@@ -210,20 +212,20 @@ def _rigid_split(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -
     return rigid, null_space(rigid.T @ mass)
 
 
-def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: object) -> ComplexArray:
+def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
     result = vectors.astype(complex)
     for cluster in clusters(poles):
         part, s = vectors[:, cluster], poles[cluster]
-        result[:, cluster] = part @ _inverse_root(product(part, part, s, s))  # type: ignore[operator]
+        result[:, cluster] = part @ _inverse_root(product(part, part, s, s))
     return result
 
 
-def orthogonalised(vectors: ComplexArray, values: ComplexArray, product: object) -> ComplexArray:
+def orthogonalised(vectors: ComplexArray, values: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
     """Return vectors scaled so that the bilinear product of each cluster of equal values is the identity."""
     result = vectors.astype(complex)
     for cluster in clusters(values):
         part = vectors[:, cluster]
-        result[:, cluster] = part @ _inverse_root(product(part, part))  # type: ignore[operator]
+        result[:, cluster] = part @ _inverse_root(product(part, part))
     return result
 
 

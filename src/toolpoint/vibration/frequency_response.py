@@ -57,9 +57,9 @@ def _solved(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
         z += 1j * at * lines(system.damping)
     if system.structural_damping is not None:
         z += 1j * lines(system.structural_damping)
-    right = np.broadcast_to(lines(system.input_map), (*z.shape[:-1], len(system.inputs)))  # type: ignore[arg-type]
+    right = np.broadcast_to(lines(system.input_map), (*z.shape[:-1], len(system.inputs)))
     try:
-        return lines(system.output_map) @ np.linalg.solve(z, right)  # type: ignore[arg-type]
+        return lines(system.output_map) @ np.linalg.solve(z, right)
     except np.linalg.LinAlgError:
         fail("frequency", f"a singular dynamic stiffness within {omega[0] / 6.2832:g} .. {omega[-1] / 6.2832:g} Hz",
              "must have no undamped resonance or rigid-body motion on a line", "add damping or move the lines")
@@ -210,6 +210,6 @@ def with_static_residual(modes: Modes, system: SecondOrderSystem) -> Modes:
         fail("with_static_residual", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
     if modes.scaling != "unit modal mass" or modes.is_rigid.any():
         fail("modes", repr(modes), "must have unit modal mass and no rigid-body mode")
-    static = system.output_map @ np.linalg.solve(system.stiffness, system.input_map)  # type: ignore[arg-type,operator]
+    static = system.output_map @ np.linalg.solve(system.stiffness, system.input_map)
     right = modes.shape if modes.participation is None else modes.participation
-    return replace(modes, upper_residual=static - (modes.shape / modes.omega**2) @ right.T)
+    return replace(modes, upper_residual=(static - (modes.shape / modes.omega**2) @ right.T).astype(complex))

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from toolpoint._check import (
+    Array,
+    BoolArray,
     ComplexArray,
     FloatArray,
     ToolpointError,
@@ -121,16 +124,18 @@ class Frf:
         columns = list(range(len(self.inputs))) if inputs is None else positions("inputs", inputs, self.inputs)
         return self._of(slice(None), rows, columns)
 
-    def _of(self, lines: object, rows: object, columns: object) -> Frf:
-        def part(array: FloatArray | ComplexArray | None) -> FloatArray | ComplexArray | None:
-            return None if array is None else array[..., lines, :, :][..., rows, :][..., columns]  # type: ignore[index]
+    def _of(self, lines: BoolArray | slice, rows: list[int] | slice, columns: list[int] | slice) -> Frf:
+        def part(array: Array) -> Array:
+            return array[..., lines, :, :][..., rows, :][..., columns]
 
-        def labels(have: tuple[Dof, ...], at: object) -> tuple[Dof, ...]:
-            return have if isinstance(at, slice) else tuple(have[i] for i in at)  # type: ignore[attr-defined]
+        def labels(have: tuple[Dof, ...], at: list[int] | slice) -> tuple[Dof, ...]:
+            return have[at] if isinstance(at, slice) else tuple(have[i] for i in at)
 
         return replace(
-            self, frequency=self.frequency[lines], values=part(self.values), coherence=part(self.coherence),  # type: ignore
-            variance=part(self.variance), outputs=labels(self.outputs, rows), inputs=labels(self.inputs, columns),  # type: ignore
+            self, frequency=self.frequency[lines], values=part(self.values),
+            coherence=None if self.coherence is None else part(self.coherence),
+            variance=None if self.variance is None else part(self.variance),
+            outputs=labels(self.outputs, rows), inputs=labels(self.inputs, columns),
         )
 
     def at_pose(self, index: int) -> Frf:
@@ -142,16 +147,16 @@ class Frf:
 
     def interpolated(self, frequency: FloatArray) -> Frf:
         """Return the values at other frequencies inside the measured range (linear in real and imaginary part)."""
-        wanted = increasing("frequency", floats("frequency", frequency))
-        if wanted[0] < self.frequency[0] or wanted[-1] > self.frequency[-1]:
-            fail("frequency", f"{wanted[0]:g} .. {wanted[-1]:g} Hz",
+        lines = increasing("frequency", floats("frequency", frequency))
+        if lines[0] < self.frequency[0] or lines[-1] > self.frequency[-1]:
+            fail("frequency", f"{lines[0]:g} .. {lines[-1]:g} Hz",
                  f"must lie within {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz", "nothing is extrapolated")
-        low = np.clip(np.searchsorted(self.frequency, wanted, side="right") - 1, 0, max(self.frequency.size - 2, 0))
+        low = np.clip(np.searchsorted(self.frequency, lines, side="right") - 1, 0, max(self.frequency.size - 2, 0))
         high = np.minimum(low + 1, self.frequency.size - 1)
         span = np.where(high > low, self.frequency[high] - self.frequency[low], 1.0)
-        part = ((wanted - self.frequency[low]) / span)[:, None, None]
+        part = ((lines - self.frequency[low]) / span)[:, None, None]
         values = self.values[..., low, :, :] * (1 - part) + self.values[..., high, :, :] * part
-        return replace(self, frequency=wanted, values=values, coherence=None, variance=None)
+        return replace(self, frequency=lines, values=values, coherence=None, variance=None)
 
     def noted(self, note: str) -> Frf:
         """Return the same responses with one more remark."""
@@ -197,7 +202,8 @@ def joined(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
     }
     labels = tuple(label for frf in frfs for label in getattr(frf, axis))
     notes = tuple(dict.fromkeys(note for frf in frfs for note in frf.notes))
-    return replace(first, **stacked, **{axis: labels}, notes=notes)  # type: ignore[arg-type]
+    changes: dict[str, Any] = {**stacked, axis: labels, "notes": notes}
+    return replace(first, **changes)
 
 
 def relative(frf: Frf, plus: str | int, minus: str | int, directions: Iterable[str] = ("x", "y", "z")) -> Frf:

@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import (
     Array,
+    BoolArray,
     ComplexArray,
     FloatArray,
     ToolpointWarning,
@@ -153,7 +154,7 @@ class Modes:
         return 2 * self.damping_ratio
 
     @property
-    def is_rigid(self) -> FloatArray:
+    def is_rigid(self) -> BoolArray:
         """True for rigid-body modes (frequency and damping zero), shape (..., n_modes)."""
         return (self.frequency == 0) & (self.damping_ratio == 0)
 
@@ -177,15 +178,15 @@ class Modes:
         variance = self.covariance[..., which, which]
         return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
-    def shape_at(self, wanted: Iterable[Dof | str | int]) -> Array:
+    def shape_at(self, dofs: Iterable[Dof | str | int]) -> Array:
         """Return the rows of the shapes at these Dofs, shape (..., n_wanted, n_modes)."""
-        return self.shape[..., positions("dofs", wanted, self.dofs), :]
+        return self.shape[..., positions("dofs", dofs, self.dofs), :]
 
-    def participation_at(self, wanted: Iterable[Dof | str | int]) -> Array:
+    def participation_at(self, dofs: Iterable[Dof | str | int]) -> Array:
         """Return the shapes at these inputs, from the participation where one is given."""
         if self.participation is None:
-            return self.shape_at(wanted)
-        return self.participation[..., positions("inputs", wanted, self.input_dofs), :]
+            return self.shape_at(dofs)
+        return self.participation[..., positions("inputs", dofs, self.input_dofs), :]
 
     def selected(self, modes: Iterable[int]) -> Modes:
         """Return these modes, in the order asked for."""
@@ -204,9 +205,9 @@ class Modes:
             fail("between", f"{self.frequency.shape[0]} poses", "must be one pose", "use at_pose(i) first")
         return self.selected(np.flatnonzero((self.frequency >= low) & (self.frequency <= high)).tolist())
 
-    def at_dofs(self, wanted: Iterable[Dof | str | int]) -> Modes:
+    def at_dofs(self, dofs: Iterable[Dof | str | int]) -> Modes:
         """Return the modes seen at these Dofs only."""
-        at = positions("dofs", wanted, self.dofs)
+        at = positions("dofs", dofs, self.dofs)
         cut = (lambda r: None if r is None else r[at] if self.input_dofs else r[np.ix_(at, at)])
         variance = None if self.shape_variance is None else self.shape_variance[..., at, :]
         return replace(

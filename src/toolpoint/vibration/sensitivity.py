@@ -186,11 +186,10 @@ def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Arra
         return np.where(np.abs(values) < 1e-12 * top, 0.0, values), vectors
     loss = np.zeros_like(system.stiffness) if system.structural_damping is None else system.structural_damping
     stiffness = system.stiffness + 1j * loss
-    values, vectors = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
-    order = np.argsort(values.real)
-    values, vectors = values[order], vectors[:, order]
-    vectors = orthogonalised(vectors, values, lambda x, y: x.T @ system.mass @ y)
-    return values, vectors
+    squares, shapes = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
+    order = np.argsort(squares.real)
+    squares, shapes = squares[order], shapes[:, order]
+    return squares, orthogonalised(shapes, squares, lambda x, y: x.T @ system.mass @ y)
 
 
 def _one(matrices: FloatArray | None, p: int, n: int) -> FloatArray:
@@ -223,15 +222,15 @@ def _pencil_derivative(values: Array, vectors: Array, da: Array, db: Array) -> t
 def _inside(group: list[int], i: int, values: Array, slopes: Array, basis: Array, da: Array, db: Array,
             outside: Array) -> tuple[Array, bool]:
     """Return the part of a vector's derivative inside its own group of repeated roots."""
-    own = basis[:, i]
-    result = -0.5 * (own @ da @ own) * own
+    shape = basis[:, i]
+    result = -0.5 * (shape @ da @ shape) * shape
     unknown = False
     spread = max(float(np.abs(slopes[group]).max()), 1e-300)
     for j in group:
         if j == i:
             continue
         gap = slopes[i] - slopes[j]
-        mixed = basis[:, j] @ da @ own
+        mixed = basis[:, j] @ da @ shape
         if abs(gap) <= 1e-7 * spread:
             unknown = True
             result = result - 0.5 * mixed * basis[:, j]
@@ -302,8 +301,8 @@ def frequency_response(
         for name in ("mass", "stiffness", "damping", "structural_damping")}
     transposed = replace(system, **turned)
     for k, w in enumerate(omega):
-        right = np.linalg.solve(system.dynamic_stiffness(w), system.input_map + 0j)  # type: ignore[operator]
-        left = np.linalg.solve(transposed.dynamic_stiffness(w), np.swapaxes(system.output_map, -1, -2) + 0j)  # type: ignore
+        right = np.linalg.solve(system.dynamic_stiffness(w), system.input_map + 0j)
+        left = np.linalg.solve(transposed.dynamic_stiffness(w), np.swapaxes(system.output_map, -1, -2) + 0j)
         change = (derivatives.term("stiffness") + 1j * derivatives.term("structural_damping")
                   + 1j * w * derivatives.term("damping") - w**2 * derivatives.term("mass"))
         change = np.broadcast_to(change, (*np.shape(change)[:-3], len(derivatives.names), system.size, system.size))

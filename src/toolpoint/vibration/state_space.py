@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from scipy.linalg import expm
@@ -91,7 +92,8 @@ class StateSpace:
         w = 2 * np.pi * floats("frequency", np.atleast_1d(frequency))
         s = 1j * w if self.sample_time is None else np.exp(1j * w * self.sample_time)
         pencil = s[:, None, None] * np.eye(self.size) - self.a
-        return self.c @ np.linalg.solve(pencil, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape))) + self.d
+        forced = np.linalg.solve(pencil, np.broadcast_to(self.b + 0j, (w.size, *self.b.shape)))
+        return np.asarray(self.c @ forced + self.d, complex)
 
     def frf(self, frequency: FloatArray, quantity: str = "receptance") -> Frf:
         """Return the frequency response as an Frf; names that read as Dofs become its labels."""
@@ -107,12 +109,12 @@ class StateSpace:
                           outputs=list(self.outputs), states=list(self.states))
 
     @classmethod
-    def from_control(cls, system: object) -> StateSpace:
+    def from_control(cls, system: Any) -> StateSpace:
         """Return a python-control StateSpace as a toolpoint one."""
-        g = system
+        g = system  # of a library that may not be installed, hence Any
         step = getattr(g, "dt", 0)
-        return cls(g.A, g.B, g.C, g.D, tuple(g.input_labels), tuple(g.output_labels),  # type: ignore[attr-defined]
-                   tuple(g.state_labels), None if not step else float(step))  # type: ignore[attr-defined]
+        return cls(g.A, g.B, g.C, g.D, tuple(g.input_labels), tuple(g.output_labels),
+                   tuple(g.state_labels), None if not step else float(step))
 
     def __repr__(self) -> str:
         kind = "continuous" if self.sample_time is None else f"step {self.sample_time:g} s, {self.hold}-order hold"
@@ -138,10 +140,10 @@ def physical(system: SecondOrderSystem, outputs: str = "displacement") -> StateS
     _one_pose(system)
     n = system.size
     c = np.zeros((n, n)) if system.damping is None else system.damping
-    inverse = np.linalg.solve(system.mass, np.concatenate([system.stiffness, c, system.input_map], axis=1))  # type: ignore
+    inverse = np.linalg.solve(system.mass, np.concatenate([system.stiffness, c, system.input_map], axis=1))
     a = np.block([[np.zeros((n, n)), np.eye(n)], [-inverse[:, :n], -inverse[:, n:2 * n]]])
     b = np.concatenate([np.zeros((n, len(system.inputs))), inverse[:, 2 * n:]])
-    rows, names = _output_rows(system.output_map, system.outputs, outputs)  # type: ignore[arg-type]
+    rows, names = _output_rows(system.output_map, system.outputs, outputs)
     states = (*system.coordinates, *(f"d{name}" for name in system.coordinates))
     return StateSpace(a, b, rows, np.zeros((rows.shape[0], b.shape[1])), _names(system.inputs), names, states)
 
@@ -165,7 +167,7 @@ def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequ
     a = np.block([[np.zeros((n, n)), np.eye(n)], [-np.diag(w**2), -np.diag(2 * modes.damping_ratio * w)]])
     b = np.concatenate([np.zeros((n, columns.shape[0])), columns.T])
     c, names = _output_rows(rows, modes.dofs if outputs is None else outputs, kind)
-    d = np.zeros((c.shape[0], b.shape[1]))
+    d: FloatArray = np.zeros((c.shape[0], b.shape[1]))
     if modes.upper_residual is not None:
         d = _feed_through(modes, inputs, outputs, kind)
     states = (*(f"mode{i + 1}" for i in range(n)), *(f"dmode{i + 1}" for i in range(n)))
@@ -176,7 +178,8 @@ def _feed_through(modes: Modes, inputs: object, outputs: object, kind: str) -> F
     if inputs is not None or outputs is not None or kind != "displacement":
         fail("modal", "an upper residual with chosen inputs, outputs or velocities", "enters all displacements only",
              "cut the modes first with at_dofs")
-    return modes.upper_residual.real  # type: ignore[union-attr]
+    assert modes.upper_residual is not None
+    return modes.upper_residual.real
 
 
 def _output_rows(rows: FloatArray, labels: Sequence[Dof | str], kind: str) -> tuple[FloatArray, tuple[str, ...]]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, floats, symmetric
+from toolpoint._check import LEFT_OUT, ComplexArray, FloatArray, fail, floats, symmetric
 from toolpoint.vibration.dof import Dof, checked_labels, positions, summary
 
 
@@ -45,8 +45,8 @@ class SecondOrderSystem:
     stiffness: FloatArray
     damping: FloatArray | None = None
     structural_damping: FloatArray | None = None
-    output_map: FloatArray = None  # type: ignore[assignment]
-    input_map: FloatArray = None  # type: ignore[assignment]
+    output_map: FloatArray = LEFT_OUT
+    input_map: FloatArray = LEFT_OUT
     outputs: tuple[Dof, ...] = ()
     inputs: tuple[Dof, ...] = ()
     coordinates: tuple[str, ...] = ()
@@ -105,7 +105,7 @@ class SecondOrderSystem:
         """Shape of the leading (pose) axes; () for one pose."""
         return np.broadcast_shapes(self.mass.shape[:-2], self.stiffness.shape[:-2])
 
-    def dynamic_stiffness(self, omega: float) -> FloatArray:
+    def dynamic_stiffness(self, omega: float) -> ComplexArray:
         """Return Z = K + i D + i w C - w^2 M at w (rad/s), shape (..., n, n), complex."""
         z = self.stiffness - omega**2 * self.mass + 0j
         if self.damping is not None:
@@ -121,7 +121,7 @@ class SecondOrderSystem:
         rows = list(range(len(self.outputs))) if outputs is None else positions("outputs", outputs, self.outputs)
         columns = list(range(len(self.inputs))) if inputs is None else positions("inputs", inputs, self.inputs)
         return replace(
-            self, output_map=self.output_map[..., rows, :], input_map=self.input_map[..., :, columns],  # type: ignore[index]
+            self, output_map=self.output_map[..., rows, :], input_map=self.input_map[..., :, columns],
             outputs=tuple(self.outputs[i] for i in rows), inputs=tuple(self.inputs[i] for i in columns))
 
     def at_pose(self, index: int) -> SecondOrderSystem:

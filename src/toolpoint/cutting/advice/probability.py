@@ -152,7 +152,7 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
     def change(name: str) -> Perturb:
         def put(problem: MillingProblem, factor: float) -> MillingProblem:
             c = problem.coefficients
-            return problem.changed(coefficients=replace(c, **{name: getattr(c, name) * factor}))  # type: ignore[arg-type]
+            return problem.changed(coefficients=replace(c, **{name: getattr(c, name) * factor}))
         return put
 
     return [Uncertain(name, deviation, change(name)) for name in ("kt", "kn")]

@@ -61,7 +61,7 @@ class CuttingCoefficients:
     def scaled(self, factor: float) -> CuttingCoefficients:
         """Return the same material with all coefficients multiplied."""
         names = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
-        return replace(self, **{name: getattr(self, name) * factor for name in names})  # type: ignore[arg-type]
+        return replace(self, **{name: getattr(self, name) * factor for name in names})
 
     def __repr__(self) -> str:
         edge = "" if not self.edge.any() else ", edge " + "/".join(f"{v / 1e3:g}" for v in self.edge) + " N/mm"

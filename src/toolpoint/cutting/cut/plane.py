@@ -63,7 +63,7 @@ class PlaneDynamics:
         if self.frequency is None:
             s = 2j * np.pi * f[..., None]
             first = np.tensordot(1 / (s - self.poles), self.residues, 1)
-            return first + np.tensordot(1 / (s - self.poles.conj()), self.residues.conj(), 1) + self.static
+            return np.asarray(first + np.tensordot(1 / (s - self.poles.conj()), self.residues.conj(), 1) + self.static, complex)
         low = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
         part = ((f - self.frequency[low]) / (self.frequency[low + 1] - self.frequency[low]))[..., None, None]
         inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]

@@ -139,7 +139,7 @@ class Tool:
     def __repr__(self) -> str:
         parts = [f"{1e3 * self.diameter:g} mm", f"{self.teeth} teeth"]
         if self.has_helix:
-            parts.append("helix " + "/".join(f"{np.degrees(h):g}" for h in np.unique(self.helix)) + " deg")  # type: ignore
+            parts.append("helix " + "/".join(f"{np.degrees(h):g}" for h in np.unique(self.helix)) + " deg")
         if np.ptp(self.pitch) > 1e-12:  # type: ignore[arg-type]
             parts.append("pitch " + "/".join(f"{np.degrees(p):g}" for p in self.pitch) + " deg")  # type: ignore[union-attr]
         if self.runout or self.tilt:

@@ -179,7 +179,7 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
 
     courses = _Courses(problem, f, depth, data.shape[2], slices, turn, interpolated=shifts > 0)
     matrix = courses.matrix
-    begin = np.zeros(f.size)
+    begin: FloatArray = np.zeros(f.size)
     if phase == "each":
         plain = matrix(0j, begin).reshape(*data.shape, linear)
         begin = record_phases(plain, data, problem.tool, int(np.argmax(f)))

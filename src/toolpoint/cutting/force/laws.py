@@ -284,5 +284,5 @@ def _trochoid(phi: FloatArray, radius: float, feed: FloatArray, since: FloatArra
     for m in range(phi.shape[1]):
         for j in range(phi.shape[2]):
             teeth = 2 * np.pi / since[m, j]
-            out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth)  # type: ignore[arg-type]
+            out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth)
     return out

@@ -54,7 +54,7 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
 
     if method == "minimum zone":
         scale = max(separation(middle), 1e-12)
-        found = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),  # type: ignore[call-overload]
+        found = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
                          method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
         middle = middle + scale * found.x
     nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)

@@ -59,10 +59,11 @@ def step_matrices(plant: Plant, step: float, *, dense: bool = False) -> StepMatr
     `dense` keeps the states themselves.
     """
     phi, first, shift, jump, held = _held_parts(plant, step)
-    basis, inverse, core = (np.eye(len(phi)), np.eye(len(phi)), len(phi)) if dense else coordinates(plant.a)
-    turned = inverse @ phi @ basis
+    states: tuple[FloatArray, FloatArray, int] = np.eye(len(phi)), np.eye(len(phi)), len(phi)
+    basis, inverse, core = states if dense else coordinates(plant.a)
+    turned: FloatArray = inverse @ phi @ basis
     if not dense and not _is_split(turned, core):
-        basis, inverse, core, turned = np.eye(len(phi)), np.eye(len(phi)), len(phi), phi
+        (basis, inverse, core), turned = states, phi
     half = (len(phi) - core) // 2
     spare = -half % _WIDTH if half else -core % _WIDTH
     place = _places(core, half, spare)

@@ -47,7 +47,7 @@ class FrequencyTrace:
     @property
     def response(self) -> ComplexArray:
         """The controller's own frequency response, (n_f,): the file keeps conj(Y) U, so its conjugate over |U|^2."""
-        return np.conj(self.cross_spectrum) / self.input_spectrum
+        return np.asarray(np.conj(self.cross_spectrum) / self.input_spectrum, complex)
 
     @property
     def line_frequency(self) -> FloatArray:

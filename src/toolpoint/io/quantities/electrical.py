@@ -33,7 +33,7 @@ def electrical_type(name: str, *units: str, **limits: Any) -> Any:
 
     described = {"anyOf": [{"type": "number"}, {"type": "string"}], "description": f"{name}; a bare number is in {units[0]}"}
     return Annotated[float, BeforeValidator(read), Field(allow_inf_nan=False, **limits),
-                     WithJsonSchema(described)]  # type: ignore[arg-type]
+                     WithJsonSchema(described)]
 
 
 def _fault(message: str) -> PydanticCustomError:

@@ -34,7 +34,7 @@ def quantity_type(kind: Kind, **limits: Any) -> Any:
             raise _fault(error) from None
 
     described = {**_NUMBER_SCHEMA, "description": f"{kind.name}; a bare number is in {kind.unit}"}
-    return Annotated[float, BeforeValidator(read), Field(**limits), WithJsonSchema(described)]  # type: ignore[arg-type]
+    return Annotated[float, BeforeValidator(read), Field(**limits), WithJsonSchema(described)]
 
 
 def _v(kind: Kind, length: int = 3) -> Any:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.drives.accuracy.contour import ContourError
 from toolpoint.drives.controller.loops import LoopLevel
 from toolpoint.drives.simulation.simulate import ServoResult
@@ -75,5 +75,5 @@ def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
     return made
 
 
-def _phase(values: FloatArray) -> FloatArray:
+def _phase(values: ComplexArray) -> FloatArray:
     return np.degrees(np.unwrap(np.angle(values)))

@@ -137,7 +137,7 @@ def _delays(ahead: FloatArray, single: float | None, top: int) -> list[tuple[Flo
     if single is not None:
         return [(np.array([single]), np.ones((1, ahead.size)))]
     turns = np.floor((ahead + 1e-9) / TURN)
-    out = []
+    out: list[tuple[FloatArray, FloatArray]] = []
     for turn in np.unique(turns):
         there = turns == turn
         delay = ahead[there] - TURN * turn

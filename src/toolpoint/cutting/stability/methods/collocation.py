@@ -76,7 +76,7 @@ class Collocation:
         """
         plane = modal_plane(problem.plane_at(speed))
         cut = Cut(problem, speed, depth, self.slices if problem.tool.has_helix or problem.tool.corner_radius else 1)
-        values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes))
+        values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes)).astype(complex)
         return values[np.argsort(-np.abs(values))]
 
 
@@ -169,7 +169,7 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
         panels.append((a, b, elements, start, n, at))
         at += cut.ways * n
     states, size = 2 * system.poles.size, at
-    state = np.eye(states, states + size)
+    state: FloatArray = np.eye(states, states + size)
     past = np.concatenate([np.zeros((size, states)), np.eye(size)], axis=1)
     now = np.full((size, states + size), np.nan)
     for a, b, elements, start, n, place in panels:

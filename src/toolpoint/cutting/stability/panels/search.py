@@ -99,7 +99,7 @@ class PeriodMap:
                 return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
             values = eigenvalues(h[:now, :now])
             if np.isnan(values[0]):
-                values = np.linalg.eigvals(h[:now, :now])
+                values = np.linalg.eigvals(h[:now, :now]).astype(complex)
             top = values[np.argmax(np.abs(values))]
             residual = ritz(h, now, complex(top), basis, vector)
             size_ = abs(top)
