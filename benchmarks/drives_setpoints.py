@@ -8,7 +8,7 @@ import time
 
 import numpy as np
 
-from toolpoint.drives import JerkLimits, Path, planned, seven_phase
+from toolpoint.drives import JerkLimits, plan_motion, seven_phase
 from toolpoint.io.program import gcode
 
 
@@ -24,7 +24,7 @@ def planner(lines: int) -> dict[str, float]:
     text, clock = program(lines), [time.process_time()]
     parsed = gcode.parse(text)
     clock.append(time.process_time())
-    plan = planned(Path(**parsed.path_arrays), JerkLimits(1, 5, 200), corner_tolerance=5e-6)
+    plan = plan_motion(parsed.path, JerkLimits(1, 5, 200), corner_tolerance=5e-6)
     clock.append(time.process_time())
     command = plan.command(1e-3, 2)
     clock.append(time.process_time())

@@ -82,11 +82,11 @@ print(json.dumps({"seconds per simulated second": 2 * spent, "relative error of 
 def speed(servo: object, command: object, substeps: int, runs: int) -> float:
     """Return the least CPU seconds of a simulation of one second."""
     from toolpoint.drives.simulation.kernel import run
-    from toolpoint.drives.simulation.simulate import prepared
+    from toolpoint.drives.simulation.simulate import prepare
 
     best = np.inf
     for _ in range(runs):
-        arguments = prepared(servo, command, substeps, substeps, duration=1.0).arguments  # type: ignore
+        arguments = prepare(servo, command, substeps, substeps, duration=1.0).arguments  # type: ignore
         start = time.thread_time()
         run(*arguments)
         best = min(best, time.thread_time() - start)
@@ -147,19 +147,19 @@ def large(modes: int = 200) -> dict[str, float]:
     """Return states and least CPU seconds per simulated second of two axes on a frame of many modes; also dense."""
     from servo_cases import benchmark_command, benchmark_servo, lugre
 
-    from toolpoint.drives import Servo, Structure, plant
+    from toolpoint.drives import Servo, Structure, build_plant
     from toolpoint.drives.simulation.exact_step import step_matrices
     from toolpoint.drives.simulation.kernel import run
-    from toolpoint.drives.simulation.simulate import prepared
+    from toolpoint.drives.simulation.simulate import prepare
     from toolpoint.vibration import Modes
 
     rng, base = np.random.default_rng(0), benchmark_servo(lugre())
     places = ("base:+x", "base:+y", "tool:+x", "tool:+y")
     shape = Modes(np.sort(rng.uniform(30, 2000, modes)), np.full(modes, 0.02), 5e-3 * rng.standard_normal((4, modes)), places)
     frame = Structure.from_modes(shape, {"x.base": places[0], "y.base": places[1]}, {"x": places[2], "y": places[3]})
-    servo = Servo(plant(base.plant.axes, frame), base.controllers)
+    servo = Servo(build_plant(base.plant.axes, frame), base.controllers)
     matrices = step_matrices(servo.plant, servo.controllers[0].sample_times[0] / 2, dense=True)
-    arguments = prepared(servo, benchmark_command(1.0), 2, 2, duration=1.0, matrices=matrices).arguments
+    arguments = prepare(servo, benchmark_command(1.0), 2, 2, duration=1.0, matrices=matrices).arguments
     start = time.thread_time()
     run(*arguments)
     dense = time.thread_time() - start
@@ -170,10 +170,10 @@ def two_drives() -> float:
     """Return the own least CPU seconds per simulated second on motulator's plant: two dq motors with two masses each."""
     from servo_cases import MOTOR, RATIO, benchmark_command, controller
 
-    from toolpoint.drives import Axis, Servo, plant, two_mass_axis
+    from toolpoint.drives import DriveAxis, Servo, build_plant, two_mass_axis
 
-    axes = [Axis(name, MOTOR, two_mass_axis(0.008, 400.0, RATIO, 1.2e8, 6e3, motor_damping=0.01)) for name in "xy"]
-    return speed(Servo(plant(axes), (controller(), controller())), benchmark_command(1.0), 1, 10)
+    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, 400.0, RATIO, 1.2e8, 6e3, motor_damping=0.01)) for name in "xy"]
+    return speed(Servo(build_plant(axes), (controller(), controller())), benchmark_command(1.0), 1, 10)
 
 
 def measured(options: argparse.Namespace) -> dict[str, object]:

@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from toolpoint import ToolpointError
-from toolpoint.app.drive_servo import friction_law, servo_of
-from toolpoint.drives import Contact, SynchronousMotor, loops, low_pass, notch, simulate
+from toolpoint.drives import Contact, SynchronousMotor, compute_loops, low_pass, notch, simulate
+from toolpoint.drives.build import build_friction, build_servo
 from toolpoint.drives.program.command import constant_velocity, step
 from toolpoint.drives.simulation.simulate import Excitation
 from toolpoint.io.yaml import drive_file
-from toolpoint.io.yaml.drive_schema import json_schema
 
 pytestmark = pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 
@@ -34,7 +33,7 @@ def servo(tmp_path, mechanics=TWO, position="", velocity="", axis=""):
     text += f"    velocity: {{gain: 1.5 N*m*s/rad, integral_time: 20 ms{velocity}}}\n"
     text += "".join(f"    {line}\n" for line in axis.splitlines())
     (tmp_path / "drive.yaml").write_text(text)
-    return servo_of(drive_file.read(tmp_path / "drive.yaml"))
+    return build_servo(drive_file.read(tmp_path / "drive.yaml"))
 
 
 SHAFT = {
@@ -50,7 +49,7 @@ SHAFT = {
 @pytest.mark.parametrize("law", SHAFT)
 def test_torque_at_constant_speed_is_the_law_at_the_shaft(tmp_path, law):
     made = servo(tmp_path, axis=f"friction: {{law: {law}, {SHAFT[law]}}}")
-    found = friction_law(drive_file.read(tmp_path / "drive.yaml").axes["X"].friction)
+    found = build_friction(drive_file.read(tmp_path / "drive.yaml").axes["X"].friction)
     w = 0.03 / RATIO
     torque = simulate(made, constant_velocity(0.03, 1e-3, 0.8)).signal("torque_set", "X")[-400:].mean()
     assert torque == pytest.approx(float(found.steady(w)) + 0.01 * w, rel=2e-3)
@@ -68,7 +67,7 @@ GUIDE = {
 @pytest.mark.parametrize("mechanics", [TWO, SCREW])
 def test_torque_at_constant_speed_is_the_law_at_the_guide(tmp_path, law, mechanics):
     made = servo(tmp_path, mechanics, axis=f"guide_friction: {{law: {law}, {GUIDE[law]}}}")
-    found = friction_law(drive_file.read(tmp_path / "drive.yaml").axes["X"].guide_friction)
+    found = build_friction(drive_file.read(tmp_path / "drive.yaml").axes["X"].guide_friction)
     torque = simulate(made, constant_velocity(0.03, 1e-3, 0.8)).signal("torque_set", "X")[-400:].mean()
     loss = 0.01 * 0.03 / RATIO if mechanics is TWO else 0.0
     assert torque == pytest.approx(float(found.steady(0.03)) * RATIO + loss, rel=5e-3)
@@ -82,7 +81,7 @@ def test_rack_and_linear_motor(tmp_path):
     text = ("toolpoint: 1\nname: t\naxes:\n  X:\n    mechanics: {kind: linear-motor, table_mass: 50 kg, guide_damping: 40}\n"
             "    position: {gain: 40 1/s, feedback: scale}\n    velocity: {gain: 2e4, integral_time: 10 ms}\n")
     (tmp_path / "linear.yaml").write_text(text)
-    linear = servo_of(drive_file.read(tmp_path / "linear.yaml"))
+    linear = build_servo(drive_file.read(tmp_path / "linear.yaml"))
     force = simulate(linear, constant_velocity(0.05, 1e-3, 0.5)).signal("torque_set", "X")[-1]
     assert force == pytest.approx(40 * 0.05, rel=1e-3)
 
@@ -117,14 +116,15 @@ def test_backlash_is_lost_at_a_reversal_and_preload_keeps_the_stiffness(tmp_path
 
 def test_filters_and_delay_multiply_the_open_velocity_loop(tmp_path):
     f = np.geomspace(5.0, 1500.0, 60)
-    plain = loops(servo(tmp_path)).velocity.open_response(f)
+    plain = compute_loops(servo(tmp_path)).velocity.open_response(f)
     filters = ", filters: [{kind: notch, frequency: 300 Hz, damping: 0.3, depth: 0.2}, {kind: low-pass, frequency: 900 Hz}]"
-    filtered = loops(servo(tmp_path, velocity=filters)).velocity.open_response(f)
+    filtered = compute_loops(servo(tmp_path, velocity=filters)).velocity.open_response(f)
     expected = notch(300.0, 0.3, 0.2).response(f, 2.5e-4) * low_pass(900.0).response(f, 2.5e-4)
     np.testing.assert_allclose(filtered / plain, expected, rtol=1e-6)
-    later = loops(servo(tmp_path, velocity=", delay: 2")).velocity.open_response(f)
+    later = compute_loops(servo(tmp_path, velocity=", delay: 2")).velocity.open_response(f)
     np.testing.assert_allclose(later / plain, np.exp(-2j * np.pi * f * 2 * 2.5e-4), rtol=1e-6)
-    first = loops(servo(tmp_path, velocity=", filters: [{kind: low-pass-1, time_constant: 1 ms}]")).velocity.open_response(f)
+    slow = servo(tmp_path, velocity=", filters: [{kind: low-pass-1, time_constant: 1 ms}]")
+    first = compute_loops(slow).velocity.open_response(f)
     np.testing.assert_allclose((first / plain)[:20], 1 / (1 + 2e-3j * np.pi * f[:20]), rtol=1e-2)
 
 
@@ -138,7 +138,8 @@ def test_encoders(tmp_path):
     at = simulate(scale, step(1.03e-4, 1e-3, 1.0)).output("scale", "X")[-200:]
     assert 1e-7 < np.abs(at - 1.03e-4).max() <= 5e-6
     f = np.geomspace(5.0, 500.0, 20)
-    plain, between = (loops(servo(tmp_path, axis=a)).velocity.open_response(f) for a in ("", "encoders: {difference: true}"))
+    plain, between = (compute_loops(servo(tmp_path, axis=a)).velocity.open_response(f)
+                      for a in ("", "encoders: {difference: true}"))
     # The mean over a sample: half a sample later.
     np.testing.assert_allclose(np.angle(between / plain), -np.pi * f * 2.5e-4, atol=2e-3)
 
@@ -247,7 +248,7 @@ def test_faults_name_line_value_limit_and_remedy(tmp_path, parts, words):
 
 
 def test_schema_holds_every_key():
-    words = str(json_schema())
+    words = str(drive_file.json_schema())
     for key in ("backlash", "preload", "decoupling", "six-pulse", "maxwell-slip", "encoders", "velocity_feedforward",
                 "nut_moves", "notch", "delay", "substeps"):
         assert key in words

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from toolpoint.drives.axis.motor import Inverter, SynchronousMotor
-from toolpoint.drives.axis.plant import Axis, Plant, Structure, plant
+from toolpoint.drives.axis.plant import DriveAxis, Plant, Structure, build_plant
 from toolpoint.drives.axis.simple_axes import two_mass_axis
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller, CurrentLoop, PositionLoop, VelocityLoop
@@ -44,16 +44,16 @@ def lugre(coulomb: float = 338.9, ratio: float = 1.2, stiffness: float = 1e7, ve
 
 def benchmark_plant(law: FrictionLaw, frame_scale: float = 0.4704, masses: tuple[float, float] = (400.0, 354.8)) -> Plant:
     """Two axes with dq motors on the frame: 54 states with two LuGre bristles (52 in the linear part)."""
-    axes = [Axis(name, MOTOR, two_mass_axis(0.008, mass, RATIO, 1.2e8, 6e3, motor_damping=0.01, guide_friction=law))
+    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, mass, RATIO, 1.2e8, 6e3, motor_damping=0.01, guide_friction=law))
             for name, mass in zip("xy", masses, strict=True)]
-    return plant(axes, frame(frame_scale))
+    return build_plant(axes, frame(frame_scale))
 
 
 def controller(position: float = 60.0, velocity: float = 2.0, integral: float = 0.015, ff: float = 1.0,
                feedback: str = "scale") -> Controller:
     """Cascade of the benchmark: 125 us, 250 us, 1 ms; 60 A, 320 V; velocity feed-forward."""
     return Controller(PositionLoop(position, 1e-3, ff, feedback=feedback), VelocityLoop(velocity, integral, 250e-6), RATIO,
-                      CurrentLoop.tuned(MOTOR, 500.0, sample_time=125e-6, delay=1, limit=60.0),
+                      CurrentLoop.from_bandwidth(MOTOR, 500.0, sample_time=125e-6, delay=1, limit=60.0),
                       inverter=Inverter(320.0))
 
 

@@ -10,20 +10,20 @@ import pytest
 from drives import servo_cases as cases
 from toolpoint import ToolpointError
 from toolpoint.drives import (
-    Axis,
+    BallScrew,
     Controller,
     CurrentLoop,
+    DriveAxis,
     Encoders,
     Inverter,
     PositionLoop,
-    Screw,
     Servo,
     TorqueMotor,
     VelocityLoop,
+    build_plant,
+    compute_loops,
     linear_motor_axis,
-    loops,
-    measured_loop,
-    plant,
+    measure_loop,
     rigid_axis,
     simulate,
     simulate_many,
@@ -34,11 +34,11 @@ from toolpoint.drives.program.command import constant_velocity, rest, step
 
 def p2_servo(inverter=None, law=None):
     """A single axis with all three loops; the parameters are chosen, the thesis' are not at hand."""
-    axis = Axis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, motor_damping=0.01,
+    axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, motor_damping=0.01,
                                                 guide_friction=law))
     c = Controller(PositionLoop(50.0, 1e-3), VelocityLoop(1.5, 0.02, 250e-6), cases.RATIO,
-                   CurrentLoop.tuned(cases.MOTOR, 500.0), inverter=inverter or Inverter(320.0))
-    return Servo(plant([axis]), (c,))
+                   CurrentLoop.from_bandwidth(cases.MOTOR, 500.0), inverter=inverter or Inverter(320.0))
+    return Servo(build_plant([axis]), (c,))
 
 
 @pytest.mark.parametrize(("level", "amplitude", "top"), [("current", 0.5, 700.0), ("velocity", 0.3, 150.0),
@@ -46,8 +46,8 @@ def p2_servo(inverter=None, law=None):
 def test_prbs_bode_equals_the_transfer_function(level, amplitude, top):
     """P2: within 0.5 dB and 3 deg of the linear transfer function."""
     servo = p2_servo()
-    found = measured_loop(servo, level, amplitude, order=11, settle=3).between(5.0, top)
-    linear = getattr(loops(servo), level)
+    found = measure_loop(servo, level, amplitude, order=11, settle=3).between(5.0, top)
+    linear = getattr(compute_loops(servo), level)
     for measured, expected in ((found.closed, linear.closed_response(found.frequency)),
                                (found.open, linear.open_response(found.frequency))):
         ratio = measured / expected
@@ -64,8 +64,8 @@ def test_prbs_of_the_position_loop_while_the_axis_slides():
         c = replace(base.controllers[0], position=replace(base.controllers[0].position, feedback=feedback,
                                                           velocity_feedforward=1.0))
         servo = Servo(base.plant, (c,))
-        found = measured_loop(servo, "position", 2e-6, order=10, settle=4, offset_velocity=0.03).between(5.0, 150.0)
-        linear = loops(servo).position
+        found = measure_loop(servo, "position", 2e-6, order=10, settle=4, offset_velocity=0.03).between(5.0, 150.0)
+        linear = compute_loops(servo).position
         ratio = found.closed / linear.closed_response(found.frequency)
         assert np.abs(20 * np.log10(np.abs(ratio))).max() < 0.5
         assert np.abs(np.degrees(np.angle(ratio))).max() < 3.0
@@ -81,7 +81,7 @@ def test_current_step(share):
     servo = p2_servo()
     height = share * 60.0
     result = simulate(servo, rest(1, 1e-3, 0.02), excitation=Excitation("current", np.full((160, 1), height)))
-    level, x, expected = loops(servo).current.closed, None, []
+    level, x, expected = compute_loops(servo).current.closed, None, []
     x = np.zeros(level.size)
     for k in range(20):
         expected.append(level.c[0] @ x)
@@ -129,9 +129,9 @@ def test_saturation_keeps_limits_and_recovers():
 
 
 def test_encoder_resolution_bounds_the_error():
-    axis = Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3, 0.05))
+    axis = DriveAxis("x", TorqueMotor(), rigid_axis(0.01, 1e-3, 0.05))
     c = Controller(PositionLoop(50.0, 1e-3), VelocityLoop(1.0, 0.02, 2.5e-4), 1e-3, encoders=Encoders(motor=2e-3))
-    result = simulate(Servo(plant([axis]), (c,)), step(1e-4, 1e-3, 1.0))
+    result = simulate(Servo(build_plant([axis]), (c,)), step(1e-4, 1e-3, 1.0))
     assert abs(result.output("scale", "x")[-1] - 1e-4) <= 2e-3 * 1e-3
 
 
@@ -150,16 +150,16 @@ def test_bad_servos():
     with pytest.raises(ToolpointError, match=r"position loop: unstable.*gain margin -\d"):
         simulate(Servo(good.plant, (good.controllers[0].with_gains(position=3000.0),)), rest(1, 1e-3, 0.01))
     c = Controller(PositionLoop(50.0, 1.1e-3), VelocityLoop(1.0, 0.02, 250e-6), 1e-3)
-    rigid = plant([Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))])
+    rigid = build_plant([DriveAxis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))])
     with pytest.raises(ToolpointError, match="whole multiple"):
         Servo(rigid, (c,))
     with pytest.raises(ToolpointError, match=r"must be one of x\.base"):
-        plant([Axis("x", TorqueMotor(), linear_motor_axis(10.0))], cases.frame())
+        build_plant([DriveAxis("x", TorqueMotor(), linear_motor_axis(10.0))], cases.frame())
     with pytest.raises(ToolpointError, match="lead: missing"):
         Controller(PositionLoop(50.0), VelocityLoop(1.0), None)
     with pytest.raises(ToolpointError, match="inertia"):
         rigid_axis(0.0, 1e-3)
     with pytest.raises(ToolpointError, match="lead"):
-        Screw(0.04, 0.0, 1.0)
+        BallScrew(0.04, 0.0, 1.0)
     with pytest.raises(ToolpointError, match="resampled"):
         simulate(good, rest(1, 5e-4, 0.01))

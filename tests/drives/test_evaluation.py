@@ -10,23 +10,23 @@ from hypothesis import strategies as st
 from drives import servo_cases as cases
 from toolpoint import ToolpointError
 from toolpoint.drives import (
-    Axis,
     Controller,
+    DriveAxis,
     PositionLoop,
     Servo,
     TorqueMotor,
     VelocityLoop,
+    build_plant,
     circular_test,
+    compute_loops,
     contour_error,
-    loops,
     low_pass,
     low_pass_1,
     notch,
-    plant,
     positioning,
     quadrant_peaks,
     step_figures,
-    tuned,
+    tune,
     two_mass_axis,
 )
 from toolpoint.drives.accuracy.contour import torque_comparison
@@ -34,7 +34,7 @@ from toolpoint.drives.accuracy.metrology import circular_hysteresis
 from toolpoint.drives.axis.transforms import clarke, inverse_clarke, inverse_park, park
 from toolpoint.drives.controller.loops import margins
 from toolpoint.drives.program.path import Path, polyline
-from toolpoint.drives.simulation.loop_identification import averaged_response, prbs
+from toolpoint.drives.simulation.loop_identification import average_response, prbs
 
 
 def test_contour_error_on_an_arc_is_the_radial_error():
@@ -91,7 +91,7 @@ def test_positioning_repeatability_trap():
     assert shifted.reversal == pytest.approx(5e-6)
     assert shifted.repeatability == pytest.approx(max(4 * s, 2 * s + 5e-6))
     assert shifted.accuracy == pytest.approx(5e-6 + 2 * s + max(2 * s - 5e-6, 0.0))
-    assert "R " in result.table
+    assert "R " in result.table()
 
 
 def test_margins_of_a_known_loop():
@@ -114,8 +114,8 @@ def test_coherence_falls_with_noise():
     rng = np.random.default_rng(0)
     r = np.tile(prbs(9), (20, 1))
     y = 0.5 * r + 0.5 * rng.standard_normal(r.shape)
-    clean = averaged_response(r, 0.5 * r, 1e-3)
-    noisy = averaged_response(r, y, 1e-3)
+    clean = average_response(r, 0.5 * r, 1e-3)
+    noisy = average_response(r, y, 1e-3)
     assert clean.coherence.min() > 1 - 1e-12
     assert np.median(noisy.coherence) == pytest.approx(0.5, abs=0.1)
     assert np.median(np.abs(noisy.closed)) == pytest.approx(0.5, rel=0.1)
@@ -133,21 +133,22 @@ def test_filters():
 
 
 def test_tuning_keeps_margins_and_the_notch_helps():
-    axis = Axis("x", TorqueMotor(), two_mass_axis(0.01, 500.0, 2.5e-3, 1.5e8, 2e4))
-    start = Servo(plant([axis]), (Controller(PositionLoop(10.0, 1e-3), VelocityLoop(0.1, 0.05, 250e-6, delay=1), 2.5e-3),))
-    plain = tuned(start, notches=0)
-    better = tuned(start, notches=1)
+    axis = DriveAxis("x", TorqueMotor(), two_mass_axis(0.01, 500.0, 2.5e-3, 1.5e8, 2e4))
+    control = Controller(PositionLoop(10.0, 1e-3), VelocityLoop(0.1, 0.05, 250e-6, delay=1), 2.5e-3)
+    start = Servo(build_plant([axis]), (control,))
+    plain = tune(start, notches=0)
+    better = tune(start, notches=1)
     for found in (plain, better):
-        m = loops(found.servo).velocity.margins(0)
+        m = compute_loops(found.servo).velocity.margins(0)
         assert m.phase >= 45.0 - 0.2
         assert m.gain_db >= 8.0 - 0.05
         assert found.peak <= 10 ** (0.5 / 20) * 1.001
-        assert loops(found.servo).stable
+        assert compute_loops(found.servo).stable
     assert better.servo.controllers[0].velocity.gain >= plain.servo.controllers[0].velocity.gain
 
 
 def test_servo_table_names_loops():
-    table = loops(cases.benchmark_servo()).table
+    table = compute_loops(cases.benchmark_servo()).table()
     assert "velocity  x" in table
 
 

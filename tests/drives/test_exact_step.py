@@ -8,22 +8,31 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from drives import servo_cases as cases
-from toolpoint.drives import Axis, Coupling, Screw, TorqueMotor, ball_screw_axis, linear_motor_axis, plant, rigid_axis
+from toolpoint.drives import (
+    BallScrew,
+    Coupling,
+    DriveAxis,
+    TorqueMotor,
+    ball_screw_axis,
+    build_plant,
+    linear_motor_axis,
+    rigid_axis,
+)
 from toolpoint.drives.simulation.exact_step import coordinates, step_matrices
 from toolpoint.drives.simulation.kernel import advance
 from toolpoint.vibration.state_space import hold_matrices
 
 
 def screw_axis(nut=0.3):
-    return ball_screw_axis(0.01, Coupling(5e3), Screw(0.04, 0.02, 0.8), 300.0, nut, 5e8, None, 4e8)
+    return ball_screw_axis(0.01, Coupling(5e3), BallScrew(0.04, 0.02, 0.8), 300.0, nut, 5e8, None, 4e8)
 
 
 PLANTS = {
     "benchmark": lambda: cases.benchmark_plant(cases.lugre()),
-    "two equal axes": lambda: plant([Axis(n, TorqueMotor(), rigid_axis(0.01, 1e-3, 0.1)) for n in "xy"]),
-    "double integrators": lambda: plant([Axis(n, TorqueMotor(), linear_motor_axis(20.0)) for n in "xyz"]),
-    "undamped and damped": lambda: plant([Axis("x", cases.MOTOR, screw_axis()),
-                                          Axis("y", TorqueMotor(), rigid_axis(1.0, 1.0))]),
+    "two equal axes": lambda: build_plant([DriveAxis(n, TorqueMotor(), rigid_axis(0.01, 1e-3, 0.1)) for n in "xy"]),
+    "double integrators": lambda: build_plant([DriveAxis(n, TorqueMotor(), linear_motor_axis(20.0)) for n in "xyz"]),
+    "undamped and damped": lambda: build_plant([DriveAxis("x", cases.MOTOR, screw_axis()),
+                                          DriveAxis("y", TorqueMotor(), rigid_axis(1.0, 1.0))]),
 }
 
 
@@ -62,7 +71,7 @@ def test_dense_and_block_columns_are_the_same_step(name):
 def test_rigid_motion_without_damping_stays_in_the_core():
     """A double integrator has one eigenvector for two poles; the elastic poles stand in blocks."""
     assert coordinates(PLANTS["double integrators"]().a)[2] == 6
-    assert coordinates(plant([Axis("x", TorqueMotor(), screw_axis())]).a)[2] == 2
+    assert coordinates(build_plant([DriveAxis("x", TorqueMotor(), screw_axis())]).a)[2] == 2
     assert coordinates(PLANTS["benchmark"]().a)[2] == 0
 
 

@@ -8,26 +8,27 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError, ToolpointWarning
-from toolpoint.drives import Axis, Coulomb, LuGre, MaxwellSlip, Stribeck, TorqueMotor, TwoExponential, Viscous, plant
-from toolpoint.drives.axis.mechanics import Chain, Rub
+from toolpoint.drives import Coulomb, DriveAxis, LuGre, MaxwellSlip, Stribeck, TorqueMotor, TwoExponential, Viscous, build_plant
+from toolpoint.drives.axis.mechanics import MassChain, Rub
 from toolpoint.drives.friction.identification import (
+    check_plausibility,
     constant_velocity_points,
-    identified_friction,
-    plausibility,
-    variants,
+    friction_variants,
+    identify_friction,
 )
-from toolpoint.drives.simulation.free_motion import free_motion
+from toolpoint.drives.simulation.free_motion import simulate_free_motion
 
 # Canudas de Wit et al. 1995, Table I
 TABLE = LuGre(1e5, np.sqrt(1e5), 1.0, 1.5, 1e-3, 0.4)
 
 
 def block(law, stiffness=0.0, mass=1.0):
-    chain = Chain(("m",))
+    chain = MassChain(("m",))
     chain.inertia("m", mass)
     chain.spring({"m": 1}, stiffness)
-    return plant([Axis("x", TorqueMotor(), chain.made(motor={"m": 1.0}, table={"m": 1.0}, scale={"m": 1.0}, lead=1.0,
-                                                      boundaries=(), friction=(Rub({"m": 1.0}, law),)))])
+    row = {"m": 1.0}
+    mechanics = chain.build(motor=row, table=row, scale=row, lead=1.0, boundaries=(), friction=(Rub(row, law),))
+    return build_plant([DriveAxis("x", TorqueMotor(), mechanics)])
 
 
 def test_lugre_steady_friction():
@@ -37,7 +38,7 @@ def test_lugre_steady_friction():
 def test_lugre_stick_slip():
     step = 5e-5
     t = (np.arange(int(15 / step)) + 0.5) * step
-    result = free_motion(block(TABLE, 2.0), 0.2 * t[:, None], step)
+    result = simulate_free_motion(block(TABLE, 2.0), 0.2 * t[:, None], step)
     v, time = result.output("speed", "x"), result.time
     up = np.flatnonzero((v[:-1] < 0.01) & (v[1:] >= 0.01))
     times = time[up] + (0.01 - v[up]) / (v[up + 1] - v[up]) * step
@@ -49,7 +50,7 @@ def test_lugre_stick_slip():
 def test_lugre_break_away():
     step = 2e-5
     t = (np.arange(int(1.6 / step)) + 0.5) * step
-    result = free_motion(block(TABLE), t[:, None], step)
+    result = simulate_free_motion(block(TABLE), t[:, None], step)
     assert result.forces.max() == pytest.approx(1.43241, abs=1e-5)
 
 
@@ -70,7 +71,7 @@ def test_common_interface(law):
 def test_steady_sliding_reaches_the_steady_curve(law):
     """A block pushed by the steady force at 0.1 m/s and started there keeps its velocity."""
     force = float(law.steady(0.1))
-    result = free_motion(block(law), np.full((20000, 1), force), 1e-4, start=np.array([0.0, 0.1]),
+    result = simulate_free_motion(block(law), np.full((20000, 1), force), 1e-4, start=np.array([0.0, 0.1]),
                          bristles=np.array([law.level(0.1) / 1e4 if isinstance(law, LuGre) else 0.0]))
     if isinstance(law, MaxwellSlip):
         assert result.forces[-1, 0] == pytest.approx(float(law.steady(result.output("speed", "x")[-1])), rel=1e-3)
@@ -102,21 +103,21 @@ def test_maxwell_slip_follows_masing():
 
 @pytest.mark.parametrize("push", [0.5, 0.99])
 def test_static_law_holds_below_break_away(push):
-    result = free_motion(block(Coulomb(1.0)), np.full((200, 1), push), 1e-3)
+    result = simulate_free_motion(block(Coulomb(1.0)), np.full((200, 1), push), 1e-3)
     assert np.abs(result.output("scale", "x")).max() == 0.0
     assert result.forces[-1, 0] == pytest.approx(push)
 
 
 def test_coulomb_deceleration_has_the_closed_form():
     """v0^2/(2 mu) of travel, then rest."""
-    result = free_motion(block(Coulomb(2.0)), np.zeros((2000, 1)), 1e-3, start=np.array([0.0, 1.0]))
+    result = simulate_free_motion(block(Coulomb(2.0)), np.zeros((2000, 1)), 1e-3, start=np.array([0.0, 1.0]))
     assert result.output("scale", "x")[-1] == pytest.approx(0.25, rel=3e-3)
     assert result.output("speed", "x")[-1] == 0.0
 
 
 def test_friction_only_takes_energy():
     for law in (TABLE, MaxwellSlip((1e4, 3e3), (0.6, 0.4), Stribeck(1.0, 1.5, 0.01), 100.0)):
-        result = free_motion(block(law, 500.0), np.zeros((4000, 1)), 1e-4, start=np.array([0.02, 0.0]))
+        result = simulate_free_motion(block(law, 500.0), np.zeros((4000, 1)), 1e-4, start=np.array([0.02, 0.0]))
         energy = 0.5 * result.output("speed", "x") ** 2 + 250 * result.output("scale", "x") ** 2
         assert energy[-1] < energy[0]
         assert energy.max() <= energy[0] * (1 + 1e-9)
@@ -127,7 +128,7 @@ def test_friction_only_takes_energy():
 def test_identification_returns_the_parameters(coulomb, ratio, speed, viscous):
     law = Stribeck(coulomb, ratio * coulomb, speed, viscous)
     v = speed * np.array([-20, -8, -4, -2, -1.2, -0.7, -0.3, 0.3, 0.7, 1.2, 2, 4, 8, 20.0])
-    fit = identified_friction(v, law.steady(v))
+    fit = identify_friction(v, law.steady(v))
     np.testing.assert_allclose([fit.law.coulomb, fit.law.static, fit.law.stribeck_velocity, fit.law.viscous],
                                [coulomb, ratio * coulomb, speed, viscous], rtol=1e-4)
 
@@ -137,7 +138,7 @@ def test_identification_from_records():
     law = Coulomb(1.5, 0.02)
     speeds = np.array([-50.0, -20, -5, 5, 20, 50])
     records = [(np.full(500, v), law.steady(v) + 0.05 * rng.standard_normal(500)) for v in speeds]
-    fit = identified_friction(*constant_velocity_points(records), law="coulomb")
+    fit = identify_friction(*constant_velocity_points(records), law="coulomb")
     assert abs(fit.law.coulomb - 1.5) < 4 * max(fit.deviation[0], 0.003)
     with pytest.warns(ToolpointWarning, match="not constant"):
         constant_velocity_points([(np.sin(np.arange(100.0)), np.zeros(100))])
@@ -147,15 +148,15 @@ def test_plausibility_of_published_parameters():
     """P1: F_s/F_c 411 and 194, slopes -8.0 and -2.1 against 1.157, critical about 90 mm/min in x."""
     x, y = Stribeck(0.0115, 4.7318, 0.5, 0.1), Stribeck(0.0069, 1.3374, 0.5, 0.16)
     with pytest.warns(ToolpointWarning, match="critical feed"):
-        report = plausibility(x, 0.0766 * 15.1, 0.001591)
+        report = check_plausibility(x, 0.0766 * 15.1, 0.001591)
     assert report.ratio == pytest.approx(411, abs=1)
     assert report.steepest == pytest.approx(-8.0, abs=0.05)
     assert 60e3 * report.critical_feed == pytest.approx(90, rel=0.05)
-    other = plausibility(y, 0.0766 * 15.1, 0.001591, warn=False)
+    other = check_plausibility(y, 0.0766 * 15.1, 0.001591, warn=False)
     assert (round(other.ratio), round(other.steepest, 1)) == (194, -2.1)
-    assert plausibility(Coulomb(1.0), 1.0, 1e-3).critical_feed == 0.0
-    assert list(variants(x)) == ["literal", "F_c = F_s/1.5", "Coulomb"]
-    assert variants(x)["F_c = F_s/1.5"].static == 4.7318
+    assert check_plausibility(Coulomb(1.0), 1.0, 1e-3).critical_feed == 0.0
+    assert list(friction_variants(x)) == ["literal", "F_c = F_s/1.5", "Coulomb"]
+    assert friction_variants(x)["F_c = F_s/1.5"].static == 4.7318
 
 
 def test_bad_friction():
@@ -164,4 +165,4 @@ def test_bad_friction():
     with pytest.raises(ToolpointError, match="sum to one"):
         MaxwellSlip((1.0, 2.0), (0.5, 0.2), Stribeck(1.0, 1.5, 0.1), 1.0)
     with pytest.raises(ToolpointError, match="not be zero"):
-        identified_friction(np.array([0.0, 1, 2, 3]), np.ones(4))
+        identify_friction(np.array([0.0, 1, 2, 3]), np.ones(4))

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from toolpoint.drives import (
-    Axis,
     Controller,
+    DriveAxis,
     JerkLimits,
     LuGre,
     Path,
@@ -18,15 +18,14 @@ from toolpoint.drives import (
     Structure,
     TorqueMotor,
     VelocityLoop,
+    build_plant,
+    compute_loops,
     contour_error,
     four_dof_axis,
-    loops,
-    planned,
-    plant,
     simulate,
 )
-from toolpoint.drives.friction.identification import variants
-from toolpoint.drives.program.planner import smoothed
+from toolpoint.drives.friction.identification import friction_variants
+from toolpoint.drives.program.planner import plan_motion, smooth_command
 from toolpoint.machine import assemble
 from toolpoint.vibration import eigen
 
@@ -66,11 +65,11 @@ def servos(vertical_drives):
     for name in ("literal", "F_c = F_s/1.5", "Coulomb"):
         axes = []
         for axis, law in zip("xy", laws, strict=True):
-            v = variants(law)[name]
-            axes.append(Axis(axis, TorqueMotor(), chain(LuGre(
+            v = friction_variants(law)[name]
+            axes.append(DriveAxis(axis, TorqueMotor(), chain(LuGre(
                 4000.0, 5.0, v.coulomb, getattr(v, "static", v.coulomb), getattr(v, "stribeck_velocity", 0.5), v.viscous))))
         c = Controller(PositionLoop(60.0, 1e-3), VelocityLoop(GAIN, 0.0766 / 3.8282, 2.5e-4), R_L)
-        made[name] = Servo(plant(axes, frame), (c, c))
+        made[name] = Servo(build_plant(axes, frame), (c, c))
     return made
 
 
@@ -84,13 +83,13 @@ def line_and_arc():
 def test_structure_has_eighteen_freedoms_and_the_loops_are_stable(servos):
     servo = servos["Coulomb"]
     assert servo.plant.a.shape[0] == 36 + 2 * 6
-    assert loops(servo).stable
+    assert compute_loops(servo).stable
 
 
 def test_line_and_arc_path_gives_torque_and_contour_error(servos):
     path = line_and_arc()
-    plan = planned(path, JerkLimits(0.1, 2.0, 50.0))
-    command = smoothed(plan.command(1e-3, 2), 0.02).extended(0.3)
+    plan = plan_motion(path, JerkLimits(0.1, 2.0, 50.0))
+    command = smooth_command(plan.command(1e-3, 2), 0.02).extended(0.3)
     worst = {}
     for name, servo in servos.items():
         result = simulate(servo, command, every=4)

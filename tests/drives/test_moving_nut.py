@@ -8,35 +8,35 @@ import pytest
 from drives import servo_cases as cases
 from toolpoint import ToolpointError
 from toolpoint.drives import (
-    Axis,
+    BallScrew,
     Command,
     Controller,
     Coulomb,
     Coupling,
     CurrentLoop,
+    DriveAxis,
     LuGre,
     PositionLoop,
-    Screw,
     Servo,
     TorqueMotor,
     VelocityLoop,
     ball_screw_axis,
-    plant,
+    build_plant,
     simulate,
 )
 from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
 
-SCREW, COUPLING = Screw(0.025, 0.010, 1.2), Coupling(2e4, 2.0)
+SCREW, COUPLING = BallScrew(0.025, 0.010, 1.2), Coupling(2e4, 2.0)
 
 
 def servo_at(nuts, motor=None, law=None, weight=300.0):
     """Axes with a slender screw between bearing (3e8 N/m) and nut (4e8 N/m)."""
-    axes = [Axis(n, motor or TorqueMotor(), ball_screw_axis(0.006, COUPLING, SCREW, weight, float(p), 3e8, None, 4e8,
+    axes = [DriveAxis(n, motor or TorqueMotor(), ball_screw_axis(0.006, COUPLING, SCREW, weight, float(p), 3e8, None, 4e8,
                                                             motor_damping=0.01, bearing_damping=2e4, nut_damping=2e4,
                                                             guide_friction=law)) for n, p in zip("xy", nuts, strict=False)]
-    current = None if motor is None else CurrentLoop.tuned(cases.MOTOR, 500.0)
+    current = None if motor is None else CurrentLoop.from_bandwidth(cases.MOTOR, 500.0)
     c = Controller(PositionLoop(30.0, 1e-3, 1.0), VelocityLoop(0.8, 0.03, 250e-6), SCREW.ratio, current)
-    return Servo(plant(axes), (c,) * len(axes))
+    return Servo(build_plant(axes), (c,) * len(axes))
 
 
 def stroke(travel, duration, axes=1):

@@ -7,20 +7,20 @@ import pytest
 
 from toolpoint import ToolpointWarning
 from toolpoint.drives import (
-    Axis,
     Controller,
+    DriveAxis,
     LuGre,
     PositionLoop,
     Servo,
     Stribeck,
     TorqueMotor,
     VelocityLoop,
+    build_plant,
+    check_plausibility,
     circular_test,
-    plant,
-    plausibility,
+    friction_variants,
     rigid_axis,
     simulate,
-    variants,
 )
 from toolpoint.drives.program.command import circle, constant_velocity
 
@@ -36,10 +36,10 @@ def bristled(law):
 
 
 def servo(inertia, name):
-    laws = (variants(X)[name], variants(Y)[name])
-    axes = [Axis(n, TorqueMotor(), rigid_axis(inertia, R_L, 0.0, bristled(law))) for n, law in zip("xy", laws)]
+    laws = (friction_variants(X)[name], friction_variants(Y)[name])
+    axes = [DriveAxis(n, TorqueMotor(), rigid_axis(inertia, R_L, 0.0, bristled(law))) for n, law in zip("xy", laws)]
     c = Controller(PositionLoop(60.0, 1e-4), VelocityLoop(GAIN, 0.0766 / 3.8282, 1e-4), R_L)
-    return Servo(plant(axes), (c, c))
+    return Servo(build_plant(axes), (c, c))
 
 
 @pytest.mark.parametrize(("name", "expected"), [("literal", 46.0), ("F_c = F_s/1.5", 70.0), ("Coulomb", 88.0)])
@@ -52,7 +52,7 @@ def test_quadrant_glitches(name, expected):
 
 def test_literal_parameters_warn_and_stick_slip_below_the_critical_feed():
     with pytest.warns(ToolpointWarning, match="critical feed") as caught:
-        report = plausibility(X, GAIN, R_L)
+        report = check_plausibility(X, GAIN, R_L)
     assert "86.8 mm/min" in str(caught[0].message)
     spread = {}
     for factor in (0.5, 2.0):

@@ -8,9 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from toolpoint import ToolpointError
-from toolpoint.drives import Command, JerkLimits, Quintic, check_limits, planned, seven_phase, smoothed, straight_move
+from toolpoint.drives import Command, JerkLimits, Quintic, check_limits, plan_motion, seven_phase, smooth_command, straight_move
 from toolpoint.drives.program.clothoid import Blend, half_lengths
-from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blended, polyline, softened
+from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blend_corners, polyline, soften_corners
 
 LIMITS = JerkLimits(0.5, 4.0, 80.0)
 
@@ -28,10 +28,10 @@ def test_profile_ends_where_it_must(extra, start, end):
 
     length = speed_change(v0, v1, LIMITS)[2] + extra
     profile = seven_phase(length, LIMITS, v0, v1)
-    last = profile.sampled(np.array([profile.duration]))[0]
+    last = profile.sample(np.array([profile.duration]))[0]
     np.testing.assert_allclose(last[:2], [length, v1], atol=1e-9)
     t = np.linspace(0, profile.duration, 2001)
-    s = profile.sampled(t)
+    s = profile.sample(t)
     assert s[:, 1].max() <= 0.5 * (1 + 1e-9)
     assert np.abs(s[:, 2]).max() <= 4 * (1 + 1e-9)
     assert s[:, 1].min() >= -1e-9
@@ -65,7 +65,7 @@ def test_durations_equal_ruckig():
 
 def test_quintic_keeps_limits():
     move = Quintic.fastest(0.3, LIMITS)
-    s = move.sampled(np.linspace(0, move.duration, 5001))
+    s = move.sample(np.linspace(0, move.duration, 5001))
     shares = np.abs(s[:, 1:]).max(axis=0) / [0.5, 4.0, 80.0]
     assert shares.max() == pytest.approx(1.0, abs=1e-3)
     np.testing.assert_allclose(s[-1, :3], [0.3, 0, 0], atol=1e-12)
@@ -83,7 +83,7 @@ def test_checker_sees_a_broken_limit():
 def test_polyline_with_stops_keeps_all_limits():
     rng = np.random.default_rng(3)
     path = polyline(np.cumsum(rng.uniform(-0.02, 0.02, (60, 2)), axis=0), 0.2)
-    plan = planned(path, LIMITS)
+    plan = plan_motion(path, LIMITS)
     command = plan.command(1e-3, 2)
     assert check_limits(command, LIMITS).kept
     np.testing.assert_allclose(command.position[-1], path.end[-1, :2], atol=1e-12)
@@ -93,11 +93,11 @@ def test_corner_tolerance_is_kept_and_time_saved():
     rng = np.random.default_rng(4)
     points = np.cumsum(rng.uniform(-0.02, 0.02, (60, 2)), axis=0)
     path = polyline(points, 0.2)
-    plan = planned(path, LIMITS, corner_tolerance=2e-5)
-    assert plan.duration < planned(path, LIMITS).duration
+    plan = plan_motion(path, LIMITS, corner_tolerance=2e-5)
+    assert plan.duration < plan_motion(path, LIMITS).duration
     command = plan.command(1e-3, 2)
     gaps = [np.linalg.norm(command.position - corner, axis=1).min() for corner in points[1:-1]]
-    route = blended(path, 2e-5)
+    route = blend_corners(path, 2e-5)
     for k in np.flatnonzero(route.kind == ARC):
         middle = route.points(np.array([k]), np.array([0.5]))[0]
         assert np.linalg.norm(points - middle[:2], axis=1).min() <= 2e-5 * (1 + 1e-6)
@@ -110,9 +110,9 @@ def test_smoothing_bounds_the_jerk_of_arcs():
     quarter = np.pi / 2
     path = Path([0, 1, 0], [[0, 0, 0], [0.05, 0, 0], [0.06, 0.01, 0]], [[0.05, 0, 0], [0.06, 0.01, 0], [0.06, 0.05, 0]],
                 [[0, 0, 0], [0.05, 0.01, 0], [0, 0, 0]], [0, quarter, 0], [[0, 1]] * 3, [0.15] * 3, [False] * 3)
-    command = planned(path, LIMITS).command(1e-3, 2)
+    command = plan_motion(path, LIMITS).command(1e-3, 2)
     raw = check_limits(command, JerkLimits(0.5, 6.0, 200.0))
-    soft = check_limits(smoothed(command, 0.03), JerkLimits(0.5, 6.0, (0.15**2 / 0.01) / 0.03 * 1.05 + 80))
+    soft = check_limits(smooth_command(command, 0.03), JerkLimits(0.5, 6.0, (0.15**2 / 0.01) / 0.03 * 1.05 + 80))
     assert not raw.kept
     assert soft.kept
     np.testing.assert_allclose(np.gradient(command.position, 1e-3, axis=0)[5:-5], command.velocity[5:-5], atol=2e-3)
@@ -150,16 +150,16 @@ def test_clothoid_corners_keep_the_jerk_of_every_axis(axes):
     direction = np.cumsum(rng.uniform(-0.25, 0.25, (80, axes)), axis=0) + np.eye(axes)[0]
     points = np.cumsum(0.02 * direction / np.linalg.norm(direction, axis=1, keepdims=True), axis=0)
     path = polyline(points, 0.2)
-    plan = planned(path, LIMITS, corner_tolerance=5e-5, straight=1e-7, corner="clothoid")
+    plan = plan_motion(path, LIMITS, corner_tolerance=5e-5, straight=1e-7, corner="clothoid")
     command = plan.command(5e-4, axes)
     report = check_limits(command, LIMITS)
     assert report.kept, report
     assert report.share[:, 2].max() > 0.9
-    assert plan.duration < 0.9 * planned(path, LIMITS).duration
-    arcs = planned(path, LIMITS, corner_tolerance=5e-5, straight=1e-7).command(5e-4, axes)
+    assert plan.duration < 0.9 * plan_motion(path, LIMITS).duration
+    arcs = plan_motion(path, LIMITS, corner_tolerance=5e-5, straight=1e-7).command(5e-4, axes)
     if axes == 2:
         assert check_limits(arcs, LIMITS).share[:, 2].max() > 5.0
-    soft = softened(path, 5e-5)
+    soft = soften_corners(path, 5e-5)
     assert (soft.kind == CLOTHOID).sum() == (path.turns() > 1e-4).sum()
     assert (plan.path.kind == CLOTHOID).sum() > 60
     for corner in np.pad(points, ((0, 0), (0, 3 - axes)))[1:-1]:
@@ -174,8 +174,8 @@ def test_sharp_corners_stop_where_creeping_takes_longer():
     rng = np.random.default_rng(8)
     path = polyline(np.cumsum(rng.uniform(-0.02, 0.02, (80, 2)), axis=0), 0.2)
     for tolerance in (5e-6, 5e-5, 5e-4):
-        plan = planned(path, LIMITS, corner_tolerance=tolerance, straight=1e-7, corner="clothoid")
-        assert plan.duration < planned(path, LIMITS).duration
+        plan = plan_motion(path, LIMITS, corner_tolerance=tolerance, straight=1e-7, corner="clothoid")
+        assert plan.duration < plan_motion(path, LIMITS).duration
         assert check_limits(plan.command(5e-4, 2), LIMITS).kept
 
 
@@ -194,6 +194,6 @@ def test_bad_set_points():
         Path([0, 0], [[0, 0, 0], [1, 0, 0]], [[0.5, 0, 0], [2, 0, 0]], np.zeros((2, 3)), [0, 0], [[0, 1]] * 2, [1, 1],
              [False] * 2)
     with pytest.raises(ToolpointError, match="arc"):
-        planned(polyline(np.array([[0, 0], [1, 0.0]]), 0.1), LIMITS, corner="spline")
+        plan_motion(polyline(np.array([[0, 0], [1, 0.0]]), 0.1), LIMITS, corner="spline")
     with pytest.raises(ToolpointError, match="feed"):
-        planned(polyline(np.array([[0, 0], [1, 0.0]]), 0.0), LIMITS)
+        plan_motion(polyline(np.array([[0, 0], [1, 0.0]]), 0.0), LIMITS)

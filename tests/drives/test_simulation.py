@@ -10,31 +10,31 @@ import pytest
 from drives import reference_step
 from drives import servo_cases as cases
 from toolpoint.drives import (
-    Axis,
+    BallScrew,
     Contact,
     Controller,
     Coupling,
+    DriveAxis,
     Encoders,
     PositionLoop,
-    Screw,
     Servo,
     TorqueMotor,
     VelocityLoop,
     ball_screw_axis,
+    build_plant,
     circular_test,
+    compute_loops,
     four_dof_axis,
     linear_motor_axis,
-    loops,
-    plant,
     rack_axis,
     rigid_axis,
     simulate,
     two_mass_axis,
 )
 from toolpoint.drives.program.command import circle, constant_velocity, rest, step
-from toolpoint.drives.simulation.free_motion import free_motion
+from toolpoint.drives.simulation.free_motion import simulate_free_motion
 from toolpoint.drives.simulation.kernel import run
-from toolpoint.drives.simulation.simulate import prepared
+from toolpoint.drives.simulation.simulate import prepare
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def test_kernel_equals_its_plain_twin():
     s = p.scalars @ x
     dz = s[:2] - 0.0
     u = np.zeros(4)
-    ready = prepared(servo, rest(2, 1e-3, 0.01), start=x)
+    ready = prepare(servo, rest(2, 1e-3, 0.01), start=x)
     arguments = list(ready.arguments)
     arguments[1] = 1
     control = arguments[16]
@@ -92,7 +92,7 @@ def test_kernel_equals_its_plain_twin():
 
 def test_linear_servo_equals_the_loops_built_independently():
     servo = cases.benchmark_servo(cases.smooth(cases.lugre()))
-    level = loops(servo).position.closed
+    level = compute_loops(servo).position.closed
     result = simulate(servo, step(np.array([1e-6, 0.0]), 1e-3, 0.15))
     x, expected = np.zeros(level.size), []
     for _ in range(150):
@@ -109,7 +109,7 @@ def test_filters_delays_and_differences_equal_the_loops():
     c = replace(base, velocity=replace(base.velocity, filters=(notch(300.0, 0.3, 0.2), low_pass(900.0)), delay=2),
                 current=replace(base.current, delay=2), encoders=Encoders(difference=True))
     servo = Servo(cases.benchmark_plant(cases.smooth(cases.lugre())), (c, c))
-    level = loops(servo).position.closed
+    level = compute_loops(servo).position.closed
     result = simulate(servo, step(np.array([1e-6, -2e-6]), 1e-3, 0.1))
     x, expected = np.zeros(level.size), []
     for _ in range(100):
@@ -151,9 +151,9 @@ def test_hundreds_of_structural_states():
     for n in (200, 20):
         modes = Modes(f[:n], np.full(n, 0.02), shape[:, :n], ("base:+x", "tool:+x"))
         frame = Structure.from_modes(modes, {"x.base": "base:+x"}, {"x": "tool:+x"})
-        axis = Axis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, guide_friction=cases.lugre()))
+        axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, guide_friction=cases.lugre()))
         c = cases.controller()
-        made.append(simulate(Servo(plant([axis], frame), (c,)), constant_velocity(0.02, 1e-3, 0.05)))
+        made.append(simulate(Servo(build_plant([axis], frame), (c,)), constant_velocity(0.02, 1e-3, 0.05)))
     np.testing.assert_allclose(made[0].outputs, made[1].outputs, rtol=1e-7, atol=1e-9)
 
 
@@ -176,9 +176,9 @@ def test_benchmark_circle():
 
 def test_radius_loss_and_following_error():
     """R (1 - 1/sqrt(1 + (w/Kv)^2)): 12.341 um at 4000 mm/min, R 50 mm, Kv 60; following error v/Kv."""
-    axes = [Axis(n, TorqueMotor(), rigid_axis(0.001, 1e-3)) for n in "xy"]
+    axes = [DriveAxis(n, TorqueMotor(), rigid_axis(0.001, 1e-3)) for n in "xy"]
     c = Controller(PositionLoop(60.0, 1e-5), VelocityLoop(60.0, np.inf, 1e-5), 1e-3)
-    servo = Servo(plant(axes), (c, c))
+    servo = Servo(build_plant(axes), (c, c))
     result = simulate(servo, circle(0.05, 4 / 60, 1e-5, 1.5, (-0.05, 0.0)), every=100)
     radius = np.hypot(*(result.output("scale")[result.time > 1] + [0.05, 0]).T)
     assert 1e6 * (0.05 - radius.mean()) == pytest.approx(12.341, rel=0.01)
@@ -189,8 +189,8 @@ def test_radius_loss_and_following_error():
 def test_rigid_axis_damping():
     """P-PI rigid axis (P velocity loop): damping 0.5 sqrt(w_v/K_v) of the dominant poles."""
     c = Controller(PositionLoop(100.0, 1e-5), VelocityLoop(2.0, np.inf, 1e-5), 1e-3)
-    servo = Servo(plant([Axis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))]), (c,))
-    poles = np.log(np.array([z for z in loops(servo).position.closed.poles if abs(z) > 0.5])) / 1e-5
+    servo = Servo(build_plant([DriveAxis("x", TorqueMotor(), rigid_axis(0.01, 1e-3))]), (c,))
+    poles = np.log(np.array([z for z in compute_loops(servo).position.closed.poles if abs(z) > 0.5])) / 1e-5
     pair = poles[np.abs(poles.imag) > 1]
     np.testing.assert_allclose(-pair.real / np.abs(pair), 0.5 * np.sqrt(200.0 / 100.0), rtol=5e-3)
 
@@ -203,8 +203,8 @@ def test_printed_axis_poles():
     poles = np.sort_complex(np.roots([j, b + g, g / tv + g * kp * rg, g * kp * rg / tv]))
     np.testing.assert_allclose(poles, [-76.1 - 139.3j, -76.1 + 139.3j, -8.3], atol=0.06)
     c = Controller(PositionLoop(kp * rg, 1e-6), VelocityLoop(g, tv, 1e-6), rg * 1e-3)
-    servo = Servo(plant([Axis("x", TorqueMotor(), rigid_axis(j, rg * 1e-3, b))]), (c,))
-    found = np.log(np.array([z for z in loops(servo).position.closed.poles if abs(z) > 0.5])) / 1e-6
+    servo = Servo(build_plant([DriveAxis("x", TorqueMotor(), rigid_axis(j, rg * 1e-3, b))]), (c,))
+    found = np.log(np.array([z for z in compute_loops(servo).position.closed.poles if abs(z) > 0.5])) / 1e-6
     for pole in poles:
         assert np.abs(found - pole).min() < 0.2
 
@@ -212,17 +212,17 @@ def test_printed_axis_poles():
 def test_feed_drive_library_axis():
     """FeedDriveLibrary axis: encoder 3e-6 kg m2 on 3000 N m/rad (5033 Hz), shaft 2000 N m/rad, screw, nut, 4000 kg."""
     from toolpoint.drives.axis.catalogue import series
-    from toolpoint.drives.axis.mechanics import Chain
+    from toolpoint.drives.axis.mechanics import MassChain
 
     ratio = 0.020 / (2 * np.pi)
-    chain = Chain(("encoder", "motor", "screw", "table"))
+    chain = MassChain(("encoder", "motor", "screw", "table"))
     for name, value in (("encoder", 3e-6), ("motor", 0.260), ("screw", 0.01), ("table", 4000.0)):
         chain.inertia(name, value)
     chain.spring({"encoder": 1, "motor": -1}, 3000.0)
     chain.spring({"motor": 1, "screw": -1}, 2000.0)
     axial = series(2e9, 0.6e9 / 0.85)
     chain.spring({"screw": ratio, "table": -1}, axial)
-    axis = chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0}, lead=ratio, boundaries=())
+    axis = chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0}, lead=ratio, boundaries=())
     f = axis.natural_frequencies
     assert f[0] == pytest.approx(0.0, abs=1e-2)
     assert f[-1] == pytest.approx(5033, abs=1)
@@ -237,7 +237,7 @@ def test_feed_drive_library_axis():
 @pytest.mark.parametrize("position", [0.1, 0.4, 0.7])
 def test_ball_screw_static_stiffness(position):
     """Force at the table, motor held: bearing, rod, nut in series with the torsion seen through the lead."""
-    screw, coupling = Screw(0.04, 0.02, 0.8), Coupling(5e3)
+    screw, coupling = BallScrew(0.04, 0.02, 0.8), Coupling(5e3)
     axis = ball_screw_axis(0.01, coupling, screw, 300.0, position, 5e8, None, 4e8)
     keep = [i for i, n in enumerate(axis.coordinates) if n not in ("motor", "base")]
     force = axis.vector({"table": 1.0})[keep]
@@ -248,7 +248,7 @@ def test_ball_screw_static_stiffness(position):
 
 
 def test_motor_inertia_of_a_chain():
-    screw = Screw(0.04, 0.02, 0.8)
+    screw = BallScrew(0.04, 0.02, 0.8)
     axis = ball_screw_axis(0.01, Coupling(5e3, inertia=1e-3), screw, 300.0, 0.4, 5e8)
     expected = 0.011 + 7850 * np.pi * 0.8 * 0.04**4 / 32 + 300 * screw.ratio**2
     assert axis.motor_inertia == pytest.approx(expected, rel=1e-9)
@@ -264,7 +264,7 @@ def test_preloaded_nut_opens_and_backlash_plays():
     assert play.force(0.9e-5) == 0.0
     axis = two_mass_axis(0.01, 100.0, 1e-3, 1.0, 5e3, play=play)
     # A force of 100 N on the table with the motor free: the pair accelerates together after the gap closes.
-    result = free_motion(plant([Axis("x", TorqueMotor(), axis)]), np.full((20000, 1), 100.0), 1e-5)
+    result = simulate_free_motion(build_plant([DriveAxis("x", TorqueMotor(), axis)]), np.full((20000, 1), 100.0), 1e-5)
     acceleration = result.output("table", "x")[-1] * 2 / result.time[-1] ** 2
     assert acceleration == pytest.approx(100 / (100 + 0.01 / 1e-6), rel=0.1)
     gap = result.output("table", "x") - 1e-3 * result.output("angle", "x")
@@ -277,7 +277,7 @@ def test_reaction_on_a_structure_keeps_momentum():
     from toolpoint.vibration import Modes
 
     frame = Structure.from_modes(Modes([0.0], [0.0], np.array([[1 / np.sqrt(50.0)]]), ("bed:+x",)), {"x.base": "bed:+x"})
-    p = plant([Axis("x", TorqueMotor(), linear_motor_axis(10.0, 30.0))], frame)
+    p = build_plant([DriveAxis("x", TorqueMotor(), linear_motor_axis(10.0, 30.0))], frame)
     momentum = np.zeros(p.a.shape[0])
     momentum[1], momentum[3] = 10.0, np.sqrt(50.0)
     np.testing.assert_allclose(momentum @ p.a, 0.0, atol=1e-12)

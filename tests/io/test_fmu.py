@@ -14,11 +14,11 @@ from fmu_library import Unit, followed
 from drives import servo_cases as cases
 from toolpoint import ToolpointError
 from toolpoint.drives import (
-    Axis,
     Contact,
     Controller,
     Coulomb,
     CurrentLoop,
+    DriveAxis,
     Encoders,
     Inverter,
     MaxwellSlip,
@@ -28,9 +28,9 @@ from toolpoint.drives import (
     TorqueMotor,
     TwoExponential,
     VelocityLoop,
+    build_plant,
     low_pass,
     notch,
-    plant,
     rigid_axis,
     simulate,
     two_mass_axis,
@@ -42,12 +42,12 @@ needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "cla
 
 
 def torque_servo(law=None, play=None, resolution=0.0):
-    axis = Axis("x axis", TorqueMotor(), two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 2e4, motor_damping=0.01,
+    axis = DriveAxis("x axis", TorqueMotor(), two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 2e4, motor_damping=0.01,
                                                        shaft_friction=law, play=play))
     control = Controller(PositionLoop(40.0, 1e-3, inertia_feedforward=0.008, friction_feedforward=0.3),
                          VelocityLoop(1.5, 0.02, 250e-6, filters=(notch(300.0, 0.3, 0.2), low_pass(1500.0)), delay=1,
                                       limit=25.0), cases.RATIO, encoders=Encoders(motor=resolution, scale=resolution * 1e-3))
-    return Servo(plant([axis]), (control,))
+    return Servo(build_plant([axis]), (control,))
 
 
 def switched_servo():
@@ -165,8 +165,9 @@ def test_unit_passes_validation_and_simulates_in_fmpy(tmp_path):
 
 
 def test_unstable_servo_is_refused(tmp_path):
-    control = Controller(PositionLoop(5000.0, 1e-3), VelocityLoop(1.0, 0.02), 1e-3, CurrentLoop.tuned(cases.MOTOR, 500.0))
-    servo = Servo(plant([Axis("x", cases.MOTOR, rigid_axis(0.01, 1e-3))]), (control,))
+    current = CurrentLoop.from_bandwidth(cases.MOTOR, 500.0)
+    control = Controller(PositionLoop(5000.0, 1e-3), VelocityLoop(1.0, 0.02), 1e-3, current)
+    servo = Servo(build_plant([DriveAxis("x", cases.MOTOR, rigid_axis(0.01, 1e-3))]), (control,))
     with pytest.raises(ToolpointError, match="position loop: unstable"):
         fmu.write(servo, tmp_path / "servo.fmu")
     assert not (tmp_path / "servo.fmu").exists()

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from toolpoint.drives import JerkLimits, Path, planned
+from toolpoint.drives import JerkLimits, plan_motion
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.program import gcode
 
@@ -31,7 +31,7 @@ def test_words_and_geometry():
     assert program.stop.tolist() == [True, False, False, False, False, False, True]
     assert program.line.tolist() == [2, 3, 4, 5, 6, 7, 8]
     assert (3, "M", 3.0) in program.words
-    path = Path(**program.path_arrays)
+    path = program.path
     assert path.lengths[2] == pytest.approx(0.01 * np.pi / 2)
     assert path.turns()[1] == pytest.approx(0.0, abs=1e-9)
 
@@ -39,7 +39,7 @@ def test_words_and_geometry():
 @pytest.mark.parametrize(("plane", "end", "center"), [("G18", "Z10 X10", "I0 K10"), ("G19", "Y10 Z10", "J0 K10")])
 def test_other_planes(plane, end, center):
     program = gcode.parse(f"{plane} G1 X0 F100\nG3 {end} {center}")
-    path = Path(**program.path_arrays)
+    path = program.path
     points = path.points(np.full(20, 1), np.linspace(0, 1, 20))
     radius = np.linalg.norm(points - program.center[1], axis=1)
     np.testing.assert_allclose(radius, radius[0], rtol=1e-12)
@@ -83,7 +83,7 @@ def test_a_program_is_planned():
     rng = np.random.default_rng(0)
     points = np.cumsum(rng.normal(0, 0.2, (3000, 2)), axis=0)
     text = "G64 G1 F3000\n" + "\n".join(f"N{i} X{x:.3f} Y{y:.3f}" for i, (x, y) in enumerate(points))
-    plan = planned(Path(**gcode.parse(text).path_arrays), JerkLimits(1, 5, 200), corner_tolerance=5e-6)
+    plan = plan_motion(gcode.parse(text).path, JerkLimits(1, 5, 200), corner_tolerance=5e-6)
     np.testing.assert_allclose(plan.command(1e-3, 2).position[-1], 1e-3 * points[-1].round(3), atol=1e-9)
 
 

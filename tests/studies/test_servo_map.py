@@ -5,8 +5,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from toolpoint.drives import Axis, Controller, PositionLoop, Servo, TorqueMotor, VelocityLoop, four_dof_axis, loops, plant
-from toolpoint.studies.servo_map import servo_map
+from toolpoint.drives import (
+    Controller,
+    DriveAxis,
+    PositionLoop,
+    Servo,
+    TorqueMotor,
+    VelocityLoop,
+    build_plant,
+    compute_loops,
+    four_dof_axis,
+)
+from toolpoint.studies.servo_map import map_servo
 
 LEAD = 0.001591
 ENDS = {"x.base": "saddle:+x", "x.table": "table:+x", "y.base": "bed:+y", "y.table": "saddle:+y"}
@@ -20,7 +30,7 @@ def chain():
 
 def servo_of(structure):
     control = Controller(PositionLoop(60.0, 1e-3), VelocityLoop(1.157, 0.02, 2.5e-4), LEAD)
-    return Servo(plant([Axis(name, TorqueMotor(), chain()) for name in "xy"], structure), (control, control))
+    return Servo(build_plant([DriveAxis(name, TorqueMotor(), chain()) for name in "xy"], structure), (control, control))
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +44,7 @@ def free_machine(vertical_drives):
 
 def test_map_over_poses(free_machine):
     poses = [{}, {"X": 0.3, "Y": -0.2}, {"X": -0.3, "Z": 0.4}]
-    found = servo_map(free_machine, poses, ENDS, TOOLS, servo_of)
+    found = map_servo(free_machine, poses, ends=ENDS, tools=TOOLS, build=servo_of)
     assert found.axes == ("x", "y")
     assert found.stable.all()
     assert found.gain_margin.shape == (3, 2)
@@ -50,11 +60,12 @@ def test_one_pose_is_that_of_the_loops(free_machine):
 
     labels = list(dict.fromkeys([*ENDS.values(), *TOOLS.values()]))
     structure = Structure.from_modes(eigen.undamped(assemble(free_machine, {}, labels)), ENDS, TOOLS)
-    expected = loops(servo_of(structure)).velocity.margins(1, 800).phase
-    assert servo_map(free_machine, [{}], ENDS, TOOLS, servo_of).velocity_phase_margin[0, 1] == pytest.approx(expected)
+    expected = compute_loops(servo_of(structure)).velocity.margins(1, 800).phase
+    found = map_servo(free_machine, [{}], ends=ENDS, tools=TOOLS, build=servo_of)
+    assert found.velocity_phase_margin[0, 1] == pytest.approx(expected)
 
 
 def test_failed_poses_are_kept(free_machine):
-    found = servo_map(free_machine, [{}, {"X": 9.0}], ENDS, TOOLS, servo_of)
+    found = map_servo(free_machine, [{}, {"X": 9.0}], ends=ENDS, tools=TOOLS, build=servo_of)
     assert "within" in found.failures[1]
     assert np.isnan(found.gain_margin[1]).all()

@@ -182,32 +182,24 @@ def drive(drives: Path | None, program: Path | None, circle: tuple[float, float]
           output: Path, as_json: bool) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
     from toolpoint.app import drive as work
-    from toolpoint.app import drive_map
 
     if schema:
-        from toolpoint.io.yaml.drive_schema import json_schema
+        from toolpoint.io.yaml.drive_file import json_schema
 
         click.echo(json.dumps(json_schema(), indent=2))
         return
     if drives is None:
         raise click.UsageError("Missing argument 'DRIVES': a YAML file of axes and control.")
-    if grid:
-        found = drive_map.drive_map(drives, machine, grid, circle, output, as_json)
-        if as_json:
-            click.echo(json.dumps({"poses": [dict(pose) for pose in found.poses], "axes": found.axes,
-                                   "velocity_phase_margin_deg": found.velocity_phase_margin.tolist(),
-                                   "bandwidth_hz": found.bandwidth.tolist(), "stable": found.stable.tolist(),
-                                   "circular_deviation_m": [None if v != v else v for v in found.circular_deviation.tolist()]}))
-        return
-    if fmu is not None:
-        work.export(drives, fmu, machine, pose, fmu_sources)
+    if fmu is not None and not grid:
+        work.export(drives, fmu, machine=machine, pose=pose, sources_only=fmu_sources)
         if program is None and circle is None:
             return
-    run = work.drive(drives, program, circle, output, as_json, machine, pose)
+    if grid:
+        result: Any = work.drive_map(drives, machine, grid, circle=circle, output=output, quiet=as_json)
+    else:
+        result = work.drive(drives, program, circle, machine=machine, pose=pose, output=output, quiet=as_json)
     if as_json:
-        click.echo(json.dumps({"contour_error_m": {k: float(e.length.max()) for k, e in run.errors.items()},
-                               "circular_deviation_m": None if run.circle is None else run.circle.deviation,
-                               "status": run.result.status}))
+        click.echo(json.dumps(result.to_dict()))
 
 
 @cli.command()

@@ -107,9 +107,8 @@ class Positioning:
     mean_reversal: float
     mean_deviation: float
 
-    @property
     def table(self) -> str:
-        """The quantities in micrometres."""
+        """Return the quantities in micrometres."""
         rows = [("A", self.accuracy), ("A+", self.accuracy_forward), ("A-", self.accuracy_backward),
                 ("E", self.systematic), ("E+", self.systematic_forward), ("E-", self.systematic_backward),
                 ("R", self.repeatability), ("R+", self.repeatability_forward), ("R-", self.repeatability_backward),

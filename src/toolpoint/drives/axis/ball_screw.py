@@ -13,7 +13,7 @@ from toolpoint.drives.axis.catalogue import (
     cylinder_inertia,
     torsional_stiffness,
 )
-from toolpoint.drives.axis.mechanics import Chain, Mechanics, Play, Rub
+from toolpoint.drives.axis.mechanics import MassChain, Mechanics, Play, Rub
 from toolpoint.drives.friction.contact import Contact
 from toolpoint.drives.friction.laws import FrictionLaw
 
@@ -31,7 +31,7 @@ class Coupling:
 
 
 @dataclass(frozen=True)
-class Screw:
+class BallScrew:
     """Ball screw: root diameter, lead and length between bearings in m; material; damping ratio of its springs."""
 
     diameter: float
@@ -65,7 +65,7 @@ class Screw:
 
 
 def ball_screw_axis(
-    motor_inertia: float, coupling: Coupling, screw: Screw, table_mass: float, nut_position: float,
+    motor_inertia: float, coupling: Coupling, screw: BallScrew, table_mass: float, nut_position: float,
     front_bearing: float, end_bearing: float | None = None, nut: Contact | float = 1e9, *,
     motor_damping: float = 0.0, bearing_damping: float = 0.0, nut_damping: float = 0.0, guide_damping: float = 0.0,
     guide_friction: FrictionLaw | None = None, screw_friction: FrictionLaw | None = None,
@@ -100,7 +100,7 @@ def ball_screw_axis(
     positive("table_mass", table_mass)
     names = ("motor", "front", "middle", "end", "x_front", "x_middle", "x_end", *(("saddle",) if saddle else ()),
              "table", "base")
-    chain = Chain(names)
+    chain = MassChain(names)
     _rotation(chain, motor_inertia, motor_damping, coupling, screw, length)
     _axial(chain, screw, length, front_bearing, end_bearing, bearing_damping)
     contacts = _nut(chain, screw, nut, nut_damping, "saddle" if saddle else "table")
@@ -109,11 +109,11 @@ def ball_screw_axis(
         chain.inertia("saddle", saddle[0])
         chain.spring({"saddle": 1, "table": -1}, saddle[1], saddle[2])
     chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
-    return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=screw.ratio,
+    return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=screw.ratio,
                       boundaries=("base",), friction=_friction(guide_friction, screw_friction), contacts=contacts)
 
 
-def _rotation(chain: Chain, rotor: float, damping: float, coupling: Coupling, screw: Screw, x: float) -> None:
+def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling, screw: BallScrew, x: float) -> None:
     chain.inertia("motor", rotor + coupling.inertia / 2)
     chain.inertia("front", coupling.inertia / 2)
     chain.spring({"motor": 1, "front": -1}, coupling.stiffness, coupling.damping)
@@ -126,7 +126,7 @@ def _rotation(chain: Chain, rotor: float, damping: float, coupling: Coupling, sc
         chain.spring({one: 1, other: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
 
 
-def _axial(chain: Chain, screw: Screw, x: float, front: float, end: float | None, damping: float) -> None:
+def _axial(chain: MassChain, screw: BallScrew, x: float, front: float, end: float | None, damping: float) -> None:
     positive("front_bearing", front)
     for one, other, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
         m, k = screw.mass * part / screw.length, screw.rod_stiffness / part
@@ -138,7 +138,7 @@ def _axial(chain: Chain, screw: Screw, x: float, front: float, end: float | None
         chain.spring({"x_end": 1, "base": -1}, positive("end_bearing", end), damping)
 
 
-def _nut(chain: Chain, screw: Screw, nut: Contact | float, damping: float, load: str) -> tuple[Play, ...]:
+def _nut(chain: MassChain, screw: BallScrew, nut: Contact | float, damping: float, load: str) -> tuple[Play, ...]:
     row = {"middle": screw.ratio, "x_middle": 1.0, load: -1.0}
     stiffness = nut.reference_stiffness if isinstance(nut, Contact) else positive("nut", nut)
     chain.spring(row, stiffness, damping)
@@ -170,7 +170,7 @@ def four_dof_axis(
     for name, value in (("motor_inertia", motor_inertia), ("screw_inertia", screw_inertia), ("screw_mass", screw_mass),
                         ("table_mass", 1.0 if table_mass is None else table_mass), ("lead_ratio", lead_ratio)):
         positive(name, value)
-    chain = Chain(("motor", "screw", "x_screw", "table", "base"))
+    chain = MassChain(("motor", "screw", "x_screw", "table", "base"))
     for name, value in (("motor", motor_inertia), ("screw", screw_inertia), ("x_screw", screw_mass),
                         ("table", table_mass or 0.0)):
         chain.inertia(name, value)
@@ -179,6 +179,6 @@ def four_dof_axis(
     chain.spring({"motor": 1, "screw": -1}, *coupling)
     chain.spring({"x_screw": 1, "base": -1}, *bearing)
     chain.spring({"screw": lead_ratio, "x_screw": 1, "table": -1}, *nut)
-    return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
+    return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
                       boundaries=("base",) if table_mass is not None else ("base", "table"),
                       friction=_friction(guide_friction, shaft_friction))

@@ -125,7 +125,7 @@ class Mechanics:
 
 
 @dataclass
-class Chain:
+class MassChain:
     """Builder of a Mechanics: inertias and springs added one by one."""
 
     coordinates: tuple[str, ...]
@@ -147,6 +147,6 @@ class Chain:
         self.stiffness += stiffness * np.outer(v, v)
         self.damping += damping * np.outer(v, v)
 
-    def made(self, **parts: object) -> Mechanics:
+    def build(self, **parts: object) -> Mechanics:
         """Return the Mechanics."""
         return Mechanics(self.coordinates, self.mass, self.damping, self.stiffness, **parts)  # type: ignore[arg-type]

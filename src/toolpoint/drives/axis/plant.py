@@ -18,7 +18,7 @@ OUTPUTS = ("angle", "speed", "scale", "i_d", "i_q", "table", "tool")
 
 
 @dataclass(frozen=True)
-class Axis:
+class DriveAxis:
     """One axis: name, motor, mechanics."""
 
     name: str
@@ -98,7 +98,7 @@ class Plant:
     scale, i_d, i_q, table, table against tool.
     """
 
-    axes: tuple[Axis, ...]
+    axes: tuple[DriveAxis, ...]
     a: FloatArray
     b_input: FloatArray
     b_force: FloatArray
@@ -129,7 +129,7 @@ class Plant:
                 f"and contact laws, {self.products.shape[0]} bilinear terms)")
 
 
-def plant(axes: Sequence[Axis], structure: Structure | None = None) -> Plant:
+def build_plant(axes: Sequence[DriveAxis], structure: Structure | None = None) -> Plant:
     """Return the plant of several axes on one structure (on ground where none is given or a boundary is not served).
 
     A boundary coordinate takes the displacement and velocity of its attachment and gives back the force of the springs,
@@ -142,7 +142,7 @@ def plant(axes: Sequence[Axis], structure: Structure | None = None) -> Plant:
     if structure is not None:
         _known("boundaries", structure.boundaries, [f"{a.name}.{b}" for a in axes for b in a.mechanics.boundaries])
         _known("tool", structure.tool, names)
-    return _Assembly(axes, structure).made()
+    return _Assembly(axes, structure).build()
 
 
 def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None:
@@ -154,7 +154,7 @@ def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None
 class _Assembly:
     """Places of the states and the columns while a plant is put together."""
 
-    def __init__(self, axes: tuple[Axis, ...], structure: Structure | None) -> None:
+    def __init__(self, axes: tuple[DriveAxis, ...], structure: Structure | None) -> None:
         self.axes, self.structure = axes, structure
         self.start: list[tuple[int, int]] = []
         at, states = 0, []
@@ -179,7 +179,7 @@ class _Assembly:
         self.bilinear: list[FloatArray] = []
         self.factors: list[tuple[FloatArray, FloatArray]] = []
 
-    def made(self) -> Plant:
+    def build(self) -> Plant:
         outputs = [row for i in range(len(self.axes)) for row in self._axis(i)]
         scalars = list(self.scalars)
         products = np.zeros((len(self.factors), 2), np.int64)

@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from toolpoint._check import positive
-from toolpoint.drives.axis.mechanics import Chain, Mechanics, Play, Rub
+from toolpoint.drives.axis.mechanics import MassChain, Mechanics, Play, Rub
 from toolpoint.drives.friction.contact import Contact
 from toolpoint.drives.friction.laws import FrictionLaw
 
 
 def rigid_axis(inertia: float, lead_ratio: float, damping: float = 0.0, friction: FrictionLaw | None = None) -> Mechanics:
     """Return an axis of one inertia J (kg m2, at the motor) with travel r (m/rad), damping N m s/rad, friction N m."""
-    chain = Chain(("motor",))
+    chain = MassChain(("motor",))
     chain.inertia("motor", positive("inertia", inertia))
     chain.spring({"motor": 1}, 0.0, damping)
     rub = () if friction is None else (Rub({"motor": 1.0}, friction, "shaft"),)
     table = {"motor": positive("lead_ratio", lead_ratio)}
-    return chain.made(motor={"motor": 1.0}, table=table, scale=table, lead=lead_ratio, boundaries=(), friction=rub)
+    return chain.build(motor={"motor": 1.0}, table=table, scale=table, lead=lead_ratio, boundaries=(), friction=rub)
 
 
 def two_mass_axis(
@@ -28,7 +28,7 @@ def two_mass_axis(
     The base carries the spring's reaction and the guide's friction. `play` replaces the spring by a contact (backlash
     or preload); `stiffness` is then not used.
     """
-    chain = Chain(("motor", "table", "base"))
+    chain = MassChain(("motor", "table", "base"))
     chain.inertia("motor", positive("motor_inertia", motor_inertia))
     chain.inertia("table", positive("table_mass", table_mass))
     chain.spring({"motor": 1}, 0.0, motor_damping)
@@ -36,7 +36,7 @@ def two_mass_axis(
     chain.spring(row, positive("stiffness", stiffness) if play is None else play.reference_stiffness, damping)
     rubs = [Rub({"table": 1.0, "base": -1.0}, guide_friction, "guide")] if guide_friction else []
     rubs += [Rub({"motor": 1.0}, shaft_friction, "shaft")] if shaft_friction else []
-    return chain.made(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
+    return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=lead_ratio,
                       boundaries=("base",), friction=tuple(rubs), contacts=() if play is None else (Play(row, play),))
 
 
@@ -58,9 +58,9 @@ def linear_motor_axis(mass: float, damping: float = 0.0, guide_friction: Frictio
 
     `mass` kg of table and primary part (the motor's `inertia` is not added again), `damping` N s/m of the guide.
     """
-    chain = Chain(("table", "base"))
+    chain = MassChain(("table", "base"))
     chain.inertia("table", positive("mass", mass))
     row = {"table": 1.0, "base": -1.0}
     chain.spring(row, 0.0, damping)
     rubs = (Rub(row, guide_friction, "guide"),) if guide_friction else ()
-    return chain.made(motor=row, table={"table": 1.0}, scale=row, lead=1.0, boundaries=("base",), friction=rubs)
+    return chain.build(motor=row, table={"table": 1.0}, scale=row, lead=1.0, boundaries=("base",), friction=rubs)

@@ -18,7 +18,7 @@ STATE = 48
 
 
 @njit(cache=True, nogil=True)
-def quantised(value, resolution):
+def quantise(value, resolution):
     """Return the reading of an encoder; resolution 0 is ideal."""
     return value if resolution == 0.0 else math.floor(value / resolution + 0.5) * resolution
 
@@ -26,7 +26,7 @@ def quantised(value, resolution):
 @njit(cache=True, nogil=True)
 def position_sample(p, s, command, angle, scale):
     """Write the speed set point and the feed-forward torque."""
-    actual = quantised(scale, p[8]) if p[6] != 0.0 else quantised(angle, p[7]) * p[2]
+    actual = quantise(scale, p[8]) if p[6] != 0.0 else quantise(angle, p[7]) * p[2]
     s[42] = command[0] - actual
     s[0] = (p[0] * s[42] + p[1] * command[1]) / p[2]
     s[1] = p[3] * command[2] + p[4] * math.tanh(command[1] / p[5])
@@ -36,7 +36,7 @@ def position_sample(p, s, command, angle, scale):
 def velocity_sample(p, s, angle, speed, add_speed, add_torque):
     """Write the torque command and the current set point."""
     if p[28] != 0.0:
-        reading = quantised(angle, p[7])
+        reading = quantise(angle, p[7])
         speed = (reading - s[6]) / p[26]
         s[6] = reading
     error = s[0] + add_speed - speed

@@ -130,15 +130,14 @@ class ServoLoops:
                 rows.append((level.name, name, m.gain_db, m.phase, bandwidth(f, closed)))
         return rows
 
-    @property
     def table(self) -> str:
-        """Margins and bandwidth, one line for each level and axis."""
+        """Return margins and bandwidth, one line for each level and axis."""
         lines = ["loop      axis  gain margin dB  phase margin deg  bandwidth Hz"]
         return "\n".join(lines + [f"{loop:9s} {name:5s} {gain:14.2f}  {phase:16.1f}  {width:12.2f}"
                                   for loop, name, gain, phase, width in self.figures])
 
 
-def loops(servo: Servo, friction_slope: FloatArray | None = None) -> ServoLoops:
+def compute_loops(servo: Servo, friction_slope: FloatArray | None = None) -> ServoLoops:
     """Return the loops of a servo.
 
     Parameters
@@ -283,7 +282,7 @@ def _held(system: StateSpace, repeat: int) -> StateSpace:
                       sample_time=float(system.sample_time or 0) * repeat, hold="zero")
 
 
-def checked_stable(servo: Servo) -> ServoLoops:
+def check_stable(servo: Servo) -> ServoLoops:
     """Return the loops of a servo that is stable; else say which loop is not, by how much its gain must fall.
 
     Raises
@@ -291,7 +290,7 @@ def checked_stable(servo: Servo) -> ServoLoops:
     ToolpointError
         Names the innermost unstable loop, its largest multiplier and the gain margin found by bisection.
     """
-    found = loops(servo)
+    found = compute_loops(servo)
     for number, level in enumerate((found.current, found.velocity, found.position)):
         # Below the position loop the table's rigid position integrates: a multiplier of one is no instability there.
         if level.radius > 1.0 + (1e-7 if number < 2 else 0.0):

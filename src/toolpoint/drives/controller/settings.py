@@ -49,7 +49,7 @@ class CurrentLoop:
         _delay("CurrentLoop.delay", self.delay)
 
     @classmethod
-    def tuned(cls, motor: SynchronousMotor, bandwidth: float, **others: float) -> CurrentLoop:
+    def from_bandwidth(cls, motor: SynchronousMotor, bandwidth: float, **others: float) -> CurrentLoop:
         """Return the loop of pole cancellation: gain = w L_q, integral = w R with w = 2 pi bandwidth (Hz)."""
         w = 2 * np.pi * positive("bandwidth", bandwidth)
         return cls(w * motor.inductance_q, w * motor.resistance, motor, **others)  # type: ignore[arg-type]

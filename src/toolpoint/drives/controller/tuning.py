@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.drives.controller.filters import Filter, notch
-from toolpoint.drives.controller.loops import LoopLevel, Margins, bandwidth, loops
+from toolpoint.drives.controller.loops import LoopLevel, Margins, bandwidth, compute_loops
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import MAX_FILTERS
 
@@ -27,7 +27,7 @@ class Tuning:
     status: str
 
 
-def tuned(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin_db: float = 8.0, peak_db: float = 0.5,
+def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin_db: float = 8.0, peak_db: float = 0.5,
           notches: int = 1) -> Tuning:
     """Return the servo with the largest gains of one axis that keep the margins.
 
@@ -44,7 +44,7 @@ def tuned(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margi
     used: list[float] = []
     best = _velocity(servo, axis, phase_margin, gain_margin_db)
     while len(used) < notches and len(best.controllers[axis].velocity.filters) < MAX_FILTERS:
-        at = loops(best).velocity.margins(axis).phase_crossover
+        at = compute_loops(best).velocity.margins(axis).phase_crossover
         if not np.isfinite(at):
             break
         trial = _velocity(_with_filter(best, axis, notch(at, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
@@ -52,7 +52,7 @@ def tuned(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margi
             break
         best, used = trial, [*used, at]
     best = _position(best, axis, peak_db)
-    found = loops(best)
+    found = compute_loops(best)
     f = _grid(found.position)
     closed = found.position.closed_response(f, axis)
     ok = found.stable
@@ -62,7 +62,7 @@ def tuned(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margi
 
 def _velocity(servo: Servo, axis: int, phase: float, gain_db: float) -> Servo:
     def fits(value: float) -> bool:
-        level = loops(_gains(servo, axis, value)).velocity
+        level = compute_loops(_gains(servo, axis, value)).velocity
         m = level.margins(axis, 1500)
         return level.radius <= 1 + 1e-7 and m.phase >= phase and m.gain_db >= gain_db
 
@@ -77,7 +77,7 @@ def _gains(servo: Servo, axis: int, gain: float) -> Servo:
 
 def _position(servo: Servo, axis: int, peak_db: float) -> Servo:
     def fits(value: float) -> bool:
-        level = loops(_replaced(servo, axis, position=value)).position
+        level = compute_loops(_replaced(servo, axis, position=value)).position
         return level.radius < 1 and np.abs(level.closed_response(_grid(level, 600), axis)).max() <= 10 ** (peak_db / 20)
 
     return _replaced(servo, axis, position=_largest(fits, servo.controllers[axis].position.gain))

@@ -39,7 +39,7 @@ def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], s
     return table[:, 0], table[:, 1]
 
 
-def identified_friction(velocity: FloatArray, torque: FloatArray, law: str = "stribeck") -> FrictionFit:
+def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stribeck") -> FrictionFit:
     """Return the law fitted to steady torques at velocities of either sign.
 
     Parameters
@@ -116,7 +116,7 @@ class Plausibility:
                 f"critical feed {60e3 * self.critical_feed:.3g} mm/min)")
 
 
-def plausibility(law: _Law, loop_gain: float, lead: float, warn: bool = True) -> Plausibility:
+def check_plausibility(law: _Law, loop_gain: float, lead: float, warn: bool = True) -> Plausibility:
     """Return the report of a friction law on the motor shaft in a velocity loop of gain `loop_gain` (N m s/rad).
 
     Below the critical speed dF/dv + loop gain < 0: no constant speed is stable there, the axis sticks and slips.
@@ -145,7 +145,7 @@ def plausibility(law: _Law, loop_gain: float, lead: float, warn: bool = True) ->
     return Plausibility(ratio, float(slope[worst]), float(grid[worst]), gain, critical, critical * lead, tuple(notes))
 
 
-def variants(law: Stribeck, ratio: float = 1.5) -> dict[str, Coulomb | Stribeck]:
+def friction_variants(law: Stribeck, ratio: float = 1.5) -> dict[str, Coulomb | Stribeck]:
     """Return named readings of a doubtful Stribeck law: ``literal``; ``F_c = F_s/ratio``; ``Coulomb`` at the level F_s.
 
     The published value that is believed is F_s, the level that the torque record shows; nothing is replaced silently.

@@ -42,7 +42,7 @@ def bristle_rate(rows, k, z, v):
 
 
 @njit(cache=True, nogil=True)
-def bristle_solved(rows, k, z0, rate0, step, free, gain, guess):
+def solve_bristle(rows, k, z0, rate0, step, free, gain, guess):
     """Return (v, F, z, dz/dt, converged) with v = free + gain F(v): one implicit trapezoidal step of the LuGre bristle.
 
     Safeguarded Newton steps from `guess`. The last step, small against the Stribeck velocity too, enters by the slopes.
@@ -160,7 +160,7 @@ def static_force(rows, k, free, gain):
 
 
 @njit(cache=True, nogil=True)
-def solved(rows, k, state, step, free, gain, guess, new):
+def solve_law(rows, k, state, step, free, gain, guess, new):
     """Return (s, w, converged) with s = free + gain w(s), by safeguarded Newton steps from `guess`."""
     if rows[k, 0] == 0.0:
         s, w = static_force(rows, k, free, gain)

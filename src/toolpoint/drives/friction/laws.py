@@ -29,7 +29,7 @@ class FrictionLaw(Protocol):
 
 
 @dataclass(frozen=True)
-class _Curve:
+class _SteadyCurve:
     """Dry level g(v) = a0 + a1 exp(-|v/v1|^d1) + a2 exp(-|v/v2|^d2) and a viscous part, common to all laws."""
 
     a0: float = 0.0
@@ -70,7 +70,7 @@ class _Law(ABC):
 
     @property
     @abstractmethod
-    def _curve(self) -> _Curve: ...
+    def _curve(self) -> _SteadyCurve: ...
 
     def steady(self, velocity: FloatArray | float) -> FloatArray:
         """Return the force at constant velocity: sgn(v) g(v) + viscous part."""
@@ -109,8 +109,8 @@ class Coulomb(_Law):
         _not_negative(self, "coulomb", "viscous")
 
     @property
-    def _curve(self) -> _Curve:
-        return _Curve(a0=self.coulomb, viscous=self.viscous)
+    def _curve(self) -> _SteadyCurve:
+        return _SteadyCurve(a0=self.coulomb, viscous=self.viscous)
 
 
 @dataclass(frozen=True)
@@ -123,8 +123,8 @@ class Viscous(_Law):
         _not_negative(self, "viscous")
 
     @property
-    def _curve(self) -> _Curve:
-        return _Curve(viscous=self.viscous)
+    def _curve(self) -> _SteadyCurve:
+        return _SteadyCurve(viscous=self.viscous)
 
 
 @dataclass(frozen=True)
@@ -145,8 +145,8 @@ class Stribeck(_Law):
         _stribeck(self)
 
     @property
-    def _curve(self) -> _Curve:
-        return _Curve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
+    def _curve(self) -> _SteadyCurve:
+        return _SteadyCurve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
                       viscous=self.viscous)
 
 
@@ -169,8 +169,8 @@ class TwoExponential(_Law):
         positive("TwoExponential.coulomb_velocity", self.coulomb_velocity)
 
     @property
-    def _curve(self) -> _Curve:
-        return _Curve(self.coulomb, self.static, self.static_velocity, 1.0, -self.coulomb, self.coulomb_velocity, 1.0,
+    def _curve(self) -> _SteadyCurve:
+        return _SteadyCurve(self.coulomb, self.static, self.static_velocity, 1.0, -self.coulomb, self.coulomb_velocity, 1.0,
                       self.viscous)
 
 
@@ -200,8 +200,8 @@ class LuGre(_Law):
         _stribeck(self)
 
     @property
-    def _curve(self) -> _Curve:
-        return _Curve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
+    def _curve(self) -> _SteadyCurve:
+        return _SteadyCurve(self.coulomb, self.static - self.coulomb, self.stribeck_velocity, self.exponent,
                       viscous=self.viscous)
 
     @property
@@ -252,7 +252,7 @@ class MaxwellSlip(_Law):
         object.__setattr__(self, "share", tuple(share.tolist()))
 
     @property
-    def _curve(self) -> _Curve:
+    def _curve(self) -> _SteadyCurve:
         return self.curve._curve
 
     @property

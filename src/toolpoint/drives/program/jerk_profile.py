@@ -35,7 +35,7 @@ class SevenPhase:
         """Whole time, s."""
         return math.fsum(t for t, _ in self.phases)
 
-    def sampled(self, time: FloatArray) -> FloatArray:
+    def sample(self, time: FloatArray) -> FloatArray:
         """Return position, speed, acceleration, jerk at times, shape (n, 4); held before the start and after the end."""
         time = np.asarray(time, float)
         knots = np.concatenate([[0.0], np.cumsum([t for t, _ in self.phases])])
@@ -125,7 +125,7 @@ class Quintic:
         return cls(length, max(15 / 8 * size / limits.speed, math.sqrt(10 / math.sqrt(3) * size / limits.acceleration),
                                (60 * size / limits.jerk) ** (1 / 3), 1e-9))
 
-    def sampled(self, time: FloatArray) -> FloatArray:
+    def sample(self, time: FloatArray) -> FloatArray:
         """Return position, speed, acceleration, jerk at times, shape (n, 4); held before the start and after the end."""
         u = np.clip(np.asarray(time, float) / self.duration, 0.0, 1.0)
         t, inside = self.duration, (u > 0) & (u < 1)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative
+from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, positive
 from toolpoint.drives.program.clothoid import Blend, half_lengths
 
 LINE, ARC, CLOTHOID = 0, 1, 2
@@ -158,7 +158,14 @@ def polyline(points: FloatArray, feed: float) -> Path:
                 np.full(n, float(feed)), np.zeros(n, bool))
 
 
-def blended(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
+def full_turns(radius: float, feed: float, turns: int = 2) -> Path:
+    """Return full turns about the origin in the xy plane, begun at (R, 0), counterclockwise; m and m/s."""
+    start, turn = np.array([[positive("radius", radius), 0.0, 0.0]] * turns), np.full(turns, 2 * np.pi)
+    return Path(np.full(turns, ARC), start, start, np.zeros((turns, 3)), turn, np.array([PLANES["xy"]] * turns),
+                np.full(turns, positive("feed", feed)), np.zeros(turns, bool))
+
+
+def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
     """Return the path with corners between lines replaced by tangent arcs that stay within `tolerance` (m) of the corner.
 
     A corner of deflection t gets the radius e cos(t/2)/(1 - cos(t/2)), smaller where a blend would use more than half of a
@@ -198,7 +205,7 @@ def blended(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
     return Path(**{name: np.insert(whole[name], place, arcs[name], axis=0) for name in _ARRAYS})
 
 
-def softened(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
+def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> Path:
     """Return the path with corners between lines replaced by clothoid blends within `tolerance` (m) of the corner.
 
     The curvature is continuous, so that the acceleration is too. In any plane; a blend takes less than half of each line.

@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, one_
 from toolpoint.drives.program.clothoid import half_lengths, steady_speed
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.program.jerk_profile import JerkLimits, seven_phase
-from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blended, softened
+from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blend_corners, soften_corners
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,13 +32,13 @@ class Plan:
 
         Velocity is exact; the acceleration holds tangential and centripetal part.
         """
-        from toolpoint.drives.program.planner_kernel import sampled
+        from toolpoint.drives.program.planner_kernel import sample_motion
 
         step = positive("sample_time", sample_time)
         n = int(np.ceil(self.duration / step)) + 2
         segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
         length = np.array(self.path.lengths)
-        used = sampled(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
+        used = sample_motion(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
                        motion)
         segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
         tangent = self.path.tangents(segment, share)
@@ -62,7 +62,7 @@ class Plan:
         return f"Plan({self.path!r}; {self.duration:.6g} s)"
 
 
-def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
+def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, normal_acceleration: float | None = None,
             straight: float = 1e-3, corner: str = "arc") -> Plan:
     """Return the timed path.
 
@@ -83,7 +83,7 @@ def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, no
         that with `straight` of next to nothing every axis keeps its jerk all along lines and corners; sharp corners where
         that creeps longer than a stop takes are stops.
 
-    The acceleration of an axis steps by v^2/R where a line meets an arc: `smoothed` bounds the jerk there too.
+    The acceleration of an axis steps by v^2/R where a line meets an arc: `smooth_command` bounds the jerk there too.
     """
     one_of("corner", corner, ("arc", "clothoid"))
     if (path.feed <= 0).any():
@@ -93,8 +93,8 @@ def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, no
 
     route = path.taken(path.lengths > 0)
     if corner_tolerance > 0 and route.count > 1:
-        route = blended(route, corner_tolerance, straight) if corner == "arc" else _softened(route, corner_tolerance, limits,
-                                                                                             straight)
+        route = (blend_corners(route, corner_tolerance, straight) if corner == "arc"
+                 else _soften_where_quicker(route, corner_tolerance, limits, straight))
     normal = limits.acceleration if normal_acceleration is None else positive("normal_acceleration", normal_acceleration)
     n, length = route.count, np.array(route.lengths)
     top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
@@ -113,7 +113,7 @@ def planned(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0, no
     return Plan(route, frozen(times), frozen(junction), frozen(j))
 
 
-def _softened(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:
+def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, straight: float) -> Path:
     """Return the path with clothoid corners but where a stop at the corner is the faster way round."""
     turn, lengths = path.turns(), path.lengths
     flat = (path.kind[:-1] != ARC) & (path.kind[1:] != ARC) & (turn > straight) & (turn < np.pi - 0.05)
@@ -129,7 +129,7 @@ def _softened(path: Path, tolerance: float, limits: JerkLimits, straight: float)
     lost = 2 * (half / slow - trim / speed) + _change_time(speed - slow, limits) * (1 - slow / speed)
     stop = path.stop.copy()
     stop[k[lost > _change_time(speed, limits)]] = True
-    return softened(replace(path, stop=stop), tolerance, straight)
+    return soften_corners(replace(path, stop=stop), tolerance, straight)
 
 
 def _change_time(step: FloatArray, limits: JerkLimits) -> FloatArray:
@@ -148,7 +148,7 @@ def _reached(distance: FloatArray, limits: JerkLimits) -> FloatArray:
     return high
 
 
-def smoothed(command: Command, window: float) -> Command:
+def smooth_command(command: Command, window: float) -> Command:
     """Return the command averaged over `window` s (a moving mean, as controllers do): jerk at most (step of a)/window.
 
     Starts and ends at the same points, later by the window.
@@ -182,6 +182,6 @@ def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], 
             for name in ("speed", "acceleration", "jerk")]
     profile = seven_phase(length, JerkLimits(*each))
     t = np.arange(int(np.ceil(profile.duration / sample_time)) + 2) * sample_time
-    s = profile.sampled(t)
+    s = profile.sample(t)
     along = d / length
     return Command(p + s[:, :1] * along, sample_time, s[:, 1:2] * along, s[:, 2:3] * along)

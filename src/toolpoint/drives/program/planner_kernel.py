@@ -81,7 +81,7 @@ def phases(length, top, junction, a, j, times):
 
 
 @njit(cache=True, nogil=True)
-def sampled(times, junction, j, length, step, segment, share, motion):
+def sample_motion(times, junction, j, length, step, segment, share, motion):
     """Write segment, share of its length, and (length, speed, acceleration) at every sample; return their number."""
     n, base, clock, at = length.size, 0.0, 0.0, 0
     for k in range(n):

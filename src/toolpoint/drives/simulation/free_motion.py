@@ -11,7 +11,7 @@ from toolpoint.drives.simulation.exact_step import step_matrices
 from toolpoint.drives.simulation.simulate import SIGNALS, ServoResult
 
 
-def free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None, every: int = 1,
+def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None, every: int = 1,
                 bristles: FloatArray | None = None) -> ServoResult:
     """Return the motion of a plant under forces on its tables, motors without current.
 

@@ -22,8 +22,8 @@ from toolpoint.drives.friction.kernel import (
     SLOTS,
     VELOCITY,
     bristle_rate,
-    bristle_solved,
-    solved,
+    solve_bristle,
+    solve_law,
 )
 
 PASSES = 60
@@ -93,10 +93,10 @@ def start_scalars(rows, products, s, states, w):
 def law_end(rows, k, states, step, other, gain, guess, trial):
     """Solve one law with its surroundings `other`; its states at the end of the step go to trial."""
     if rows[k, 0] == 1.0:
-        s, value, z, rate, good = bristle_solved(rows, k, states[k, 0], states[k, 1], step, other, gain, guess)
+        s, value, z, rate, good = solve_bristle(rows, k, states[k, 0], states[k, 1], step, other, gain, guess)
         trial[k, 0], trial[k, 1] = z, rate
         return s, value, good
-    return solved(rows, k, states[k], step, other, gain, guess, trial[k])
+    return solve_law(rows, k, states[k], step, other, gain, guess, trial[k])
 
 
 @njit(cache=True, nogil=True)

@@ -68,7 +68,7 @@ class LoopResponse:
                 f"{self.coherence.min():.3f})")
 
 
-def averaged_response(reference: FloatArray, feedback: FloatArray, sample_time: float) -> LoopResponse:
+def average_response(reference: FloatArray, feedback: FloatArray, sample_time: float) -> LoopResponse:
     """Return T and L from whole periods: H1 over periods, (n_periods, n) each; no window, since the signal is periodic."""
     r, y = floats("reference", reference, (None, None)), floats("feedback", feedback, np.shape(reference))
     lines = np.fft.rfft(np.stack([r, y]), axis=-1)[:, :, 1:]
@@ -80,7 +80,7 @@ def averaged_response(reference: FloatArray, feedback: FloatArray, sample_time: 
     return LoopResponse(f, yr / rr, open_loop, np.abs(yr) ** 2 / (rr * yy), sample_time)
 
 
-def measured_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, order: int = 11, periods: int = 2,
+def measure_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, order: int = 11, periods: int = 2,
                   settle: int = 2, offset_velocity: float = 0.0, substeps: int = 1) -> LoopResponse:
     """Return the response of the ``current``, ``velocity`` or ``position`` loop of one axis to a PRBS on its set point.
 
@@ -109,7 +109,7 @@ def measured_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, 
     speed[axis] = offset_velocity
     reference, feedback = _histories(servo, number, axis, values, speed, substeps)
     shape = (total, period.size)
-    return averaged_response(reference.reshape(shape)[settle:], feedback.reshape(shape)[settle:], c.sample_times[number])
+    return average_response(reference.reshape(shape)[settle:], feedback.reshape(shape)[settle:], c.sample_times[number])
 
 
 def _histories(servo: Servo, number: int, axis: int, values: FloatArray, speed: FloatArray, substeps: int

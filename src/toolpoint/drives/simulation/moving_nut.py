@@ -9,11 +9,11 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats
 from toolpoint.drives.axis.plant import OUTPUTS
-from toolpoint.drives.controller.loops import checked_stable
+from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
-from toolpoint.drives.simulation.simulate import ServoResult, prepared
+from toolpoint.drives.simulation.simulate import ServoResult, prepare
 
 _BLENDED = ("core", "inputs", "shift", "jump", "gain", "direct")
 
@@ -90,7 +90,7 @@ def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command:
     servo = servo_at(nut.tolist())
     step = servo.controllers[0].sample_times[0] / substeps
     grid = _grid(servo_at, servo, nut, command, moves, positions, step)
-    made = prepared(servo, command, substeps, every, matrices=grid.reference)
+    made = prepare(servo, command, substeps, every, matrices=grid.reference)
     arguments, chunk = list(made.arguments), servo.counts[2] * substeps
     steps, failed = arguments[1], 0
     table = np.array([servo.plant.output(i, "table") for i in range(nut.size)])
@@ -129,7 +129,7 @@ def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: Float
         made = []
         for where in along:
             there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])
-            checked_stable(there)
+            check_stable(there)
             made.append(step_matrices(there.plant, step, dense=True))
         places.append(along)
         changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in made]) for name in _BLENDED})

@@ -11,7 +11,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
 from toolpoint.drives.axis.plant import OUTPUTS
-from toolpoint.drives.controller.loops import checked_stable
+from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
@@ -117,8 +117,8 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
         Where the command's sample time is not the position loop's, or the motion is not finite (unstable).
     """
     if check:
-        checked_stable(servo)
-    ready = prepared(servo, command, substeps, every, excitation, load, start, duration, matrices)
+        check_stable(servo)
+    ready = prepare(servo, command, substeps, every, excitation, load, start, duration, matrices)
     from toolpoint.drives.simulation.kernel import run
 
     failed = run(*ready.arguments)
@@ -163,7 +163,7 @@ class Prepared:
                            frozen(self.matrices.outward(self.arguments[self.state])), failed)
 
 
-def prepared(servo: Servo, command: Command, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+def prepare(servo: Servo, command: Command, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
              load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
              matrices: StepMatrices | None = None) -> Prepared:
     """Return the arguments of the compiled run; see `simulate`."""
@@ -200,7 +200,7 @@ def prepared(servo: Servo, command: Command, substeps: int = 1, every: int = 1, 
     return Prepared(servo, command, m, arguments, step * every)
 
 
-def settled(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:
+def settling_time(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:
     """Return the first time after which the named outputs stay within `within` of their last value, s."""
     late = 0.0
     for name in names:

@@ -17,7 +17,7 @@ from xml.sax.saxutils import quoteattr
 import numpy as np
 
 from toolpoint._check import ToolpointError, count, fail
-from toolpoint.drives.controller.loops import checked_stable
+from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.friction.laws import ROW
 from toolpoint.drives.simulation.exact_step import step_matrices
@@ -60,7 +60,7 @@ def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int 
     """
     if not Path(path).parent.is_dir():
         raise ToolpointError(f"{path}: the folder {Path(path).parent} does not exist; create it first")
-    checked_stable(servo)
+    check_stable(servo)
     count("substeps", substeps)
     identifier = re.sub(r"\W", "_", name) or "servo"
     identifier = identifier if identifier[0].isalpha() else "m_" + identifier

@@ -15,6 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
 
 _WORD = re.compile(r"\s*(?:(CR)\s*=\s*|([A-Z]))\s*(?:=\s*)?(AC|IC)?\s*\(?\s*([-+]?(?:\d+\.?\d*|\.\d+))\s*\)?", re.IGNORECASE)
@@ -49,10 +50,9 @@ class Program:
     words: tuple[tuple[int, str, float], ...] = ()
 
     @property
-    def path_arrays(self) -> dict[str, np.ndarray]:
-        """Keyword arguments of a path of lines and arcs."""
-        return {name: getattr(self, name) for name in
-                ("kind", "start", "end", "center", "sweep", "plane", "feed", "stop", "line")}
+    def path(self) -> DrivePath:
+        """The segments as a path of lines and arcs."""
+        return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line)
 
     def __repr__(self) -> str:
         return f"Program({self.kind.size} segments, {int((self.kind == 1).sum())} arcs, {int(self.rapid.sum())} rapid)"
@@ -66,6 +66,11 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: tuple[float, float, f
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
     return parse(text, rapid_feed, start, str(path))
+
+
+def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
+    """Return the path of lines and arcs that a program file describes; `rapid_feed` (m/s) is that of G0."""
+    return read(path, rapid_feed).path
 
 
 def parse(text: str, rapid_feed: float = 0.5, start: tuple[float, float, float] = (0.0, 0.0, 0.0),

@@ -1,0 +1,201 @@
+"""From the description of a drive to its servo: mechanics, friction, motors and controllers, on a structure if it has one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint._check import fail
+from toolpoint.drives.axis.ball_screw import BallScrew, Coupling, ball_screw_axis, four_dof_axis
+from toolpoint.drives.axis.mechanics import Mechanics
+from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
+from toolpoint.drives.axis.plant import DriveAxis, Structure, build_plant
+from toolpoint.drives.axis.simple_axes import linear_motor_axis, rack_axis, rigid_axis, two_mass_axis
+from toolpoint.drives.controller.filters import Filter, low_pass, low_pass_1, notch
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.controller.settings import Controller, CurrentLoop, Encoders, PositionLoop, VelocityLoop
+from toolpoint.drives.description import (
+    CurrentDescription,
+    DriveAxisDescription,
+    DriveDescription,
+    FrictionDescription,
+    GuideFrictionDescription,
+    MechanicsDescription,
+    MotorDescription,
+    TorqueFilterDescription,
+)
+from toolpoint.drives.faults import check_description
+from toolpoint.drives.friction.contact import Contact
+from toolpoint.drives.friction.identification import check_plausibility
+from toolpoint.drives.friction.laws import (
+    Coulomb,
+    FrictionLaw,
+    LuGre,
+    MaxwellSlip,
+    Stribeck,
+    TwoExponential,
+    Viscous,
+)
+
+
+def build_servo(drives: DriveDescription, structure: Structure | None = None, *, warn: bool = True,
+                nuts: Sequence[float] | None = None) -> Servo:
+    """Return the servo of a description.
+
+    Parameters
+    ----------
+    drives : DriveDescription
+    structure : Structure, optional
+        What the axes push against; the ground where left out.
+    warn : bool
+        Warn of doubtful friction, with its critical feed.
+    nuts : (n_axes,) floats, optional
+        Nut positions (m) in the place of the description's.
+
+    Raises
+    ------
+    ToolpointError
+        With every fault of the description.
+    """
+    check_description(drives)
+    places = [None] * len(drives.axes) if nuts is None else list(nuts)
+    axes = [DriveAxis(name, build_motor(axis.motor), build_mechanics(axis, place))
+            for (name, axis), place in zip(drives.axes.items(), places, strict=True)]
+    if warn:
+        for axis in drives.axes.values():
+            warn_of_friction(axis)
+    return Servo(build_plant(axes, structure), tuple(build_controller(axis) for axis in drives.axes.values()))
+
+
+def travel_per_angle(m: MechanicsDescription) -> float:
+    """Return the travel per motor angle, m/rad (1 for a linear motor)."""
+    if m.kind == "linear-motor":
+        return 1.0
+    if m.kind == "rack":
+        return _given(m, "pinion_radius") / m.gear_ratio
+    return _given(m, "lead") / (2 * np.pi)
+
+
+def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = None) -> Mechanics:
+    """Return the mechanics of one axis; `nut_position` (m) in the place of the description's."""
+    m, ratio = axis.mechanics, travel_per_angle(axis.mechanics)
+    shaft, guide = build_friction(axis.friction), build_friction(axis.guide_friction)
+    if m.kind == "rigid":
+        return rigid_axis(_given(m, "inertia"), ratio, m.motor_damping, shaft)
+    if m.kind == "linear-motor":
+        return linear_motor_axis(_given(m, "table_mass"), m.guide_damping, guide)
+    if m.kind == "rack":
+        return rack_axis(_given(m, "inertia"), _given(m, "table_mass"), _given(m, "pinion_radius"),
+                         gear_ratio=m.gear_ratio, stiffness=_given(m, "stiffness"), damping=m.damping,
+                         backlash=m.backlash or 0.0, motor_damping=m.motor_damping, guide_friction=guide)
+    if m.kind == "two-mass":
+        stiffness = _given(m, "stiffness")
+        return two_mass_axis(_given(m, "inertia"), _given(m, "table_mass"), ratio, stiffness=stiffness, damping=m.damping,
+                             motor_damping=m.motor_damping, guide_friction=guide, shaft_friction=shaft,
+                             play=_contact(m, stiffness))
+    if m.kind == "screw":
+        return _screw_axis(m, nut_position or _given(m, "nut_position"), shaft, guide)
+    return four_dof_axis(
+        _given(m, "inertia"), _given(m, "screw_inertia"), _given(m, "screw_mass"), table_mass=None, lead_ratio=ratio,
+        coupling=(_given(m, "coupling_stiffness"), m.coupling_damping),
+        bearing=(_given(m, "bearing_stiffness"), m.bearing_damping), nut=(_given(m, "nut_stiffness"), m.nut_damping),
+        motor_damping=m.motor_damping, guide_damping=m.guide_damping, shaft_friction=shaft)
+
+
+def _screw_axis(m: MechanicsDescription, nut_position: float, shaft: FrictionLaw | None, guide: FrictionLaw | None
+                ) -> Mechanics:
+    nut = _given(m, "nut_stiffness")
+    return ball_screw_axis(
+        _given(m, "inertia"), Coupling(_given(m, "coupling_stiffness"), m.coupling_damping),
+        BallScrew(_given(m, "screw_diameter"), _given(m, "lead"), _given(m, "screw_length")),
+        table_mass=_given(m, "table_mass"), nut_position=nut_position, front_bearing=_given(m, "bearing_stiffness"),
+        end_bearing=m.end_bearing_stiffness, nut=_contact(m, nut) or nut, motor_damping=m.motor_damping,
+        bearing_damping=m.bearing_damping, nut_damping=m.nut_damping, guide_damping=m.guide_damping, guide_friction=guide,
+        screw_friction=shaft)
+
+
+def _contact(m: MechanicsDescription, stiffness: float) -> Contact | None:
+    if m.backlash is not None:
+        return Contact.with_backlash(stiffness, m.backlash)
+    return Contact.preloaded(stiffness, m.preload) if m.preload is not None else None
+
+
+def build_friction(part: FrictionDescription | GuideFrictionDescription) -> FrictionLaw | None:
+    """Return the friction law of a description, None for none."""
+    if part.law == "none":
+        return None
+    if part.law == "coulomb":
+        return Coulomb(part.coulomb, part.viscous)
+    if part.law == "viscous":
+        return Viscous(part.viscous)
+    static, slow = _given(part, "static"), _given(part, "stribeck_velocity")
+    if part.law == "two-exponential":
+        return TwoExponential(part.coulomb, static, slow, _given(part, "coulomb_velocity"), part.viscous)
+    if part.law == "lugre":
+        return LuGre(_given(part, "bristle_stiffness"), part.bristle_damping, part.coulomb, static, slow, part.viscous,
+                     part.exponent)
+    curve = Stribeck(part.coulomb, static, slow, part.viscous, part.exponent)
+    if part.law == "stribeck":
+        return curve
+    return MaxwellSlip(part.element_stiffness, part.element_share, curve, _given(part, "attraction"))
+
+
+def warn_of_friction(axis: DriveAxisDescription) -> None:
+    """Warn where the friction of an axis is doubtful in its velocity loop."""
+    ratio, gain = travel_per_angle(axis.mechanics), axis.velocity.gain
+    # A law at the guide sees the loop's gain through the lead, twice; its speeds are feeds already.
+    for part, seen, lead in ((axis.friction, gain, ratio), (axis.guide_friction, gain / ratio**2, 1.0)):
+        law = build_friction(part)
+        if isinstance(law, (Stribeck, LuGre, TwoExponential, MaxwellSlip)):
+            check_plausibility(law, seen, lead)
+
+
+def build_motor(part: MotorDescription | None) -> SynchronousMotor | TorqueMotor:
+    """Return the motor of a description; one whose torque follows at once where none is described."""
+    return TorqueMotor() if part is None else _synchronous(part)
+
+
+def _synchronous(part: MotorDescription) -> SynchronousMotor:
+    # Torque per A(rms) against flux linkage: T = 3/2 p psi i_q, i_q = sqrt(2) I.
+    flux = part.flux if part.flux is not None else _given(part, "torque_constant") * np.sqrt(2) / (3 * part.pole_pairs)
+    return SynchronousMotor(part.pole_pairs, part.resistance, part.inductance_d, part.inductance_q or part.inductance_d, flux)
+
+
+def build_controller(axis: DriveAxisDescription) -> Controller:
+    """Return the controller of one axis."""
+    v, p, e, c = axis.velocity, axis.position, axis.encoders, axis.current
+    velocity = VelocityLoop(v.gain, v.integral_time or np.inf, v.sample_time, tuple(build_filter(f) for f in v.filters),
+                            v.delay, v.limit or np.inf)
+    position = PositionLoop(p.gain, p.sample_time, p.velocity_feedforward, p.inertia_feedforward, p.friction_feedforward,
+                            p.friction_velocity, p.feedback)
+    inverter = Inverter() if c is None else Inverter(c.voltage, c.inverter, c.carrier)
+    current = None if c is None or axis.motor is None else _current_loop(c, axis.motor)
+    return Controller(position, velocity, travel_per_angle(axis.mechanics), current,
+                      Encoders(e.motor, e.scale, e.difference), inverter)
+
+
+def _current_loop(c: CurrentDescription, motor: MotorDescription) -> CurrentLoop:
+    model = _synchronous(c.model or motor)
+    if c.bandwidth is not None:
+        return CurrentLoop.from_bandwidth(model, c.bandwidth, sample_time=c.sample_time, delay=c.delay,
+                                          decoupling=c.decoupling, limit=c.limit)
+    return CurrentLoop(c.gain or 0.0, c.integral or 0.0, model, c.sample_time, c.delay, c.decoupling, c.limit)
+
+
+def build_filter(part: TorqueFilterDescription) -> Filter:
+    """Return the filter of a description."""
+    if part.kind == "low-pass-1":
+        return low_pass_1(_given(part, "time_constant"))
+    frequency = _given(part, "frequency")
+    if part.kind == "notch":
+        return notch(frequency, part.damping or 0.1, part.depth)
+    return low_pass(frequency, part.damping or 0.7071)
+
+
+def _given(part: object, name: str) -> float:
+    """Return a number that the kind of the part needs; raise where it is missing."""
+    value = getattr(part, name)
+    if not isinstance(value, (int, float)):
+        fail(f"{type(part).__name__}.{name}", "missing", "this kind needs it")
+    return float(value)

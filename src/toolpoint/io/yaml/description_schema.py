@@ -1,0 +1,90 @@
+"""Schemas of files from descriptions: a pydantic model of every frozen dataclass, its units read and its limits checked.
+
+The fields, their order, defaults, units and limits stand in the description alone (`Quantity` in the annotations).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass
+from functools import cache
+from types import GenericAlias
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from pydantic import BaseModel, create_model
+
+from toolpoint._quantity import Quantity
+from toolpoint.io.quantities import electrical, units
+from toolpoint.io.quantities.electrical import electrical_type
+from toolpoint.io.yaml.machine_schema import Part, quantity_type
+
+Described = TypeVar("Described")
+
+_KINDS = {kind.name: kind for kind in vars(units).values() if isinstance(kind, units.Kind)}
+_ELECTRICAL = {value[0]: value for name, value in vars(electrical).items() if name.isupper() and isinstance(value, tuple)}
+_DESCRIPTIONS: dict[type[BaseModel], type[Any]] = {}
+
+
+def model_of(description: Any, *, version: bool = False) -> type[BaseModel]:
+    """Return the model of a description class; `version` puts the file's version key `toolpoint` before its fields.
+
+    The model is named as the class without the word Description.
+    """
+    return _model(description, version)
+
+
+@cache
+def _model(description: Any, version: bool) -> type[BaseModel]:
+    hints = get_type_hints(description, include_extras=True)
+    entries: dict[str, Any] = {"toolpoint": (int, ...)} if version else {}
+    for part in fields(description):
+        entries[part.name] = (_file_type(hints[part.name]), _default(part))
+    model: type[BaseModel] = create_model(description.__name__.removesuffix("Description"), __base__=Part, **entries)
+    model.__doc__ = description.__doc__
+    _DESCRIPTIONS[model] = description
+    return model
+
+
+def describe(description: type[Described], model: BaseModel) -> Described:
+    """Return the description whose fields a validated model holds."""
+    return description(**{name: _plain(getattr(model, name)) for name in type(model).model_fields if name != "toolpoint"})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, BaseModel):
+        return describe(_DESCRIPTIONS[type(value)], value)
+    if isinstance(value, tuple):
+        return tuple(_plain(part) for part in value)
+    return {key: _plain(part) for key, part in value.items()} if isinstance(value, dict) else value
+
+
+def _default(part: Field[Any]) -> Any:
+    if part.default is MISSING:
+        return ...
+    if is_dataclass(part.default):
+        values = {inner.name: getattr(part.default, inner.name) for inner in fields(part.default)}
+        return model_of(type(part.default))(**values)
+    return part.default
+
+
+def _file_type(hint: Any) -> Any:
+    """Return the type that a file's value is read as: quantities with their units, descriptions as their models."""
+    if is_dataclass(hint):
+        return model_of(hint)
+    origin, parts = get_origin(hint), get_args(hint)
+    if origin is Annotated and isinstance(parts[1], Quantity):
+        return _quantity_type(parts[1])
+    if origin is tuple:
+        return GenericAlias(tuple, (_file_type(parts[0]), ...))
+    if origin is Mapping:
+        return GenericAlias(dict, (parts[0], _file_type(parts[1])))
+    if type(None) in parts:
+        return Union[tuple(_file_type(part) for part in parts)]  # noqa: UP007
+    return hint
+
+
+def _quantity_type(quantity: Quantity) -> Any:
+    if quantity.name in _KINDS:
+        return quantity_type(_KINDS[quantity.name], **quantity.limits)
+    name, *symbols = _ELECTRICAL.get(quantity.name, (quantity.name, quantity.unit))
+    return electrical_type(name, *symbols, **quantity.limits)

@@ -1,0 +1,1 @@
+"""Pages: a result of a study turned into one self-contained report, only when it is asked for."""
