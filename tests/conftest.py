@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import settings
 
 from toolpoint.io.yaml import machine_file
 
 ROOT = Path(__file__).resolve().parents[1]
+# A loaded machine is slow, not wrong: no example has a time limit.
+settings.register_profile("toolpoint", deadline=None)
+settings.load_profile("toolpoint")
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
 
 

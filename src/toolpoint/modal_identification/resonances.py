@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import ComplexArray
+from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frf import Frf
@@ -44,12 +44,15 @@ class Resonance:
     doubtful : bool
         Whether it is faint, or does not stand out while the residual is not noise: it may then stand for a misfit of
         stronger modes.
+    frequency : float
+        Where its modes together move the responses most, Hz: between them where they overlap.
     """
 
     modes: tuple[int, ...]
     strongest: int
     share: float
     doubtful: bool = False
+    frequency: float = float("nan")
 
     @property
     def stands_out(self) -> bool:
@@ -73,17 +76,22 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
     groups = []
     for members in alike(modes):
         lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]
-        alone = [_power(_part(frf, modes.selected([i]), line) * weight) for i, line in zip(members, lines, strict=True)]
-        at = int(np.argmax(alone))
-        part = _part(frf, modes.selected(members), lines[at]) * weight
-        own, rest = _power(part), _power(flat[lines[at]] * weight - part)
-        share = own / (own + rest) if own > 0 else 0.0
-        groups.append(Resonance(tuple(members), members[at], share, share < FAINT or (smooth_residual and share <= HALF)))
+        alone = [_power(_part(frf, modes.selected([i]), slice(line, line + 1)) * weight)[0]
+                 for i, line in zip(members, lines, strict=True)]
+        # A group is seen where its modes together move the responses most, which lies between them where they overlap.
+        between = slice(min(lines), max(lines) + 1)
+        parts = _part(frf, modes.selected(members), between) * weight
+        at = int(np.argmax(_power(parts)))
+        strength, rest = float(_power(parts)[at]), float(_power(flat[between] * weight - parts)[at])
+        share = strength / (strength + rest) if strength > 0 else 0.0
+        groups.append(Resonance(tuple(members), members[int(np.argmax(alone))], share,
+                                share < FAINT or (smooth_residual and share <= HALF), float(frf.frequency[min(lines) + at])))
     return tuple(groups)
 
 
-def _power(values: ComplexArray) -> float:
-    return float((np.abs(values) ** 2).sum())
+def _power(values: ComplexArray) -> FloatArray:
+    """Return the power of the responses (n_lines, n_responses) on every line."""
+    return np.asarray((np.abs(values) ** 2).sum(axis=-1))
 
 
 def alike(modes: Modes) -> list[list[int]]:
@@ -99,11 +107,11 @@ def alike(modes: Modes) -> list[list[int]]:
     return runs
 
 
-def _part(frf: Frf, modes: Modes, line: int) -> ComplexArray:
-    """Return what modes give to the responses on a line, (n_responses,)."""
+def _part(frf: Frf, modes: Modes, lines: slice) -> ComplexArray:
+    """Return what modes give to the responses on some lines, (n_lines, n_responses)."""
     residue = (modes.shape[:, None, :] * modes.participation_at(frf.inputs)).reshape(-1, modes.count)
-    terms = pole_terms(laplace(frf)[line:line + 1], modes.poles)[0] * factor(frf)[line]
-    return np.asarray(residue.real @ terms[:, 0] + residue.imag @ terms[:, 1], complex)
+    terms = pole_terms(laplace(frf)[lines], modes.poles) * factor(frf)[lines, None, None]
+    return np.asarray(terms[:, :, 0] @ residue.real.T + terms[:, :, 1] @ residue.imag.T, complex)
 
 
 def remark(groups: tuple[Resonance, ...], modes: Modes) -> list[str]:
