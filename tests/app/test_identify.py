@@ -36,7 +36,7 @@ def test_table_modes_and_page(measured_file, tmp_path, capsys):
           "-o", str(tmp_path / "page")])
     shown = capsys.readouterr().out
     assert "+- Hz" in shown and "3 modes" in shown
-    modes = hdf5.read(tmp_path / "modes.h5")
+    modes = hdf5.read(tmp_path / "modes.h5", Modes)
     np.testing.assert_allclose(modes.frequency, FREQUENCY, rtol=1e-3)
     assert (np.abs(modes.frequency - FREQUENCY) < 3 * modes.frequency_interval).all()
     page = (tmp_path / "page/index.html").read_text()
@@ -48,7 +48,7 @@ def test_output_named_h5_saves_the_modes(measured_file, tmp_path, capsys, monkey
     monkeypatch.chdir(tmp_path)
     main(["identify", str(measured_file), "-o", "modes.h5", "--json"])
     assert len(json.loads(capsys.readouterr().out)["frequency_hz"]) == 3
-    assert hdf5.read("modes.h5").count == 3
+    assert hdf5.read("modes.h5", Modes).count == 3
     assert (tmp_path / "toolpoint-report/index.html").is_file()
 
 
@@ -96,12 +96,16 @@ def test_modes_for_a_folder_that_is_not_there_are_refused_before_any_work(measur
     assert stopped.value.code == 2 and "does not exist" in capsys.readouterr().err
 
 
-def test_text_files_without_the_names_of_their_points_tell_the_rule(tmp_path, capsys):
+def test_text_files_whose_names_tell_too_little_tell_the_rule(tmp_path, capsys):
+    """Plain names are points struck at the first; names with a direction and no input are driving points, which say nothing
+    of the responses between them."""
     modes = Modes([500.0], [0.03], [[50.0]], ("tip:+x",))
-    for name in ("one.txt", "two.txt"):
+    for name in ("one.txt", "two.txt", "tip=+x.txt", "tip=+y.txt"):
         frf_table.write(frequency_response.modal(modes, np.arange(2.0, 900, 2.0)), tmp_path / name)
+    main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt"), "-o", str(tmp_path)])
+    assert "struck at one:+x" in capsys.readouterr().err
     with pytest.raises(SystemExit):
-        main(["identify", str(tmp_path / "one.txt"), str(tmp_path / "two.txt")])
+        main(["identify", str(tmp_path / "tip=+x.txt"), str(tmp_path / "tip=+y.txt")])
     assert "OUTPUT__INPUT" in capsys.readouterr().err
 
 

@@ -7,9 +7,8 @@ import pytest
 
 from conftest import MACHINES
 from toolpoint import ToolpointError
-from toolpoint.app.geometry import read_geometry
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, uff
+from toolpoint.io import geometry_files, hdf5, uff
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.placement import placed
 from toolpoint.machine.shapes import body_shapes
@@ -51,7 +50,7 @@ def arguments(folder, *more):
 
 
 def test_geometry_is_read_from_a_machine_file_too():
-    found = read_geometry(MACHINES / "three_axis_vertical.yaml")
+    found = geometry_files.read(MACHINES / "three_axis_vertical.yaml")
     machine = machine_file.read(MACHINES / "three_axis_vertical.yaml")
     assert set(found.points) == set(machine.description.points)
     place = placed(machine)
@@ -66,7 +65,7 @@ def test_geometry_is_read_from_a_machine_file_too():
 def test_geometry_of_another_format_is_told_which_are_read(tmp_path, name, content, words):
     (tmp_path / name).write_bytes(content)
     with pytest.raises(ToolpointError, match="point,x,y,z in m") as raised:
-        read_geometry(tmp_path / name)
+        geometry_files.read(tmp_path / name)
     assert words in str(raised.value)
 
 

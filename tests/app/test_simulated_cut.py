@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 
 from conftest import MACHINES
-from toolpoint.app import console, dynamics
+from toolpoint.app import console
 from toolpoint.app.main import main
 from toolpoint.io import hdf5
 from toolpoint.io.text import frf_table
+from toolpoint.studies import tool_dynamics as dynamics
 from toolpoint.vibration import Modes, frequency_response
 
 MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")

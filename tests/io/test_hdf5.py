@@ -38,12 +38,12 @@ def same(a, b):
 def test_round_trip(tmp_path, name):
     noun = nouns()[name]
     hdf5.write(noun, tmp_path / "one.h5")
-    same(noun, hdf5.read(tmp_path / "one.h5"))
+    same(noun, hdf5.read(tmp_path / "one.h5", type(noun)))
 
 
 def test_several_by_name(tmp_path):
     hdf5.write(nouns(), tmp_path / "all.h5")
-    found = hdf5.read(tmp_path / "all.h5")
+    found = hdf5.read_all(tmp_path / "all.h5")
     assert set(found) == set(nouns())
     for name, noun in nouns().items():
         same(noun, found[name])
@@ -55,21 +55,21 @@ def test_truncated_foreign_newer_and_missing_files(tmp_path):
     whole = path.read_bytes()
     path.write_bytes(whole[: len(whole) // 2])
     with pytest.raises(ValueError, match="cut off"):
-        hdf5.read(path)
+        hdf5.read(path, Frf)
     path.write_text("not hdf5")
     with pytest.raises(ValueError, match="cut off"):
-        hdf5.read(path)
+        hdf5.read(path, Frf)
     with h5py.File(path, "w") as file:
         file["x"] = 1
     with pytest.raises(ValueError, match="not one of toolpoint"):
-        hdf5.read(path)
+        hdf5.read(path, Frf)
     hdf5.write(nouns()["frf"], path)
     with h5py.File(path, "a") as file:
         file.attrs["version"] = 99
     with pytest.raises(ValueError, match="update it"):
-        hdf5.read(path)
+        hdf5.read(path, Frf)
     with pytest.raises(ValueError, match="no such file"):
-        hdf5.read(tmp_path / "none.h5")
+        hdf5.read(tmp_path / "none.h5", Frf)
 
 
 def test_failed_write_leaves_the_old_file(tmp_path):
@@ -77,5 +77,5 @@ def test_failed_write_leaves_the_old_file(tmp_path):
     hdf5.write(nouns()["record"], path)
     with pytest.raises(ValueError, match="cannot be saved"):
         hdf5.write({"bad": "text"}, path)
-    same(nouns()["record"], hdf5.read(path))
+    same(nouns()["record"], hdf5.read(path, Record))
     assert [p.name for p in tmp_path.iterdir()] == ["one.h5"]

@@ -9,7 +9,6 @@ from four_part_mill import four_part_mill
 from toolpoint._check import ToolpointError
 from toolpoint.app import correlation_page, sensitivity
 from toolpoint.app.correlation_page import CorrelationRun, Test
-from toolpoint.app.identify import Geometry
 from toolpoint.app.measurements import Measurement
 from toolpoint.app.update_page import page as update_page
 from toolpoint.machine import assemble
@@ -24,6 +23,7 @@ from toolpoint.studies.model_correlation import correlate
 from toolpoint.studies.point_pairing import paired_points
 from toolpoint.studies.sensitivity_study import sensitivity_study
 from toolpoint.vibration import eigen, frequency_response
+from toolpoint.vibration.geometry import Geometry
 
 
 @pytest.fixture(scope="module")

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from toolpoint.app.identify import Geometry, page
+from toolpoint.app.identify import page
 from toolpoint.modal_identification import identify
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
+from toolpoint.vibration.geometry import Geometry
 
 
 def test_click_on_a_pole_animates_its_shape(opened):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -45,7 +46,12 @@ def _is_words(cells: Sequence[str]) -> bool:
 
 def error(message: str) -> None:
     """Print an error as plain text: file contents in it must not be read as markup."""
-    ERR.print("error: " + message, markup=False, style="red", soft_wrap=True)
+    ERR.print("error: " + spelled(message), markup=False, style="red", soft_wrap=True)
+
+
+def spelled(text: str) -> str:
+    """Return a message with the arguments of Python that it names (`frf_x`) spelled as options (--frf-x)."""
+    return re.sub(r"`([a-z][a-z_]*)`", lambda match: "--" + match[1].replace("_", "-"), text)
 
 
 @contextmanager
@@ -81,8 +87,8 @@ def collected_warnings() -> Iterator[list[str]]:
 
     def keep(message: Any, category: type[Warning], *rest: Any) -> None:
         if issubclass(category, ToolpointWarning):
-            if str(message) not in texts:
-                texts.append(str(message))
+            if spelled(str(message)) not in texts:
+                texts.append(spelled(str(message)))
         else:
             original(message, category, *rest)
     with warnings.catch_warnings():

@@ -9,12 +9,11 @@ from typing import Any
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
 from toolpoint.app.correlation_page import CorrelationRun, Point, Test, page
-from toolpoint.app.geometry import positions, read_geometry
-from toolpoint.app.identify import read_frf
 from toolpoint.app.poses import machine_at
-from toolpoint.io import hdf5
+from toolpoint.io import frf_files, geometry_files, mode_files
 from toolpoint.io.yaml import component_file
 from toolpoint.machine import Machine
+from toolpoint.machine.named_points import point_positions
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.model_correlation import ModelCorrelation, correlate, with_measured_points
 from toolpoint.studies.point_pairing import PointPairing, paired_points
@@ -51,21 +50,21 @@ def correlate_files(
 
 def _test(files: Sequence[str | Path], geometry: str | Path | None, components: str | Path | None,
           band: tuple[float, float] | None) -> Test:
-    modes, responses = None, []
+    modes: Modes | None = None
+    responses = []
     for file in files:
-        found = hdf5.read(file) if Path(file).suffix.lower() in (".h5", ".hdf5") else None
-        if isinstance(found, Modes):
-            modes = found
+        if mode_files.holds_modes(file):
+            modes = mode_files.read(file)
         else:
             responses.append(file)
-    frf = read_frf(responses) if responses else None
+    frf = frf_files.read(responses) if responses else None
     if modes is None:
         if frf is None:
             raise ToolpointError("correlate: no file with modes or responses given")
         modes = identify(frf, band=band).modes
     if frf is not None and band is not None:
         frf = frf.between(*band)
-    shape = None if geometry is None else read_geometry(geometry)
+    shape = None if geometry is None else geometry_files.read(geometry)
     if components is not None and shape is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
     owner = None if components is None else component_file.read(components)[0].points()
@@ -80,7 +79,7 @@ def _correlated(machine: Machine, test: Test, known: Mapping[str, str] | None, f
     elif test.geometry is not None:
         measured = {d.point for d in test.modes.dofs}
         places = {name: at for name, at in test.geometry.points.items() if name in measured}
-        pairing = paired_points(places, positions(machine, pose), furthest, _named(known, places))
+        pairing = paired_points(places, point_positions(machine, pose), furthest, _named(known, places))
     return correlate(machine, test.modes, pairing, test.frf, pose, lowest_mac), machine
 
 

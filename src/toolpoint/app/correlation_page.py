@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.app.geometry import Geometry, positions
 from toolpoint.machine import Machine
+from toolpoint.machine.named_points import point_positions
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
@@ -19,6 +19,7 @@ from toolpoint.plot.shape_view.shape_pairs import turned_alike
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.model_correlation import ModelCorrelation
 from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration.geometry import Geometry
 
 Point = str | int
 _CURVES = 4
@@ -52,7 +53,7 @@ def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[s
     words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
              f"{len(now.points.pairs)} points are paired ({now.points.status}).")
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
-    model = positions(machine, pose)
+    model = point_positions(machine, pose)
     report = report.with_section("Modes", *_mode_parts(run))
     if now.coefficients is not None:
         report = report.with_section("Where they differ", *_place_parts(now, model, test))

@@ -12,8 +12,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console, measured_page
+from toolpoint.app.console import spelled
 from toolpoint.app.cut_options import changed, doubts
-from toolpoint.app.dynamics import dynamics_of, identified
+from toolpoint.app.dynamics import read_dynamics
 from toolpoint.app.source import Source
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
@@ -31,8 +32,8 @@ from toolpoint.plot.figures.cutting import (
     with_simulations,
 )
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.studies.tool_dynamics import as_modes
 from toolpoint.studies.tool_point import depth_limit, milling_problem
-from toolpoint.vibration import Frf
 
 DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
@@ -52,16 +53,13 @@ def problem_of(source: Source, cut: Mapping[str, Any], in_time: bool = False
 
 
 def _problem(source: Source, given: Mapping[str, Any], in_time: bool) -> tuple[MillingProblem, CuttingDescription, list[str]]:
-    found = dynamics_of(source)
-    notes = list(found.notes)
-    own = None if found.machine is None else found.machine.description.cutting
+    dynamics = read_dynamics(source)
+    dynamics = as_modes(dynamics) if in_time else dynamics
+    notes = [spelled(note) for note in dynamics.notes]
+    own = None if dynamics.machine is None else dynamics.machine.description.cutting
     used = changed(own or example_cut(given, notes), given)
     notes += doubts(used)
-    response = found.response
-    if in_time and isinstance(response, Frf):
-        response, told = identified(response, source)
-        notes += told
-    problem = milling_problem(used, response, found.x, found.y)
+    problem = milling_problem(used, dynamics.response, dynamics.x, dynamics.y)
     if problem.coefficients.ka > 0 and problem.z is None:
         notes.append("the response along z is not known: the axial force moves nothing here")
     return problem, used, notes

@@ -10,28 +10,12 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.cutting.force.calibration import revolution
-from toolpoint.io import hdf5, record_mat, uff
-from toolpoint.io.text import record_table
+from toolpoint.io import record_files
 from toolpoint.vibration import Record
 
 MOST = 360  # samples of a revolution that a fit takes
 FEW = 24
 REPEATING = 0.5  # least share of the forces that follows the revolution
-
-
-def read(path: Path) -> Record:
-    """Return the Record of a text, MATLAB, universal or HDF5 file."""
-    kind = path.suffix.lower()
-    if kind == ".mat":
-        return record_mat.read(path)
-    if kind in (".uff", ".unv", ".uf"):
-        return uff.read_record(path)
-    if kind in (".h5", ".hdf5"):
-        found = hdf5.read(path)
-        if not isinstance(found, Record):
-            raise ToolpointError(f"{path}: holds {type(found).__name__}; needs a Record of forces")
-        return found
-    return record_table.read(path)
 
 
 def by_feed(files: Sequence[Path], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
@@ -40,7 +24,7 @@ def by_feed(files: Sequence[Path], feeds: Sequence[float] | None) -> list[tuple[
         raise ToolpointError(f"--feed: {len(feeds)} feeds for {len(files)} files; must be one for each file, in their order")
     result = []
     for i, path in enumerate(files):
-        record = read(path)
+        record = record_files.read(path)
         forces = _forces(path, record)
         if feeds is not None:
             parts = [(feeds[i], forces)]

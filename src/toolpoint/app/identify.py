@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -11,56 +10,18 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
-from toolpoint.app.geometry import UNIVERSAL, Geometry, read_geometry
-from toolpoint.io import hdf5, mat, uff
-from toolpoint.io.text import frf_table
+from toolpoint.io import frf_files, geometry_files, hdf5
 from toolpoint.modal_identification import Identification, cmif, identify, residues
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.stabilization import indicators, stabilization
-from toolpoint.signals.setups import assembled
-from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import auto_mac
+from toolpoint.vibration.geometry import Geometry
 
-STATING = (*UNIVERSAL, ".h5", ".hdf5")  # files that say what quantity they hold
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
           "* stands out, ? doubtful")
-
-
-def read_frf(files: Sequence[str | Path], quantity: str | None = None) -> Frf:
-    """Return the FRFs of files (universal, HDF5, MATLAB, or text of one response each) assembled into one."""
-    parts = [_one(Path(file), quantity) for file in files]
-    if len(parts) == 1:
-        return parts[0]
-    try:
-        return assembled(parts)
-    except ToolpointError as fault:
-        error = re.sub(r"set-up (\d+)", lambda number: Path(files[int(number[1])]).name, str(fault))
-        names = [Path(file) for file in files if Path(file).suffix.lower() in (".txt", ".csv", ".frf")]
-        plain = [name.name for name in names if "__" not in name.stem]
-        if not plain or "are missing" not in error:
-            raise ToolpointError(error) from None
-        raise ToolpointError(f"{error}\nA text file without a name of the form OUTPUT__INPUT ({plain[0]}) is taken as a "
-                             "driving point; name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)") from None
-
-
-def _one(path: Path, quantity: str | None) -> Frf:
-    kind = path.suffix.lower()
-    if kind in UNIVERSAL:
-        return uff.read_frf(path, quantity)
-    if kind in (".h5", ".hdf5"):
-        found = hdf5.read(path)
-        if not isinstance(found, Frf):
-            raise ToolpointError(f"{path}: holds {type(found).__name__}; identification needs an Frf")
-        return found
-    if kind == ".mat":
-        unnamed = mat.read_frf(path, quantity=quantity or "accelerance")
-        return unnamed.noted(f"{path.name}: a MATLAB file names no points: its {len(unnamed.outputs)} responses are taken as "
-                             "points 1, 2 .. along +x, in their order")
-    output, _, struck = path.stem.partition("__")
-    label = (lambda text: Dof.parse(text.replace("=", ":")) if "=" in text else Dof(text, "+x"))
-    return frf_table.read(path, label(output), label(struck or output), quantity or "receptance")
 
 
 def identify_files(
@@ -73,10 +34,8 @@ def identify_files(
         raise ToolpointError(f"{modes_file}: the folder {Path(modes_file).parent} does not exist; create it first")
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
-        frf = read_frf(files, quantity)
-        if quantity is None and any(Path(file).suffix.lower() not in STATING for file in files):
-            frf = frf.noted(f"the files do not say what they hold: read as {frf.quantity}; --quantity for another")
-        shape = None if geometry is None else read_geometry(geometry)
+        frf = frf_files.read(files, quantity=quantity)
+        shape = None if geometry is None else geometry_files.read(geometry)
         step("identification")
         found = identify(frf, method, band)
         step("page")
@@ -89,7 +48,7 @@ def identify_files(
     console.OUT.print(LEGEND, markup=False)
     console.OUT.print(found.status, markup=False)
     for text in [*warnings, *(note for note in frf.notes if not any(note in told for told in warnings))]:
-        console.ERR.print("warning: " + text, markup=False, style="yellow")
+        console.ERR.print("warning: " + console.spelled(text), markup=False, style="yellow")
     if modes_file is not None:
         console.OUT.print(f"Modes saved: {modes_file}", markup=False)
     console.OUT.print(f"Page written: {path}", markup=False)

@@ -8,9 +8,7 @@ from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint.app import console
-from toolpoint.app.geometry import Geometry, read_geometry
-from toolpoint.app.identify import read_frf
-from toolpoint.io import hdf5
+from toolpoint.io import frf_files, geometry_files, mode_files
 from toolpoint.io.yaml import component_file
 from toolpoint.io.yaml import machine_file as machine_yaml
 from toolpoint.joint_identification import JointIdentification, identify_joints
@@ -23,6 +21,7 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.joint_machine import component_masses, machine_of
 from toolpoint.studies.model_correlation import correlate
 from toolpoint.vibration import Modes
+from toolpoint.vibration.geometry import Geometry
 
 _HEADER = ["mode", "computed Hz", "measured Hz", "difference %", "MAC"]
 
@@ -47,7 +46,7 @@ def joints(
     """
     with console.steps(4, quiet) as step, console.collected_warnings() as warnings:
         step("reading")
-        shape = read_geometry(geometry)
+        shape = geometry_files.read(geometry)
         described, bodies = component_file.read(components)
         step("modes")
         modes = _modes(files, band)
@@ -76,11 +75,9 @@ def joints(
 
 
 def _modes(files: Sequence[str | Path], band: tuple[float, float] | None) -> Modes:
-    if len(files) == 1 and Path(files[0]).suffix.lower() in (".h5", ".hdf5"):
-        found = hdf5.read(files[0])
-        if isinstance(found, Modes):
-            return found
-    return identify(read_frf(files), band=band).modes
+    if len(files) == 1 and mode_files.holds_modes(files[0]):
+        return mode_files.read(files[0])
+    return identify(frf_files.read(files), band=band).modes
 
 
 def _rows(machine: MachineDescription, modes: Modes) -> list[list[str]]:

@@ -9,17 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint.app.dynamics import OWN, banded, directions, responses
+from toolpoint.app.console import spelled
+from toolpoint.app.dynamics import read_responses
 from toolpoint.cutting import StabilityChart, build, stability
-from toolpoint.io.text import frf_table
 from toolpoint.machine.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.frf import bode, real_imaginary
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.studies.tool_directions import along_positive_axes, checked_driving_points, tool_directions
+from toolpoint.studies.tool_dynamics import banded
 from toolpoint.studies.tool_point import depth_limit, milling_problem
-from toolpoint.vibration import Dof, Frf, Modes
-from toolpoint.vibration.frf import joined
+from toolpoint.vibration import Frf, Modes
 
 EXAMPLE_CUT = CuttingDescription(
     0.02, 4, 0.5, 767.0e6, 168.8e6, speeds=(3000.0, 20000.0),
@@ -39,23 +40,8 @@ class MeasuredResults:
 
 
 def read(files: Sequence[str | Path], quantity: str | None, band: tuple[float, float] | None) -> Frf:
-    """Return the files as one receptance cut to a band (Hz): universal, HDF5 and MATLAB files as they are labelled, text
-    files as one output each, struck at the first file's point."""
-    if any(Path(file).suffix.lower() in OWN for file in files):
-        return banded(responses([Path(file) for file in files], quantity), band)
-    names = _point_names(files)
-    first = Dof(names[0], "+x")
-    kind = quantity or "receptance"
-    parts = [frf_table.read(path, Dof(name, "+x"), first, kind) for path, name in zip(files, names, strict=True)]
-    return banded(joined(parts), band)
-
-
-def _point_names(files: Sequence[str | Path]) -> list[str]:
-    stems = [Path(file).stem for file in files]
-    repeated = sorted({stem for stem in stems if stems.count(stem) > 1})
-    if repeated:
-        raise ToolpointError(f"--frf: two files are named {repeated[0]}; their points could not be told apart; rename one")
-    return stems
+    """Return the files as one receptance cut to a band (Hz), along positive axes."""
+    return banded(along_positive_axes(read_responses([Path(file) for file in files], quantity)), band)
 
 
 def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
@@ -72,8 +58,8 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
         notes.append(f"No cut was given; the lobes are those of an {used.source}.")
     chart: StabilityChart | None = None
     try:
-        struck = [dof for dof in frf.outputs if dof in frf.inputs]
-        x, y, _ = directions(struck[:1] if len(frf.inputs) == 1 else struck, None, None, "the measurement")
+        ways = tool_directions(checked_driving_points(frf, "the measurement"), what="the measurement")
+        x, y = ways.x, ways.y
         notes.append(f"The lobes take the response of {x} to {x} as driving-point response of the tool tip, "
                      + ("and the same across." if y == "same" else f"and that of {y} across."))
         direct = frf.selected([x], [x]) if y in (None, "same") else frf.selected([x, str(y)], [x, str(y)])
@@ -82,7 +68,7 @@ def computed(frf: Frf, cut: CuttingDescription | None) -> MeasuredResults:
         notes += chart.notes
     except ToolpointError as error:  # unequal pitch, process damping and the like need modes
         notes.append(f"No stability chart from the measured lines: {error}")
-    return MeasuredResults(frf, modes, chart, used, tuple(dict.fromkeys(notes)))
+    return MeasuredResults(frf, modes, chart, used, tuple(spelled(note) for note in dict.fromkeys(notes)))
 
 
 def with_measured(report: Report, results: MeasuredResults, warnings: Sequence[str] = ()) -> Report:

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
-from toolpoint.app.identify import read_frf
-from toolpoint.io import hdf5
+from toolpoint.io import frf_files, mode_files
 from toolpoint.vibration import Frf, Modes
 
 Poses = Sequence[Mapping[str, float]]
@@ -38,24 +37,18 @@ def measurements(modes: Sequence[str | Path], frf: Sequence[str | Path], poses: 
     """
     if not modes and not frf:
         raise ToolpointError("update: neither --modes nor --frf given; needs at least one measurement")
-    read = [_modes(Path(path)) for path in modes]
+    read = [mode_files.read(path) for path in modes]
     if len(poses) > 1:
         for name, files in (("--modes", modes), ("--frf", frf)):
             if files and len(files) != len(poses):
                 raise ToolpointError(f"{name}: {len(files)} files for {len(poses)} poses; must be one for each, in "
                                      f"their order, or none ({name} a.h5 --pose X=0 {name} b.h5 --pose X=0.2)")
-        responses = [read_frf([path]) for path in frf]
+        responses = [frf_files.read(path) for path in frf]
         return tuple(Measurement(read[k] if read else None, responses[k] if responses else None, pose)
                      for k, pose in enumerate(poses))
     pose = poses[0] if poses else None
-    joined = read_frf(frf) if frf else None
+    joined = frf_files.read(frf) if frf else None
     if len(read) <= 1:
         return (Measurement(read[0] if read else None, joined, pose),)
     return (*(Measurement(one, None, pose) for one in read), *([] if joined is None else [Measurement(None, joined, pose)]))
 
-
-def _modes(path: Path) -> Modes:
-    found = hdf5.read(path)
-    if not isinstance(found, Modes):
-        raise ToolpointError(f"{path}: holds {type(found).__name__}; needs Modes")
-    return found

@@ -10,8 +10,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console
+from toolpoint.app.console import spelled
 from toolpoint.app.cutting import doubtful
-from toolpoint.app.dynamics import Dynamics, dynamics_of
+from toolpoint.app.dynamics import read_dynamics
 from toolpoint.app.source import Source
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
@@ -20,8 +21,10 @@ from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.cutting import chip_response, intervals_of
 from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
+from toolpoint.studies.tool_directions import driving_points, tool_directions
+from toolpoint.studies.tool_dynamics import ToolDynamics
 from toolpoint.studies.turning import UnconditionalLimit, oriented, unconditional_limit, unit_vector, width_range
-from toolpoint.vibration import Dof, Frf, Modes
+from toolpoint.vibration import Dof, Frf
 
 HEADER = ["", "rev/min", "width mm", ""]
 SPEEDS = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
@@ -64,7 +67,7 @@ class TurningRun:
                 "notes": list(self.chart.notes)}
 
 
-def turning_problem(dynamics: Dynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
+def turning_problem(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
     """Return the turning problem of a cut on these dynamics, and what was assumed."""
     labels, notes = _labels(dynamics)
     normal = unit_vector("--direction", cut.normal or _axis(next(iter(labels))))
@@ -81,15 +84,13 @@ def turning_problem(dynamics: Dynamics, cut: TurningCut) -> tuple[TurningProblem
     return TurningProblem(cut.cutting, plane, None, cut.process_damping, cut.cutting_speed, cut.diameter), notes
 
 
-def _labels(dynamics: Dynamics) -> tuple[dict[str, str], list[str]]:
+def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
     """Return axis to label of the directions that are known at the point that cuts; a lone response is that of its axis."""
-    response, x = dynamics.response, Dof.parse(dynamics.x)
-    known = response.dofs if isinstance(response, Modes) else [dof for dof in response.outputs if dof in response.inputs]
-    if x.direction[1:] != "x":
+    if Dof.parse(dynamics.x).direction[1:] != "x":
         return {"x": dynamics.x}, [f"{dynamics.x} is taken as x"]
+    z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z
     ways = {"x": dynamics.x} | ({} if dynamics.y in (None, "same") else {"y": str(dynamics.y)})
-    axial = Dof(x.point, "+z")
-    return ways | ({"z": str(axial)} if axial in known else {}), []
+    return ways | ({} if z is None else {"z": z}), []
 
 
 def _axis(name: str) -> tuple[float, float, float]:
@@ -108,7 +109,7 @@ def turn(source: Source, cut: TurningCut, speeds: FloatArray | None = None, outp
          quiet: bool = False) -> TurningRun:
     """Compute the stability chart of a turning cut, print its limits and best cut, and write the page."""
     with console.collected_warnings() as warnings:
-        dynamics = dynamics_of(source)
+        dynamics = read_dynamics(source)
         problem, assumed = turning_problem(dynamics, cut)
         given = None if dynamics.machine is None else dynamics.machine.description.cutting
         n = speeds if speeds is not None else np.linspace(*(given.speeds if given else SPEEDS[:2]), SPEEDS[2])
@@ -118,7 +119,7 @@ def turn(source: Source, cut: TurningCut, speeds: FloatArray | None = None, outp
                 break
             chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
         limit = unconditional_limit(problem) if cut.process_damping == 0 else None
-        told = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
+        told = [spelled(note) for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
         chart = chart.noted(*dict.fromkeys([*warnings, *doubtful(chart), *told, *assumed]))
         run = TurningRun(problem, chart, limit)
         path = page(run, cut).save(output)

@@ -1,1 +1,39 @@
-"""Files in and out: one module per format, with read and write and nothing else; units are converted here."""
+"""Files in and out: one module per format; units are converted here. The verbs below are loaded on first use."""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from toolpoint.io.frf_files import read as read_frf
+    from toolpoint.io.geometry_files import read as read_geometry
+    from toolpoint.io.hdf5 import write as write_nouns
+    from toolpoint.io.mode_files import read as read_modes
+    from toolpoint.io.record_files import read as read_record
+    from toolpoint.io.yaml.component_file import read as read_components
+    from toolpoint.io.yaml.drive_file import read as read_drives
+    from toolpoint.io.yaml.machine_file import read as read_machine
+    from toolpoint.io.yaml.machine_file import write as write_machine
+
+__all__ = ["read_components", "read_drives", "read_frf", "read_geometry", "read_machine", "read_modes", "read_path",
+           "read_record", "write_machine", "write_nouns"]
+
+_HOME = {
+    "read_components": ("yaml.component_file", "read"), "read_drives": ("yaml.drive_file", "read"),
+    "read_frf": ("frf_files", "read"), "read_geometry": ("geometry_files", "read"),
+    "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),
+    "read_path": ("program.gcode", "read"), "read_record": ("record_files", "read"),
+    "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        module, verb = _HOME[name]
+        return getattr(importlib.import_module(f"toolpoint.io.{module}"), verb)
+    raise AttributeError(f"module 'toolpoint.io' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *_HOME})

@@ -8,7 +8,7 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import h5py
 import numpy as np
@@ -19,6 +19,7 @@ from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, Stat
 FORMAT, VERSION = "toolpoint", 1
 NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace)}
 Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace
+T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace)
 
 
 def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
@@ -62,23 +63,32 @@ def _label(value: Any) -> Any:
     raise TypeError(f"{type(value).__name__} cannot be saved")
 
 
-def read(path: str | Path) -> Any:
-    """Return the noun of a file, or a dict of nouns by name, as it was written.
+def read(path: str | Path, kind: type[T]) -> T:
+    """Return the one noun of this kind that a file holds, as it was written: ``read(path, Modes)``.
 
-    Raises ToolpointError for a file that is missing, cut off, foreign, or written by a newer program.
+    Raises ToolpointError for a file that is missing, cut off, foreign, or written by a newer program, and for one that holds
+    none or several of the kind.
     """
+    nouns = read_all(path)
+    fitting = [noun for noun in nouns.values() if isinstance(noun, kind)]
+    if len(fitting) != 1:
+        held = ", ".join(type(noun).__name__ for noun in nouns.values())
+        raise ToolpointError(f"{path}: holds {held or 'nothing'}; needs one {kind.__name__}")
+    return fitting[0]
+
+
+def read_all(path: str | Path) -> dict[str, Noun]:
+    """Return all nouns of a file by name, as they were written; a noun that was saved alone is named ``noun``."""
     path = Path(path)
     if not path.is_file():
         raise ToolpointError(f"{path}: no such file; check the name and the folder")
     try:
         with h5py.File(path, "r") as file:
             _check(file, path)
-            nouns = {name: _get(group, path) for name, group in file["nouns"].items()}
-            single = bool(file.attrs["single"])
+            return {name: _get(group, path) for name, group in file["nouns"].items()}
     except OSError as error:
         raise ToolpointError(f"{path}: not a whole HDF5 file ({str(error).splitlines()[0]}); it is cut off, damaged or "
                              "something else; save it again") from None
-    return next(iter(nouns.values())) if single else nouns
 
 
 def _check(file: h5py.File, path: Path) -> None:

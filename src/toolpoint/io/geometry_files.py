@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections.abc import Mapping
-from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,45 +10,31 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io import uff
+from toolpoint.io.suffixes import UNIVERSAL, YAML
 from toolpoint.io.yaml import machine_file
-from toolpoint.machine import Machine
-from toolpoint.machine.placement import placed
+from toolpoint.machine.named_points import point_positions
+from toolpoint.vibration.geometry import Geometry
 
-UNIVERSAL = (".uff", ".unv", ".uf")
 _FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV with lines point,x,y,z in m, or from a machine "
             "file (.yaml)")
 
 
-@dataclass(frozen=True, eq=False)
-class Geometry:
-    """Measured points, m, and the lines drawn between them."""
-
-    points: dict[str | int, FloatArray]
-    lines: list[tuple[str | int, str | int]]
-
-
-def positions(machine: Machine, pose: Mapping[str, float] | None) -> dict[str | int, FloatArray]:
-    """Return the machine's named points at a pose, m."""
-    place = placed(machine, pose)
-    return {name: np.array(place.position(point)[0]) for name, point in machine.description.points.items()}
-
-
-def read_geometry(path: str | Path) -> Geometry:
+def read(path: str | Path) -> Geometry:
     """Return the geometry of a universal file (sets 15 or 2411, 82), of a CSV file with columns point, x, y, z (m), or the
     points of a machine file (YAML) at its reference pose."""
     path = Path(path)
     if path.suffix.lower() in UNIVERSAL:
-        found = uff.read_geometry(path)
-        pairs: list[tuple[str | int, str | int]] = [pair for line in found.lines for pair in pairwise(line)]
-        return Geometry(dict(zip(found.points, found.coordinates, strict=True)), pairs)
-    if path.suffix.lower() in (".yaml", ".yml"):
+        measured = uff.read_geometry(path)
+        pairs: list[tuple[str | int, str | int]] = [pair for line in measured.lines for pair in pairwise(line)]
+        return Geometry(dict(zip(measured.points, measured.coordinates, strict=True)), pairs)
+    if path.suffix.lower() in YAML:
         return Geometry(_machine_points(path), [])
     return Geometry(_csv_points(path), [])
 
 
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
     try:
-        points = positions(machine_file.read(path), None)
+        points = point_positions(machine_file.read(path))
     except ToolpointError as error:
         raise ToolpointError(f"{_FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"
                              ) from None

@@ -1,0 +1,72 @@
+"""Frequency responses in NumPy files: arrays by stated names (.npz), or one table of three columns (.npy); read and write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, ToolpointError
+from toolpoint.vibration import Frf
+
+KEYS = ("frequency", "values", "outputs", "inputs", "quantity")
+
+
+def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
+    """Return the responses of an .npz file, SI.
+
+    Its keys: ``frequency`` (n_f,) Hz; ``values`` (n_f, n_outputs, n_inputs) complex; ``outputs`` and ``inputs``, labels like
+    ``tip:+x``; ``quantity`` (``receptance``, ``mobility`` or ``accelerance``), where left out the argument, else receptance.
+
+    Raises ToolpointError for a file that is none or lacks a key, and for a stated quantity that is not the one given.
+    """
+    arrays = _load(Path(path))
+    if not isinstance(arrays, dict):
+        raise ToolpointError(f"{path}: one array without names; must be an .npz file with {', '.join(KEYS)}")
+    missing = [key for key in KEYS[:4] if key not in arrays]
+    if missing:
+        raise ToolpointError(f"{path}: no array {', '.join(missing)}; it holds {', '.join(arrays) or 'nothing'}; save it with "
+                             "numpy.savez(path, frequency=..., values=..., outputs=[...], inputs=[...], quantity=...)")
+    stated = str(arrays["quantity"]) if "quantity" in arrays else None
+    if None not in (stated, quantity) and stated != quantity:
+        raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")
+    labels = [tuple(str(label) for label in arrays[key].reshape(-1)) for key in ("outputs", "inputs")]
+    return Frf(arrays["frequency"], arrays["values"], labels[0], labels[1],  # type: ignore[arg-type]
+               stated or quantity or "receptance")
+
+
+def states_quantity(path: str | Path) -> bool:
+    """Return whether a file says what its responses are."""
+    arrays = _load(Path(path))
+    return isinstance(arrays, dict) and "quantity" in arrays
+
+
+def read_table(path: str | Path) -> FloatArray:
+    """Return the table (n_f, 3) of an .npy file: Hz, real part, imaginary part."""
+    table = _load(Path(path))
+    if isinstance(table, dict) or table.ndim != 2 or table.shape[1] != 3 or np.iscomplexobj(table):
+        held = "named arrays" if isinstance(table, dict) else f"shape {table.shape}"
+        raise ToolpointError(f"{path}: {held}; an .npy file must hold three columns: Hz, real, imaginary; several responses go "
+                             f"into an .npz file with {', '.join(KEYS)}")
+    return table.astype(float)
+
+
+def write_frf(frf: Frf, path: str | Path) -> None:
+    """Write the responses of one pose to an .npz file that reads back to the same values and labels."""
+    if frf.values.ndim != 3:
+        raise ToolpointError(f"frf: {frf!r}; must be one pose; use frf.at_pose(i)")
+    np.savez(path, frequency=frf.frequency, values=frf.values, outputs=np.array([str(dof) for dof in frf.outputs]),
+             inputs=np.array([str(dof) for dof in frf.inputs]), quantity=np.array(frf.quantity))
+
+
+def _load(path: Path) -> Array | dict[str, Array]:
+    try:
+        content: Any = np.load(path, allow_pickle=False)
+        return dict(content) if hasattr(content, "files") else content
+    except OSError as error:
+        if not path.is_file():
+            raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
+        raise ToolpointError(f"{path}: not a NumPy file; save it with numpy.savez or numpy.save") from None
+    except Exception as error:  # a damaged archive shows itself in many ways; pickled objects are refused
+        raise ToolpointError(f"{path}: not a NumPy file of numbers and text ({error}); save it again") from None

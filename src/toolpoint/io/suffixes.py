@@ -1,0 +1,10 @@
+"""Which ending of a file's name means which format."""
+
+from __future__ import annotations
+
+UNIVERSAL = (".uff", ".unv", ".uf")
+HDF5 = (".h5", ".hdf5")
+MATLAB = (".mat",)
+NUMPY = (".npz", ".npy")
+YAML = (".yaml", ".yml")
+TEXT = (".txt", ".csv", ".frf", ".dat")

@@ -1,0 +1,18 @@
+"""Geometry: where measured points are, and the lines drawn between them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from toolpoint._check import FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Geometry:
+    """Measured points, name or number to coordinates (3,) in m, and pairs of points that a line is drawn between."""
+
+    points: dict[str | int, FloatArray]
+    lines: list[tuple[str | int, str | int]]
+
+    def __repr__(self) -> str:
+        return f"Geometry({len(self.points)} points, {len(self.lines)} lines)"
