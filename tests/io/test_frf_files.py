@@ -23,7 +23,8 @@ bodies:
 joints:
   feet: {parent: ground, child: block, at: [0.1, 0.05, -0.3], stiffness: {x: 2e8, y: 3e8, z: 5e8, rx: 9e7, ry: 8e7, rz: 3e7}}
 points:
-""" + "".join(f"  {name}: {{body: block, at: {list(at)}}}\n" for name, at in POINTS.items()) + "tool: '1'\ndamping_ratio: 0.03\n"
+""" + "".join(f"  {name}: {{body: block, at: {list(at)}}}\n" for name, at in POINTS.items())
+MACHINE += "tool: '1'\ndamping_ratio: 0.03\n"
 COMPONENTS = """toolpoint: 1
 name: block on springs
 chain: [ground, block]
@@ -121,7 +122,7 @@ def test_every_command_takes_every_format_alike(test_files, command, tmp_path, c
 
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_report_takes_every_format_alike(test_files, kind, tmp_path, capsys):
-    folder, _, files = test_files
+    files = test_files[2]
     main(["report", *(word for path in files[kind] for word in ("--frf", path)), "--band", "40:400", "-o", str(tmp_path)])
     shown = " ".join(capsys.readouterr().out.split())
     assert "response of 1:+x to 1:+x as driving-point response of the tool tip, and that of 1:+y across" in shown
