@@ -1,7 +1,6 @@
 """`toolpoint map-chatter`: units, the cut's options, resuming, the worst pose named, failed poses told."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -26,7 +25,7 @@ def test_the_map_is_that_of_the_python_call_with_options_in_their_units(tmp_path
     found = run(capsys, *GRID, "--feed-directions", "0,90", "--teeth", "4", "--immersion", "0.3", "-o", tmp_path)
     machine = machine_file.read(MACHINE)
     cut = machine.description.cutting
-    expected = chatter_grid(machine, {"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, replace(cut, teeth=4, immersion=0.3),
+    expected = chatter_grid(machine, {"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, cut.replaced(teeth=4, immersion=0.3),
                             np.linspace(900, 1600, 8), np.radians([0, 90]), ZeroOrder())
     np.testing.assert_allclose(found["limit_m"], expected.limit, rtol=1e-9)
     worst = expected.worst()

@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from toolpoint.app.cut_options import changed, in_si
+from toolpoint.app.cut_options import in_si
 from toolpoint.cutting import Engagement
 from toolpoint.cutting.build import coefficients_of, engagement_of
-from toolpoint.machine.description import CuttingDescription, SpeedVariationDescription
+from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
 
-FULL = CuttingDescription(0.016, 4, 0.4, 8e8, 3e8, "up", edge_axial=1e3)
+FULL = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.4, tangential=8e8, normal=3e8, direction="up", edge_axial=1e3)
 
 
 def test_options_of_the_command_line_become_si():
@@ -29,8 +29,8 @@ def test_options_of_the_command_line_become_si():
 
 
 def test_a_material_replaces_given_coefficients_and_an_arc_replaces_the_other():
-    other = changed(FULL, {"material": "al7075"})
+    other = FULL.with_values({"material": "al7075"})
     assert coefficients_of(other).kt == 767e6 and coefficients_of(other).edge_a == 700
-    arc = changed(FULL, {"entry": 0.1, "exit": 0.6})
+    arc = FULL.with_values({"entry": 0.1, "exit": 0.6})
     assert engagement_of(arc) == Engagement(0.1, 0.6)
-    assert engagement_of(changed(arc, {"immersion": 0.3})) == Engagement.up(0.3)
+    assert engagement_of(arc.with_values({"immersion": 0.3})) == Engagement.up(0.3)

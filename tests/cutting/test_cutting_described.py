@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
 from toolpoint import Dof, Modes, ToolpointError
 from toolpoint.cutting import Engagement
 from toolpoint.cutting.build import coefficients_of, fault_of, mean_chip, named_material, words
+from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
 from toolpoint.cutting.force.laws import Kienzle
-from toolpoint.machine.description import CuttingDescription, SpeedVariationDescription
 from toolpoint.studies.tool_point import milling_problem
 
-FULL = CuttingDescription(
-    0.016, 4, 0.4, 8e8, 3e8, "up", "y", axial=1e8, edge_tangential=2e4, edge_normal=1e4, edge_axial=1e3,
+FULL = CuttingDescription.of(
+    diameter=0.016, teeth=4, immersion=0.4, tangential=8e8, normal=3e8, direction="up", feed="y", axial=1e8,
+    edge_tangential=2e4, edge_normal=1e4, edge_axial=1e3,
     helix=(0.5, 0.4, 0.5, 0.4), pitch=tuple(np.radians([80, 100, 80, 100])), runout=5e-6, runout_angle=0.3, tilt=1e-4,
     corner_radius=2e-3, process_damping=100.0, damping_friction=0.2,
     speed_variation=SpeedVariationDescription(0.1, 3, 0.2), feed_per_tooth=1e-4)
 MODES = Modes([900.0, 1000.0, 2000.0], 0.02, np.eye(3), ("tool:+x", "tool:+y", "tool:+z"))
-PLAIN = CuttingDescription(0.016, 4, 0.4, 8e8, 3e8)
+PLAIN = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.4, tangential=8e8, normal=3e8)
 
 
 def test_every_part_of_a_description_arrives_in_the_problem() -> None:
@@ -38,27 +37,27 @@ def test_every_part_of_a_description_arrives_in_the_problem() -> None:
 
 def test_space_is_taken_only_where_it_matters_and_is_known() -> None:
     assert milling_problem(PLAIN, MODES, "tool:+x", "tool:+y").plane.size == 2
-    assert milling_problem(replace(PLAIN, axial=1e8), MODES).plane.size == 3
-    assert milling_problem(replace(PLAIN, corner_radius=1e-3), MODES).z == "tool:+z"
+    assert milling_problem(PLAIN.replaced(axial=1e8), MODES).plane.size == 3
+    assert milling_problem(PLAIN.replaced(corner_radius=1e-3), MODES).z == "tool:+z"
     flat = Modes([900.0, 1000.0], 0.02, np.eye(2), (Dof("tool", "+x"), Dof("tool", "+y")))
-    assert milling_problem(replace(PLAIN, axial=1e8), flat).plane.size == 2
+    assert milling_problem(PLAIN.replaced(axial=1e8), flat).plane.size == 2
 
 
 def test_angles_stand_for_direction_and_immersion() -> None:
-    cut = replace(PLAIN, immersion=None, entry=0.4, exit=2.0)
+    cut = PLAIN.replaced(immersion=None, entry=0.4, exit=2.0)
     assert milling_problem(cut, MODES).engagement == Engagement(0.4, 2.0)
     assert "22.92 .. 114.6 deg" in words(cut)
-    assert milling_problem(replace(PLAIN, direction="centred"), MODES).engagement == Engagement.centred(0.4)
+    assert milling_problem(PLAIN.replaced(direction="centred"), MODES).engagement == Engagement.centred(0.4)
 
 
 def test_material_gives_the_coefficients_and_given_values_replace_them() -> None:
     """Al 7075 of the table: first and second set; Kienzle's tangent at the mean chip."""
-    bare = replace(PLAIN, tangential=None, normal=None, material="al7075")
+    bare = PLAIN.replaced(tangential=None, normal=None, material="al7075")
     assert (coefficients_of(bare).kt, coefficients_of(bare).edge_n) == (767e6, 26.6e3)
     assert "set 1 of 4" in coefficients_of(bare).source
-    second = coefficients_of(replace(bare, material="Al 7075:2", normal=1e8))
+    second = coefficients_of(bare.replaced(material="Al 7075:2", normal=1e8))
     assert (second.kt, second.kn) == (600.5e6, 1e8)
-    steel = replace(bare, material="c45", normal=4e8, feed_per_tooth=1e-4)
+    steel = bare.replaced(material="c45", normal=4e8, feed_per_tooth=1e-4)
     h = mean_chip(steel)
     angle = np.linspace(np.arccos(2 * 0.4 - 1), np.pi, 20001)
     assert h == pytest.approx(np.trapezoid(1e-4 * np.sin(angle), angle) / np.ptp(angle), rel=1e-6)
@@ -79,11 +78,11 @@ def test_material_gives_the_coefficients_and_given_values_replace_them() -> None
     ({"material": "C45"}, ("feed_per_tooth",), "mean chip"),
     ({"speed_variation": SpeedVariationDescription(0.95)}, ("speed_variation", "amplitude"), "0.9")])
 def test_faults_name_their_key(change: dict[str, object], key: tuple[str, ...], text: str) -> None:
-    found = fault_of(replace(PLAIN, **change))  # type: ignore[arg-type]
+    found = fault_of(PLAIN.replaced(**change))
     assert found is not None and found[0] == key and text in found[1]
     assert fault_of(PLAIN) is None and fault_of(FULL) is None
 
 
 def test_wrong_material_is_an_error_of_the_problem() -> None:
     with pytest.raises(ToolpointError, match="material"):
-        milling_problem(replace(PLAIN, material="unobtainium"), MODES)
+        milling_problem(PLAIN.replaced(material="unobtainium"), MODES)

@@ -190,11 +190,12 @@ def with_cutting(text):
 def test_cutting_section_is_read_in_si_and_written_back(tmp_path, capsys):
     machine = read(tmp_path, with_cutting(CUTTING))
     cut = machine.description.cutting
-    assert cut.helix == pytest.approx(np.radians([30, 32, 30, 32]))
-    assert cut.pitch == pytest.approx(np.radians([80, 100, 80, 100]))
-    assert (cut.runout, cut.tilt, cut.axial, cut.edge_tangential) == pytest.approx((8e-6, 1e-4, 3e8, 12e3))
-    assert (cut.speed_variation.amplitude, cut.speed_variation.phase) == pytest.approx((0.1, np.pi / 6))
-    assert cut.process_damping == 250 and cut.feed_per_tooth == pytest.approx(1e-4) and cut.tangential is None
+    assert cut.tool.helix == pytest.approx(np.radians([30, 32, 30, 32]))
+    assert cut.tool.pitch == pytest.approx(np.radians([80, 100, 80, 100]))
+    k = cut.coefficients
+    assert (cut.tool.runout, cut.tool.tilt, k.axial, k.edge_tangential) == pytest.approx((8e-6, 1e-4, 3e8, 12e3))
+    assert (cut.variation.amplitude, cut.variation.phase) == pytest.approx((0.1, np.pi / 6))
+    assert cut.damping.coefficient == 250 and cut.feed_per_tooth == pytest.approx(1e-4) and k.tangential is None
     machine_file.write(machine.description, tmp_path / "copy.yaml")
     assert machine_file.read(tmp_path / "copy.yaml").description == machine.description
     machine_file.write_cutting(cut, tmp_path / "cut.yaml")

@@ -6,13 +6,13 @@ from toolpoint.app.calibrate import Calibrated, CuttingTest, _page
 from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
 from toolpoint.cutting.build import engagement_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import average_force, fitted_forces, instantaneous
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.machine.description import CuttingDescription
 
 
 def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
-    cut = CuttingDescription(0.016, 4, 0.5, 7e8, 2e8, helix=0.5)
+    cut = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.5, tangential=7e8, normal=2e8, helix=0.5)
     rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
     problem = MillingProblem(Tool(0.016, 4, helix=0.5), engagement_of(cut), CuttingCoefficients(7e8, 2e8), rigid)
     feeds, angle = np.array([0.5e-4, 1e-4]), np.linspace(0, 2 * np.pi, 90, endpoint=False)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,9 +14,9 @@ from toolpoint.app import console, force_records
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, fitted_forces, instantaneous
 from toolpoint.io.yaml import machine_file
-from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.calibration import fitted_forces as fitted_chart
 from toolpoint.plot.figures.calibration import mean_forces
@@ -103,7 +103,7 @@ def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
     missing = [f"--{name}" for name in ("diameter", "teeth") if name not in test.cut]
     if missing:
         raise ToolpointError(f"{' and '.join(missing)}: missing; a calibration needs the tool")
-    cut = CuttingDescription(**test.cut)
+    cut = CuttingDescription.of(**test.cut)
     rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
     start = CuttingCoefficients(1e9, 3e8)  # not used by the fits; the problem needs one
     return MillingProblem(tool_of(cut), engagement_of(cut), start, rigid), cut
@@ -125,7 +125,7 @@ def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
     if "runout" in found:
         values |= {"runout": found["runout"], "runout_angle": found["runout_angle"]}
     words = f"calibrated from {feeds.size} force records, residual {fit.residual:.3g} N"
-    described = replace(cut, **values, source=words)
+    described = cut.replaced(**values, source=words)
     return Calibrated(described, average, fit, feeds, angle, forces, fitted, tuple(name for _, _, name in records))
 
 

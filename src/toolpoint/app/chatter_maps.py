@@ -11,7 +11,6 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.app import console
-from toolpoint.app.cut_options import changed
 from toolpoint.app.cutting import example_cut
 from toolpoint.app.poses import grid
 from toolpoint.cutting.build import words
@@ -49,7 +48,7 @@ def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | P
     positions = grid(built, study.axes, "--axis")
     given = {name: value for name, value in cut.items() if value is not None}
     notes: list[str] = []
-    used = changed(built.description.cutting or example_cut(given, notes), given)
+    used = (built.description.cutting or example_cut(given, notes)).with_values(given)
     words(used)  # faults of the cut are told before any work
     angles = np.array([FEED_ANGLE[used.feed]]) if study.feed_angles is None else study.feed_angles
     with console.collected_warnings() as warnings, \

@@ -13,17 +13,17 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.app import console, measured_page
 from toolpoint.app.console import spelled
-from toolpoint.app.cut_options import changed, doubts
+from toolpoint.app.cut_options import doubts
 from toolpoint.app.dynamics import read_dynamics
 from toolpoint.app.source import Source
 from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.materials import literature, materials
 from toolpoint.cutting.simulation.milling import Simulation, simulate
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.surface.location import finished_side, location_error
-from toolpoint.machine.description import CuttingDescription
 from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.figures.cutting import (
     clicked_simulations,
@@ -49,7 +49,7 @@ def problem_of(source: Source, cut: Mapping[str, Any], in_time: bool = False
     """
     given = {name: value for name, value in cut.items() if value is not None}
     problem, used, notes = _problem(source, given, in_time)
-    return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.material else notes
+    return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else notes
 
 
 def _problem(source: Source, given: Mapping[str, Any], in_time: bool) -> tuple[MillingProblem, CuttingDescription, list[str]]:
@@ -57,7 +57,7 @@ def _problem(source: Source, given: Mapping[str, Any], in_time: bool) -> tuple[M
     dynamics = as_modes(dynamics) if in_time else dynamics
     notes = [spelled(note) for note in dynamics.notes]
     own = None if dynamics.machine is None else dynamics.machine.description.cutting
-    used = changed(own or example_cut(given, notes), given)
+    used = (own or example_cut(given, notes)).with_values(given)
     notes += doubts(used)
     problem = milling_problem(used, dynamics.response, dynamics.x, dynamics.y)
     if problem.coefficients.ka > 0 and problem.z is None:
@@ -69,9 +69,10 @@ def example_cut(given: Mapping[str, Any], notes: list[str]) -> CuttingDescriptio
     """Return the example's cut; a note says which of its values are used."""
     cut = measured_page.EXAMPLE_CUT
     slot, material = given.get("direction") == "slot", "material" in given
-    values = {"diameter": f"diameter {1e3 * cut.diameter:g} mm", "teeth": f"{cut.teeth} teeth",
-              "direction": f"direction {cut.direction}", "immersion": f"immersion {cut.immersion:g}",
-              "tangential": f"kt {1e-6 * (cut.tangential or 0):g} N/mm^2", "normal": f"kn {1e-6 * (cut.normal or 0):g} N/mm^2"}
+    tool, arc, k = cut.tool, cut.engagement, cut.coefficients
+    values = {"diameter": f"diameter {1e3 * tool.diameter:g} mm", "teeth": f"{tool.teeth} teeth",
+              "direction": f"direction {arc.direction}", "immersion": f"immersion {arc.immersion:g}",
+              "tangential": f"kt {1e-6 * (k.tangential or 0):g} N/mm^2", "normal": f"kn {1e-6 * (k.normal or 0):g} N/mm^2"}
     needless = {"immersion"} if slot else {"direction", "immersion"} if "entry" in given else set()
     needless |= {"tangential", "normal"} if material else set()
     taken = [words for name, words in values.items() if name not in given and name not in needless]

@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.app.console import spelled
 from toolpoint.app.dynamics import read_responses
 from toolpoint.cutting import StabilityChart, build, stability
-from toolpoint.machine.description import CuttingDescription
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.frf import bode, real_imaginary
@@ -22,8 +22,8 @@ from toolpoint.studies.tool_dynamics import banded
 from toolpoint.studies.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Frf, Modes
 
-EXAMPLE_CUT = CuttingDescription(
-    0.02, 4, 0.5, 767.0e6, 168.8e6, speeds=(3000.0, 20000.0),
+EXAMPLE_CUT = CuttingDescription.of(
+    diameter=0.02, teeth=4, immersion=0.5, tangential=767.0e6, normal=168.8e6, speeds=(3000.0, 20000.0),
     source="example: 20 mm end mill, four teeth, half immersion; Al 7075-T6, "
            "Chin. J. Mech. Eng. 2021, 10.1186/s10033-021-00536-9")
 

@@ -8,11 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
+
+if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
+    from toolpoint.cutting.description import CuttingDescription
 
 Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
@@ -133,53 +136,6 @@ class LoadDescription:
     point: str
     force: Vector = (0.0, 0.0, 0.0)
     moment: Vector = (0.0, 0.0, 0.0)
-
-
-@dataclass(frozen=True)
-class SpeedVariationDescription:
-    """Spindle-speed variation: `amplitude` as a share of the mean speed, period in `revolutions`, `phase` in rad."""
-
-    amplitude: float
-    revolutions: int = 4
-    phase: float = 0.0
-
-
-@dataclass(frozen=True)
-class CuttingDescription:
-    """The cut that the stability lobes and the simulations of the machine belong to; SI units.
-
-    The arc is `direction` (up, down, slot, centred) with the radial `immersion` a/D, or `entry` and `exit` angles (rad). The
-    coefficients (Pa, edge terms N/m) are given, or those of a `material` of the literature table, replaced by what is given
-    beside it. `helix` is one angle or one for each tooth, `pitch` the angles (rad) from each tooth to the next, equal where
-    empty. `process_damping` in N/m, `damping_friction` its friction share, `feed_per_tooth` in m.
-    """
-
-    diameter: float
-    teeth: int
-    immersion: float | None = None
-    tangential: float | None = None
-    normal: float | None = None
-    direction: str = "down"
-    feed: str = "x"
-    speeds: tuple[float, float] = (1000.0, 12000.0)
-    source: str = ""
-    entry: float | None = None
-    exit: float | None = None
-    helix: float | tuple[float, ...] = 0.0
-    pitch: tuple[float, ...] = ()
-    runout: float = 0.0
-    runout_angle: float = 0.0
-    tilt: float = 0.0
-    corner_radius: float = 0.0
-    axial: float | None = None
-    edge_tangential: float | None = None
-    edge_normal: float | None = None
-    edge_axial: float | None = None
-    material: str = ""
-    process_damping: float = 0.0
-    damping_friction: float = 0.3
-    speed_variation: SpeedVariationDescription | None = None
-    feed_per_tooth: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
-from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.chatter_map import chatter_map
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute

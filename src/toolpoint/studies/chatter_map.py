@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.pose_charts import PoseCharts, chart_poses
-from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.tool_point import ToolPoint, depth_limit, milling_problem, tool_point
 

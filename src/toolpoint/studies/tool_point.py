@@ -13,9 +13,9 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine.assemble import assemble
-from toolpoint.machine.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, eigen, frequency_response
 
@@ -105,7 +105,7 @@ def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | Non
     spatial = (material.ka > 0 or tool.corner_radius > 0) and y != "same"
     return MillingProblem(
         tool, engagement_of(cut), material, dynamics, x, y, feed_angle=FEED_ANGLE[cut.feed],
-        feed_per_tooth=cut.feed_per_tooth, process_damping=cut.process_damping, damping_friction=cut.damping_friction,
+        feed_per_tooth=cut.feed_per_tooth, process_damping=cut.damping.coefficient, damping_friction=cut.damping.friction,
         speed_variation=variation_of(cut), z=_axial_label(dynamics, x) if spatial else None)
 
 

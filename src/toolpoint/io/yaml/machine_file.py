@@ -13,6 +13,7 @@ from ruamel.yaml import YAML
 
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.cutting.build import fault_of
+from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
 from toolpoint.io import stl
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
@@ -193,9 +194,11 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
         top.assumptions)
 
 
-def _cutting(part: schema.CuttingModel, document: Document) -> d.CuttingDescription:
-    values = {**part.model_dump(), "speed_variation": _as(d.SpeedVariationDescription, part.speed_variation)}
-    cut = d.CuttingDescription(**values)
+def _cutting(part: BaseModel, document: Document) -> CuttingDescription:
+    values = part.model_dump()
+    variation = values.pop("speed_variation")
+    cut = CuttingDescription.of(
+        **values, speed_variation=None if variation is None else SpeedVariationDescription(**variation))
     if (fault := fault_of(cut)) is not None:
         document.fault(("cutting", *fault[0]), fault[1])
     return cut
@@ -223,7 +226,7 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     _dump(data, path)
 
 
-def write_cutting(cut: d.CuttingDescription, path: str | Path) -> None:
+def write_cutting(cut: CuttingDescription, path: str | Path) -> None:
     """Write the section ``cutting`` alone, SI numbers, to be put into a machine file."""
     _dump({"cutting": _lowered(cut)}, path)
 
@@ -238,6 +241,8 @@ def _dump(data: Mapping[str, Any], path: str | Path) -> None:
 
 
 def _lowered(value: Any) -> Any:
+    if isinstance(value, CuttingDescription):
+        return _lowered(flat_values(value))
     if isinstance(value, d.MeshDescription):
         return {"file": value.file}
     if is_dataclass(value):

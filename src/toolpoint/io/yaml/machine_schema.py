@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model, model_validator
 from pydantic_core import PydanticCustomError
 
 from toolpoint.bodies.inertia import inertia_fault
+from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, Parameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import Kind, UnitError
 from toolpoint.machine.description import InertiaDescription
@@ -189,39 +191,38 @@ class LoadModel(Part):
     moment: _v(units.MOMENT) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
 
 
-class SpeedVariationModel(Part):
-    amplitude: quantity_type(units.RATIO, gt=0, lt=0.9)  # type: ignore[valid-type]
-    revolutions: Annotated[int, Field(ge=1, le=1000, strict=True)] = 4
-    phase: quantity_type(units.ANGLE) = 0.0  # type: ignore[valid-type]
+_KINDS = {"length": units.LENGTH, "angle": units.ANGLE, "ratio": units.RATIO, "pressure": units.PRESSURE,
+          "speed": units.SPEED, "edge coefficient": EDGE, "process damping": PROCESS_DAMPING}
+_NOTES = {"material": "name in the table of literature coefficients"}
 
 
-class CuttingModel(Part):
-    diameter: quantity_type(units.LENGTH, gt=0)  # type: ignore[valid-type]
-    teeth: Annotated[int, Field(ge=1, le=1000, strict=True)]
-    immersion: quantity_type(units.RATIO, gt=0, le=1) | None = None  # type: ignore[valid-type]
-    tangential: quantity_type(units.PRESSURE, gt=0) | None = None  # type: ignore[valid-type]
-    normal: quantity_type(units.PRESSURE, ge=0) | None = None  # type: ignore[valid-type]
-    direction: Literal["up", "down", "slot", "centred"] = "down"
-    feed: Literal["x", "y", "-x", "-y"] = "x"
-    speeds: _v(units.SPEED, 2) = (1000.0, 12000.0)  # type: ignore[valid-type]
-    source: str = ""
-    entry: quantity_type(units.ANGLE, ge=0) | None = None  # type: ignore[valid-type]
-    exit: quantity_type(units.ANGLE, gt=0) | None = None  # type: ignore[valid-type]
-    helix: _several(units.ANGLE, one=True) = 0.0  # type: ignore[valid-type]
-    pitch: _several(units.ANGLE) = ()  # type: ignore[valid-type]
-    runout: quantity_type(units.LENGTH, ge=0, le=1e-3) = 0.0  # type: ignore[valid-type]
-    runout_angle: quantity_type(units.ANGLE) = 0.0  # type: ignore[valid-type]
-    tilt: quantity_type(units.ANGLE, ge=-0.1, le=0.1) = 0.0  # type: ignore[valid-type]
-    corner_radius: quantity_type(units.LENGTH, ge=0) = 0.0  # type: ignore[valid-type]
-    axial: quantity_type(units.PRESSURE, ge=0) | None = None  # type: ignore[valid-type]
-    edge_tangential: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
-    edge_normal: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
-    edge_axial: quantity_type(EDGE, ge=0) | None = None  # type: ignore[valid-type]
-    material: Annotated[str, Field(description="name in the table of literature coefficients")] = ""
-    process_damping: quantity_type(PROCESS_DAMPING, ge=0) = 0.0  # type: ignore[valid-type]
-    damping_friction: quantity_type(units.RATIO, ge=0) = 0.3  # type: ignore[valid-type]
-    speed_variation: SpeedVariationModel | None = None
-    feed_per_tooth: quantity_type(units.LENGTH, ge=0, le=0.01) = 0.0  # type: ignore[valid-type]
+def _type_of(key: str, parameter: Parameter) -> Any:
+    """Return the type of a key of the cut from what its description states."""
+    if parameter.kind == "variation":
+        return SpeedVariationModel
+    if parameter.kind == "count":
+        return Annotated[int, Field(strict=True, ge=parameter.limits["ge"], le=parameter.limits["le"])]
+    if parameter.kind == "choice":
+        return Literal[parameter.choices]
+    if parameter.kind == "text":
+        return Annotated[str, Field(description=_NOTES.get(key))]
+    kind = _KINDS[parameter.kind]
+    if isinstance(parameter.several, str):
+        return _several(kind, one=parameter.several == "one or each")
+    return quantity_type(kind, **parameter.limits) if parameter.several == 1 else _v(kind, parameter.several)
+
+
+def _model(name: str, parameters: Mapping[str, Parameter], defaults: Mapping[str, Any]) -> type[BaseModel]:
+    """Return the schema of a part of the cut; a default of None makes a key that may be left out."""
+    keys: dict[str, Any] = {}
+    for key, parameter in parameters.items():
+        kind, default = _type_of(key, parameter), defaults.get(key, ...)
+        keys[key] = (kind | None if default is None else kind, default)
+    return create_model(name, __base__=Part, **keys)
+
+
+SpeedVariationModel = _model("SpeedVariationModel", VARIATION, {"revolutions": 4, "phase": 0.0})
+CuttingModel = _model("CuttingModel", PARAMETERS, DEFAULTS)
 
 
 class ReferenceModel(Part):
@@ -243,7 +244,7 @@ class MachineModel(Part):
     tool: str | None = None
     table: str | None = None
     damping_ratio: quantity_type(units.RATIO, ge=0, lt=1) | None = None  # type: ignore[valid-type]
-    cutting: CuttingModel | None = None
+    cutting: CuttingModel | None = None  # type: ignore[valid-type]
     reference: tuple[ReferenceModel, ...] = ()
     poses: tuple[dict[str, Any], ...] = ()
     description: str = ""

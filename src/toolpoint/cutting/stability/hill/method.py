@@ -11,7 +11,6 @@ from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.hill.fourier import is_plain
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
-from toolpoint.cutting.stability.hill.system import HillSystem
 from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -87,6 +86,7 @@ class HillDeterminant:
               ) -> StabilityChart:
         """Return the chart; see `stability.chart`. It always begins cold."""
         from toolpoint.cutting.stability.hill.search import HillSearch, chatter_frequency
+        from toolpoint.cutting.stability.hill.system import HillSystem  # brings the compiler, which few callers need
 
         problem = require_milling(self, problem)
         rows: list[tuple[float, ...]] = []
@@ -114,6 +114,8 @@ class HillDeterminant:
 
 def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:
     """Refuse matrices that would take minutes a speed, with the remedy."""
+    from toolpoint.cutting.stability.hill.system import HillSystem
+
     size, most = HillSystem.rows(problem, speed, response), LARGEST if is_plain(problem) else LARGEST_SHAPED
     if size > most:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times period)",
