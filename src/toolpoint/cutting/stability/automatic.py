@@ -7,7 +7,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from toolpoint._check import FloatArray, positive
+from toolpoint._check import Array, FloatArray, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, rows_of
 from toolpoint.cutting.stability.hill.method import HillDeterminant
@@ -85,7 +85,7 @@ class Automatic:
         return _joined(speeds, depth_max, ((np.flatnonzero(~slow), fast_chart), (np.flatnonzero(slow), slow_chart)), note)
 
 
-def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[FloatArray, StabilityChart], ...], note: str
+def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, StabilityChart], ...], note: str
             ) -> StabilityChart:
     """Return one chart of several, each with the places of its speeds among all."""
     charts = [chart for _, chart in parts]
