@@ -10,7 +10,8 @@ from toolpoint.app import chatter_maps
 from toolpoint.app.main import main
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io.yaml import machine_file
-from toolpoint.studies.chatter_grid import ChatterGrid, chatter_grid
+from toolpoint.studies.chatter_limits import ChatterMap
+from toolpoint.studies.chatter_map import chatter_map
 
 MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")
 GRID = ["--axis", "X=-200mm:0.2m:3", "--axis", "Z=0:300mm:2", "--speeds", "900:1600:8", "--method", "zero-order"]
@@ -25,8 +26,8 @@ def test_the_map_is_that_of_the_python_call_with_options_in_their_units(tmp_path
     found = run(capsys, *GRID, "--feed-directions", "0,90", "--teeth", "4", "--immersion", "0.3", "-o", tmp_path)
     machine = machine_file.read(MACHINE)
     cut = machine.description.cutting
-    expected = chatter_grid(machine, {"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, cut.replaced(teeth=4, immersion=0.3),
-                            np.linspace(900, 1600, 8), np.radians([0, 90]), ZeroOrder())
+    expected = chatter_map(machine, {"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, cut.replaced(teeth=4, immersion=0.3),
+                            speeds=np.linspace(900, 1600, 8), feed_angles=np.radians([0, 90]), method=ZeroOrder())
     np.testing.assert_allclose(found["limit_m"], expected.limit, rtol=1e-9)
     worst = expected.worst()
     assert found["worst"]["pose"] == pytest.approx(worst.pose) and found["worst"]["depth_m"] == pytest.approx(worst.depth)
@@ -52,10 +53,10 @@ def test_the_worst_pose_is_named_and_a_folder_resumes(tmp_path, capsys):
 def test_failed_poses_are_told_and_are_no_numbers():
     limit = np.array([[[1e-3, 2e-3], [np.nan, np.nan]], [[3e-3, np.inf], [4e-3, np.inf]]])
     cut = machine_file.read(MACHINE).description.cutting
-    found = ChatterGrid({"X": np.array([0.0, 0.1])}, np.radians([0, 90]), np.array([1000.0, 2000.0]), limit,
+    found = ChatterMap({"X": np.array([0.0, 0.1])}, np.radians([0, 90]), np.array([1000.0, 2000.0]), limit,
                         np.where(np.isfinite(limit), 80.0, np.nan), np.array([0.01, 0.01]), cut, {(0, 1): "why"})
-    assert chatter_maps.failures(found) == ["X 0, feed at 90°: why"]
-    text = json.dumps(chatter_maps.plain(found), allow_nan=False)
+    assert found.failed() == ["X 0, feed at 90°: why"]
+    text = json.dumps(found.to_dict(), allow_nan=False)
     assert json.loads(text)["limit_m"][0][1] == [None, None] and json.loads(text)["stable_everywhere_m"] == [1e-3, 2e-3]
     html = chatter_maps.page(found, machine_file.read(MACHINE)).html()
     assert "Failed poses" in html and "the largest depth looked at is drawn" not in html

@@ -12,7 +12,7 @@ from toolpoint import Modes
 from toolpoint.cutting import Engagement, FloquetDeterminant, stability
 from toolpoint.cutting.advice.best_speed import from_chart, from_chatter_frequency, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import coefficient_parameters, modal_parameters, probability
-from toolpoint.cutting.stability.pose_charts import chart_poses
+from toolpoint.cutting.stability.chain import chart_poses, limits_of
 
 SPEEDS = np.linspace(8000, 16000, 33)
 
@@ -25,15 +25,16 @@ def test_poses_and_directions_equal_single_charts() -> None:
                   np.stack([m.shape for m in single]), single[0].dofs)  # type: ignore
     problem = benchmark(Engagement.down(0.3), 2)
     angles = [0.0, 0.6]
-    found = chart_poses(problem, batch, SPEEDS[::8], 0.01, angles, workers=2)
+    limit = limits_of(chart_poses(problem, batch, SPEEDS[::8], feed_angles=angles), 5)
     for i, modes in enumerate(single):
         for j, angle in enumerate(angles):
             want = stability.chart(problem.changed(dynamics=modes, feed_angle=angle), SPEEDS[::8], depth_max=0.01).limit
-            assert found.limit[i, j] == pytest.approx(want, rel=1e-9)
+            assert limit[i, j] == pytest.approx(want, rel=1e-9)
     faulty = Modes([900.0], [0.0], np.ones((2, 1)), single[0].dofs)  # type: ignore[union-attr]
-    mixed = chart_poses(problem, [single[0], faulty], SPEEDS[:3], 0.01)  # type: ignore[list-item]
-    assert len(mixed.failures) == 1 and "damping" in mixed.failures[0][2]
-    assert np.isnan(mixed.limit[1]).all() and not np.isnan(mixed.limit[0]).any()
+    mixed = chart_poses(problem, [single[0], faulty], SPEEDS[:3])  # type: ignore[list-item]
+    assert isinstance(mixed[1][0], str) and "damping" in mixed[1][0]
+    limit = limits_of(mixed, 3)
+    assert np.isnan(limit[1]).all() and not np.isnan(limit[0]).any()
 
 
 def test_probability_tends_to_the_chart_and_names_what_matters() -> None:

@@ -23,7 +23,7 @@ from toolpoint.cutting import (
     stability,
 )
 from toolpoint.cutting.stability.automatic import Automatic
-from toolpoint.cutting.stability.pose_charts import chart_poses
+from toolpoint.cutting.stability.chain import chart_poses, limits_of
 
 SPEEDS = np.linspace(5000, 15000, 5)
 DEPTHS = np.linspace(5e-5, 0.01, 200)
@@ -168,13 +168,11 @@ def test_fixed_memory_and_methods_without() -> None:
     assert (plain.depth == given_.depth).all()
 
 
-def test_poses_do_not_hang_on_the_workers() -> None:
-    """Warm and cold, one worker and two: the same charts; every chain begins cold."""
+def test_a_chain_of_poses_warm_and_cold() -> None:
+    """Seventeen poses and two feed directions, each warm from the one before: the cold charts."""
     poses = [pose(0.03 * i) for i in range(17)]
-    args = (cut(), poses, SPEEDS[2:4], 0.01, [0.0, 0.3])
-    one, two, cold = chart_poses(*args), chart_poses(*args, workers=2), chart_poses(*args, warm=False)  # type: ignore[arg-type]
-    assert (one.limit == two.limit).all()
-    assert one.limit == pytest.approx(cold.limit, rel=1e-6)
+    warm, cold = (limits_of(chart_poses(cut(), poses, SPEEDS[2:4], feed_angles=[0.0, 0.3], warm=w), 2) for w in (True, False))
+    assert warm.shape == (17, 2, 2) and warm == pytest.approx(cold, rel=1e-6)
 
 
 def test_a_flip_lobe_that_closes_before_a_hopf_lobe() -> None:

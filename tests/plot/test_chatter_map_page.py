@@ -5,12 +5,13 @@ import pytest
 
 from toolpoint.app import chatter_maps
 from toolpoint.cutting import ZeroOrder
-from toolpoint.studies.chatter_grid import chatter_grid
+from toolpoint.studies.chatter_map import chatter_map
 
 
 @pytest.mark.parametrize("axes", [{"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, {"Z": [0.0, 0.1, 0.3]}, {"Z": [0.1]}])
 def test_map_and_speeds_are_drawn(opened, vertical_drives, axes):
-    found = chatter_grid(vertical_drives, axes, None, np.linspace(900, 1600, 15), np.radians([0, 90]), ZeroOrder())
+    found = chatter_map(vertical_drives, axes, speeds=np.linspace(900, 1600, 15), feed_angles=np.radians([0, 90]),
+                        method=ZeroOrder())
     seen = opened(chatter_maps.page(found, vertical_drives).html(), reduced_motion="reduce")
     drawn = ["speeds"] if max(map(len, axes.values())) == 1 else ["map", "speeds"]
     seen.wait(" && ".join(f"'{name}' in window.toolpointCharts" for name in drawn))
@@ -22,6 +23,6 @@ def test_map_and_speeds_are_drawn(opened, vertical_drives, axes):
         shown = seen.page.evaluate("(trace => Array.from(trace.z || trace.y).flatMap(r => r.length ? Array.from(r) : r))"
                                    "(window.toolpointCharts.map._fullData[0])")
         np.testing.assert_allclose(np.sort(shown), np.sort(1e3 * found.lowest.min(axis=-1), axis=None), rtol=1e-6)
-    assert chatter_maps.sentence(found.worst()) in seen.page.content()
+    assert str(found.worst()) in seen.page.content()
     assert seen.errors == []
     assert len(seen.requests) == 1

@@ -20,12 +20,12 @@ from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
-from toolpoint.studies.chatter_grid import ChatterGrid, WorstCut, chatter_grid
+from toolpoint.studies.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
+from toolpoint.studies.chatter_map import chatter_map
 from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.tool_point import FEED_ANGLE
 
 QUANTITY = "Stable depth, mm"
-HEADER = ["feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz"]
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class Study:
 
 
 def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | Path = "toolpoint-report",
-            quiet: bool = False) -> ChatterGrid:
+            quiet: bool = False) -> ChatterMap:
     """Map the stable depth of a cut over a grid of poses, print the worst places, and write the page."""
     method = method_named(study.method, "--method")
     built = machine_file.read(machine)
@@ -53,106 +53,39 @@ def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | P
     angles = np.array([FEED_ANGLE[used.feed]]) if study.feed_angles is None else study.feed_angles
     with console.collected_warnings() as warnings, \
             console.counted("poses", quiet or not console.interactive()) as progress:
-        found = chatter_grid(built, positions, used, study.speeds, angles, method,
-                             Dask(study.workers) if study.workers else Serial(), study.folder, progress)
+        found = chatter_map(built, positions, used, speeds=study.speeds, feed_angles=angles, method=method,
+                            engine=Dask(study.workers) if study.workers else Serial(), folder=study.folder, progress=progress)
     notes += [*found.notes, *warnings]
     path = page(found, built, notes).save(output)
     if not quiet:
-        console.table(f"Depth that is stable at every charted speed, {repr(found)[12:-1]}", HEADER, rows(found))
-        for text in failures(found):
+        console.table(f"Depth that is stable at every charted speed, {repr(found)[11:-1]}", list(HEADER), found.rows())
+        for text in found.failed():
             console.ERR.print("warning: " + text, markup=False, style="yellow")
-        console.OUT.print("Worst: " + sentence(found.worst()), markup=False)
+        console.OUT.print("Worst: " + str(found.worst()), markup=False)
         for text in dict.fromkeys(notes):
             console.OUT.print("note: " + text, markup=False)
         console.OUT.print(f"Page written: {path}", markup=False)
     return found
 
 
-def place(pose: Mapping[str, float]) -> str:
-    """Return a pose in words."""
-    return ", ".join(f"{name} {value:g}" for name, value in pose.items())
-
-
-def _depth(value: float, top: float) -> str:
-    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * top:.3g}"
-
-
-def _angle(angle: float) -> str:
-    return f"{np.degrees(angle):.4g}°"
-
-
-def sentence(worst: WorstCut) -> str:
-    """Return the worst cut in words."""
-    if not np.isfinite(worst.depth):
-        return "no limit was found below the depths looked at"
-    return (f"{1e3 * worst.depth:.4f} mm at {place(worst.pose)}, feed at {_angle(worst.feed_angle)}, {worst.speed:.0f} rev/min "
-            f"(chatter at {worst.frequency:.1f} Hz)")
-
-
-def rows(found: ChatterGrid) -> list[list[str]]:
-    """Return a row for every feed direction: least depth, where and at which speed."""
-    made = []
-    top = float(np.nanmin(found.depth_max))
-    for way, angle in enumerate(found.feed_angles):
-        if np.isnan(found.limit[..., way, :]).all():
-            made.append([_angle(angle), "failed", "", "", ""])
-            continue
-        worst = found.worst(way)
-        known = np.isfinite(worst.depth)
-        made.append([_angle(angle), _depth(worst.depth, top), place(worst.pose) if known else "",
-                     f"{worst.speed:.0f}" if known else "", f"{worst.frequency:.1f}" if known else ""])
-    return made
-
-
-def failures(found: ChatterGrid) -> list[str]:
-    """Return a line on every pose that failed, with its feed direction where only that failed."""
-    by_place: dict[tuple[int, ...], dict[int, str]] = {}
-    for (*index, way), reason in found.failures.items():
-        by_place.setdefault(tuple(index), {})[way] = reason
-    lines = []
-    for where, reasons in by_place.items():
-        ways = "" if len(reasons) == found.feed_angles.size else ", feed at " + ", ".join(
-            _angle(found.feed_angles[way]) for way in reasons)
-        lines.append(f"{place(found.pose(where))}{ways}: {next(iter(reasons.values()))}")
-    return lines
-
-
-def plain(found: ChatterGrid) -> dict[str, object]:
-    """Return a map as plain numbers and text; None where a pose failed, or no limit lies below depth_max."""
-    def listed(values: FloatArray) -> Any:
-        made = values.astype(object)
-        made[~np.isfinite(values)] = None
-        return made.tolist()
-
-    worst = found.worst()
-    return {"axes": {name: v.tolist() for name, v in found.axes.items()},
-            "feed_angle_deg": np.degrees(found.feed_angles).tolist(), "speed_rpm": found.speeds.tolist(),
-            "limit_m": listed(found.limit), "chatter_frequency_hz": listed(found.frequency),
-            "depth_max_m": listed(found.depth_max), "stable_everywhere_m": listed(found.everywhere),
-            "worst": {"pose": dict(worst.pose), "feed_angle_deg": float(np.degrees(worst.feed_angle)), "speed_rpm": worst.speed,
-                      "depth_m": worst.depth if np.isfinite(worst.depth) else None,
-                      "chatter_frequency_hz": worst.frequency if np.isfinite(worst.frequency) else None},
-            "failures": failures(found), "notes": list(found.notes)}
-
-
-def page(found: ChatterGrid, machine: Machine, notes: Sequence[str] = ()) -> Report:
+def page(found: ChatterMap, machine: Machine, notes: Sequence[str] = ()) -> Report:
     """Return the page of a map: least stable depth over the workspace, by feed direction, and what is stable everywhere."""
     units = {axis.name: "rad" if axis.is_rotary else "m" for axis in machine.chain.axes}
     described = words(found.cut).replace(f", feed along {found.cut.feed}", "")  # the feed turns here
     report = Report(f"Chatter limits over the workspace: {machine.description.name}", f"{described}.",
-                    subtitle=repr(found)[12:-1])
+                    subtitle=repr(found)[11:-1])
     report = report.with_section(
         "Stable depth", *_map_parts(found, units),
-        Table(HEADER, rows(found), "Depth that is stable at every charted speed; the worst pose of each feed direction"))
+        Table(list(HEADER), found.rows(), "Depth that is stable at every charted speed; the worst pose of each feed direction"))
     report = report.with_section("Over the speed", *_speed_parts(found))
-    failed = failures(found)
+    failed = found.failed()
     if failed:
         report = report.with_section("Failed poses", Notes(failed, "warning"))
     lines = list(dict.fromkeys(notes))
     return report.with_section("Remarks", Notes(lines, "assumed")) if lines else report
 
 
-def _map_parts(found: ChatterGrid, units: Mapping[str, str]) -> list[Chart | str]:
+def _map_parts(found: ChatterMap, units: Mapping[str, str]) -> list[Chart | str]:
     """Return the map of the least depth over the first two axes that have several positions; the worst of further ones."""
     lowest = np.minimum(found.lowest, found.depth_max[..., None])
     several = [k for k, at in enumerate(found.axes.values()) if at.size > 1]
@@ -160,8 +93,8 @@ def _map_parts(found: ChatterGrid, units: Mapping[str, str]) -> list[Chart | str
     rest = tuple(k for k in range(len(names)) if k not in several[:2])
     values = 1e3 * lowest.min(axis=rest) if rest else 1e3 * lowest
     if not several:
-        return ["One pose: " + place(found.pose((0,) * len(names))) + "."]
-    told = [f"feed at {_angle(angle)}" for angle in found.feed_angles]
+        return ["One pose: " + pose_words(found.pose((0,) * len(names))) + "."]
+    told = [f"feed at {angle_words(angle)}" for angle in found.feed_angles]
     if len(told) > 1:
         values = np.concatenate([values.min(axis=-1, keepdims=True), values], axis=-1)
         told = ["worst direction", *told]
@@ -176,28 +109,28 @@ def _map_parts(found: ChatterGrid, units: Mapping[str, str]) -> list[Chart | str
     return [*parts, Chart(made, name="map")]
 
 
-def _remark(found: ChatterGrid, further: Sequence[str]) -> str:
+def _remark(found: ChatterMap, further: Sequence[str]) -> str:
     lines = [f"Of {', '.join(further)} the worst position counts."] if further else []
     if np.isinf(found.limit.min(axis=-1)).any():
         lines.append("Where no limit was found, the largest depth looked at is drawn.")
     return " ".join(lines)
 
 
-def _speed_parts(found: ChatterGrid) -> list[Chart | str]:
+def _speed_parts(found: ChatterMap) -> list[Chart | str]:
     worst = found.worst()
     index = tuple(int(np.argmin(np.abs(found.axes[name] - value))) for name, value in worst.pose.items())
     way = int(np.argmin(np.abs(found.feed_angles - worst.feed_angle)))
     curves = [StabilityCurve(found.speeds, found.everywhere, "stable at every pose and in every feed direction"),
               StabilityCurve(found.speeds, found.limit[(*index, way)],
-                             f"worst: {place(worst.pose)}, feed at {_angle(worst.feed_angle)}")]
+                             f"worst: {pose_words(worst.pose)}, feed at {angle_words(worst.feed_angle)}")]
     least = found.lowest.reshape(-1)
     if np.isfinite(least).any():
         *best, turn = (int(k) for k in np.unravel_index(int(np.nanargmax(least)), found.lowest.shape))
         if (*best, turn) != (*index, way):
-            curves.append(StabilityCurve(found.speeds, found.limit[(*best, turn)],
-                                         f"best: {place(found.pose(best))}, feed at {_angle(found.feed_angles[turn])}"))
+            label = f"best: {pose_words(found.pose(best))}, feed at {angle_words(found.feed_angles[turn])}"
+            curves.append(StabilityCurve(found.speeds, found.limit[(*best, turn)], label))
     top = None if np.isfinite(found.limit).any() else float(np.nanmax(found.depth_max))
     at = int(np.argmax(np.minimum(found.everywhere, np.nanmin(found.depth_max))))
-    deepest = _depth(float(found.everywhere[at]), float(np.nanmin(found.depth_max)))
-    return [f"Worst: {sentence(worst)}. Deepest cut that is stable everywhere: {deepest} mm at {found.speeds[at]:.0f} rev/min "
+    deepest = depth_words(float(found.everywhere[at]), float(np.nanmin(found.depth_max)))
+    return [f"Worst: {worst}. Deepest cut that is stable everywhere: {deepest} mm at {found.speeds[at]:.0f} rev/min "
             "(nothing in hand).", Chart(stability_chart(curves, max_depth=top), name="speeds")]

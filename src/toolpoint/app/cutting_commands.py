@@ -247,7 +247,7 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
     study = chatter_maps.Study(axes, feed_directions, speeds, method, workers, folder)
     found = chatter_maps.chatter(machine, study, in_si(cut), output, as_json)
     if as_json:
-        click.echo(json.dumps(chatter_maps.plain(found)))
+        click.echo(json.dumps(found.to_dict()))
 
 
 @click.command()

@@ -121,7 +121,7 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
     response has three directions."""
     if modes.frequency.ndim > 1:
         fail("dynamics", f"{modes.frequency.shape[0]} poses", "must be one pose",
-             "use stability.chart_poses or at_pose(i)")
+             "use at_pose(i) or stability.chart_poses")
     if modes.count == 0:
         fail("dynamics", "no modes", "must have at least one", "a tool that does not vibrate is stable at every depth")
     if modes.is_rigid.any():
@@ -248,7 +248,7 @@ def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tu
 def from_frf(frf: Frf, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
     """Return the plane dynamics of a measured FRF (one pose), as receptance; `y` as in `from_modes`."""
     if frf.values.ndim > 3:
-        fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use stability.chart_poses or at_pose(i)")
+        fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use at_pose(i) or stability.chart_poses")
     if frf.frequency.size < 2:
         fail("dynamics", f"{frf.frequency.size} lines", "must be at least two")
     notes: tuple[str, ...] = ()
