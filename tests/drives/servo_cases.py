@@ -79,22 +79,19 @@ def dry(law: LuGre) -> Coulomb:
 
 def continuous(servo: Servo, command, duration: float, tolerance: float = 1e-12, method: str = "DOP853"):
     """Return plant states at every current sample from an adaptive solver between the same sampled controllers."""
-    from toolpoint.drives.controller.kernel import STATE
     from toolpoint.drives.simulation.kernel import held_inputs, sample_controllers
+    from toolpoint.drives.simulation.simulate import control_arrays
 
     p, step = servo.plant, servo.controllers[0].sample_times[0]
-    parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, p.axes)])
-    control, u, voltage = np.zeros((len(p.axes), STATE)), np.zeros(2 * len(p.axes)), np.zeros(2)
-    table = np.stack([command.position, command.velocity, command.acceleration], axis=-1)
-    counts, n, laws = np.array(servo.counts), p.a.shape[0], p.rows.shape[0]
-    reading, nothing = np.array(p.outputs), np.zeros((1, len(p.axes)))
+    control, u, voltage = control_arrays(servo, command), np.zeros(2 * len(p.axes)), np.zeros(2)
+    reading, n, laws = np.array(p.outputs), p.a.shape[0], p.laws.size
     friction = [rub.law for axis in p.axes for rub in axis.mechanics.friction]
     right = plant_rate(p, friction)
     x = np.zeros(n + laws)
     history, evaluations = [x.copy()], 0
     for k in range(round(duration / step)):
-        sample_controllers(k, counts, parameters, control, reading @ x[:n], table, nothing, 0)
-        held_inputs(k, counts, parameters, control, reading @ x[:n], u, voltage)
+        sample_controllers(k, control, reading @ x[:n])
+        held_inputs(k, control, reading @ x[:n], u, voltage)
         made = solve_ivp(right, (0.0, step), x, method, args=(p.b_input @ u,), rtol=tolerance, atol=1e-15)
         x = made.y[:, -1]
         evaluations += made.nfev
@@ -104,7 +101,7 @@ def continuous(servo: Servo, command, duration: float, tolerance: float = 1e-12,
 
 def plant_rate(p: Plant, friction: list):
     """Return the right-hand side of the continuous plant with LuGre or viscous laws."""
-    n, laws = p.a.shape[0], p.rows.shape[0]
+    n, laws = p.a.shape[0], p.laws.size
     a, bw, sc, one, other = np.array(p.a), np.array(p.b_scalar), np.array(p.scalars), *p.products.T
 
     def rate(t, x, drive):

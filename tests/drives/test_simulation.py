@@ -81,12 +81,10 @@ def test_kernel_equals_its_plain_twin():
     dz = s[:2] - 0.0
     u = np.zeros(4)
     ready = prepare(servo, rest(2, 1e-3, 0.01), start=x)
-    arguments = list(ready.arguments)
-    arguments[1] = 1
-    control = arguments[16]
-    assert run(*arguments) == 0
-    u[0::2], u[1::2] = control[:, 40], control[:, 41]
-    twin, _, _ = reference_step.advanced(p, laws, x, z, dz, u, arguments[2])
+    start, _, *arguments = ready.arguments
+    assert run(start, 1, *arguments) == 0
+    u[0::2], u[1::2] = ready.control.states["voltage_d"], ready.control.states["voltage_q"]
+    twin, _, _ = reference_step.advanced(p, laws, x, z, dz, u, ready.matrices.step)
     np.testing.assert_allclose(ready.result(0).state, twin, rtol=1e-9, atol=1e-13)
 
 

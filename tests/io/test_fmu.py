@@ -35,7 +35,7 @@ from toolpoint.drives import (
     simulate,
     two_mass_axis,
 )
-from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.io import fmu
 
 needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "clang"))), reason="no C compiler installed")
@@ -130,7 +130,7 @@ def test_description_follows_the_standard(tmp_path):
 
         root = ElementTree.fromstring(file.read("modelDescription.xml"))
     assert names == ["modelDescription.xml", "documentation/licenses/LICENSE.txt", "sources/servo.c", "sources/servo_step.h",
-                     "sources/servo_data.h"]
+                     "sources/servo_records.h", "sources/servo_data.h"]
     variables = list(root.iter("ScalarVariable"))
     assert root.get("modelName") == "a servo <1>" and root.get("fmiVersion") == "2.0"
     assert len({v.get("name") for v in variables}) == len({v.get("valueReference") for v in variables}) == len(variables)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from toolpoint._check import ToolpointError
-from toolpoint.drives.controller.settings import MAX_DELAY, MAX_FILTERS
+from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS
 from toolpoint.drives.description import (
     CurrentDescription,
     DriveAxisDescription,

@@ -10,11 +10,10 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, frozen, suggestion
 from toolpoint.drives.axis.mechanics import Mechanics
 from toolpoint.drives.axis.motor import SynchronousMotor, TorqueMotor
-from toolpoint.drives.friction.laws import CONTACT, ROW
+from toolpoint.drives.axis.outputs import OUTPUTS
+from toolpoint.drives.friction.records import CONTACT, LAW
 from toolpoint.vibration import Dof, Modes, StateSpace
 from toolpoint.vibration.state_space import modal
-
-OUTPUTS = ("angle", "speed", "scale", "i_d", "i_q", "table", "tool")
 
 
 @dataclass(frozen=True)
@@ -95,7 +94,8 @@ class Plant:
 
     u holds (u_d, u_q) of every axis, V (0 and torque for a TorqueMotor); d the force on every table, N; w the friction,
     contact and bilinear terms (the viscous part of friction is in A). Outputs of every axis: motor angle and speed,
-    scale, i_d, i_q, table, table against tool.
+    scale, i_d, i_q, table, table against tool. `laws` are the records (`friction.records.LAW`) of the friction and contact
+    laws, `viscous` their viscous parts, `products` the pairs of scalars whose products are the bilinear terms.
     """
 
     axes: tuple[DriveAxis, ...]
@@ -105,7 +105,7 @@ class Plant:
     b_scalar: FloatArray
     scalars: FloatArray
     outputs: FloatArray
-    rows: FloatArray
+    laws: np.ndarray
     viscous: FloatArray
     products: np.ndarray
     states: tuple[str, ...]
@@ -125,7 +125,7 @@ class Plant:
                           tuple(f"{n}.{o}" for n in names for o in OUTPUTS), self.states)
 
     def __repr__(self) -> str:
-        return (f"Plant({', '.join(a.name for a in self.axes)}; {self.a.shape[0]} states, {self.rows.shape[0]} friction "
+        return (f"Plant({', '.join(a.name for a in self.axes)}; {self.a.shape[0]} states, {self.laws.size} friction "
                 f"and contact laws, {self.products.shape[0]} bilinear terms)")
 
 
@@ -173,7 +173,7 @@ class _Assembly:
             self.a[at:, at:] = structure.system.a
         self.b_input, self.b_force = np.zeros((n, 2 * len(axes))), np.zeros((n, len(axes)))
         self.columns: list[FloatArray] = []
-        self.law_rows: list[FloatArray] = []
+        self.laws: list[np.ndarray] = []
         self.viscous: list[float] = []
         self.scalars: list[FloatArray] = []
         self.bilinear: list[FloatArray] = []
@@ -183,17 +183,18 @@ class _Assembly:
         outputs = [row for i in range(len(self.axes)) for row in self._axis(i)]
         scalars = list(self.scalars)
         products = np.zeros((len(self.factors), 2), np.int64)
-        laws = len(scalars)
+        first = len(scalars)
         for k, pair in enumerate(self.factors):
             for side, factor in enumerate(pair):
-                same = [i for i in range(laws, len(scalars)) if np.array_equal(scalars[i], factor)]
+                same = [i for i in range(first, len(scalars)) if np.array_equal(scalars[i], factor)]
                 products[k, side] = same[0] if same else len(scalars)
                 scalars += [] if same else [factor]
         n = self.a.shape[0]
         stacked = lambda parts, width: np.array(parts).reshape(-1, width)
+        laws = np.stack(self.laws) if self.laws else np.zeros(0, LAW)
         return Plant(self.axes, frozen(self.a), frozen(self.b_input), frozen(self.b_force),
                      frozen(stacked(self.columns + self.bilinear, n).T.copy()), frozen(stacked(scalars, n)),
-                     frozen(np.array(outputs)), frozen(stacked(self.law_rows, ROW)), frozen(np.array(self.viscous)), products,
+                     frozen(np.array(outputs)), frozen(laws), frozen(np.array(self.viscous)), products,
                      self.states)
 
     def _rows(self, i: int) -> tuple[FloatArray, FloatArray]:
@@ -232,9 +233,9 @@ class _Assembly:
         self.a += self._push(i, -(mechanics.stiffness @ place + mechanics.damping @ rate))
         motor, table = mechanics.vector(mechanics.motor), mechanics.vector(mechanics.table)
         for rub in mechanics.friction:
-            self._law(i, rub.row, rub.law.row.copy(), rate, -1.0)
+            self._law(i, rub.row, rub.law.record, rate, -1.0)
         for play in mechanics.contacts:
-            self._law(i, play.row, play.law.row.copy(), place, 1.0)
+            self._law(i, play.row, play.law.record, place, 1.0)
         speed = motor @ rate
         currents = np.zeros((2, self.a.shape[0]))
         torque = self._push(i, motor)
@@ -250,15 +251,17 @@ class _Assembly:
             tool[self.at_structure:] -= self.structure.row(self.structure.tool[axis.name])
         return [motor @ place, speed, scale, *currents, position, tool]
 
-    def _law(self, i: int, row: Mapping[str, float], law: FloatArray, motion: FloatArray, sign: float) -> None:
+    def _law(self, i: int, row: Mapping[str, float], law: np.ndarray, motion: FloatArray, sign: float) -> None:
         vector = self.axes[i].mechanics.vector(row)
         column = sign * self._push(i, vector)
         viscous = 0.0
-        if law[0] != CONTACT:
-            viscous, law[8] = float(law[8]), 0.0
+        if law["kind"] != CONTACT:
+            # Viscous friction is linear: it stands in A, and the law keeps its dry part.
+            law = law.copy()
+            viscous, law["viscous"] = float(law["viscous"]), 0.0
             self.a += viscous * np.outer(column, vector @ motion)
         self.viscous.append(viscous)
-        self.law_rows.append(law)
+        self.laws.append(law)
         self.scalars.append(vector @ motion)
         self.columns.append(column)
 

@@ -1,9 +1,6 @@
 """Compiled sampled controllers of one axis: position, velocity and current sample, and the inverter's voltage.
 
-Parameters are the row of `control.Controller.parameters`. State: 0 speed set point, 1 feed-forward torque, 2 velocity
-integral, 3 q-current set point (torque without current loop), 4-5 current integrals, 6 last angle, 7 torque, 8-15
-filters, 16-23 torque delay line, 24-39 voltage delay lines, 40-41 voltage in force, 42 following error, 43 rotor angle
-at the current sample, 44 rotor speed there.
+`p` is a record of `PARAMETERS`, `s` one of `CONTROL_STATE` (see `records`), changed in place.
 """
 
 # mypy: disable-error-code="no-untyped-def"
@@ -14,8 +11,6 @@ import math
 
 from numba import njit
 
-STATE = 48
-
 
 @njit(cache=True, nogil=True)
 def quantise(value, resolution):
@@ -24,66 +19,76 @@ def quantise(value, resolution):
 
 
 @njit(cache=True, nogil=True)
-def position_sample(p, s, command, angle, scale):
-    """Write the speed set point and the feed-forward torque."""
-    actual = quantise(scale, p[8]) if p[6] != 0.0 else quantise(angle, p[7]) * p[2]
-    s[42] = command[0] - actual
-    s[0] = (p[0] * s[42] + p[1] * command[1]) / p[2]
-    s[1] = p[3] * command[2] + p[4] * math.tanh(command[1] / p[5])
+def position_sample(p, s, set_point, angle, scale):
+    """Write the speed set point, the feed-forward torque and the following error."""
+    if p.scale_feedback:
+        actual = quantise(scale, p.scale_resolution)
+    else:
+        actual = quantise(angle, p.angle_resolution) * p.lead
+    s.following_error = set_point.position - actual
+    s.speed_set = (p.position_gain * s.following_error + p.velocity_feedforward * set_point.velocity) / p.lead
+    s.torque_feedforward = (p.inertia_feedforward * set_point.acceleration
+                            + p.friction_feedforward * math.tanh(set_point.velocity / p.friction_velocity))
 
 
 @njit(cache=True, nogil=True)
 def velocity_sample(p, s, angle, speed, add_speed, add_torque):
     """Write the torque command and the current set point."""
-    if p[28] != 0.0:
-        reading = quantise(angle, p[7])
-        speed = (reading - s[6]) / p[26]
-        s[6] = reading
-    error = s[0] + add_speed - speed
-    torque = p[9] * error + s[2] + s[1]
-    for i in range(int(p[24])):
-        b = 36 + 5 * i
-        y = p[b] * torque + s[8 + 2 * i]
-        s[8 + 2 * i] = p[b + 1] * torque - p[b + 3] * y + s[9 + 2 * i]
-        s[9 + 2 * i] = p[b + 2] * torque - p[b + 4] * y
-        torque = y
-    torque += add_torque
-    limit = min(p[11], p[31] * p[12]) if p[21] != 0.0 else p[11]
+    if p.difference:
+        reading = quantise(angle, p.angle_resolution)
+        speed = (reading - s.last_angle) / p.velocity_sample_time
+        s.last_angle = reading
+    error = s.speed_set + add_speed - speed
+    torque = filtered(p, s, p.velocity_gain * error + s.speed_integral + s.torque_feedforward) + add_torque
+    limit = min(p.torque_limit, p.current_limit * p.torque_constant) if p.has_current_loop else p.torque_limit
     limited = min(max(torque, -limit), limit)
+    # The integral rests while the limit holds and the error would drive it further in.
     if limited == torque or error * torque < 0.0:
-        s[2] += p[10] * p[26] * error
-    delay = int(p[22])
-    for i in range(delay, 0, -1):
-        s[16 + i] = s[15 + i]
-    s[16] = limited
-    s[7] = s[16 + delay]
-    s[3] = s[7] / p[12]
+        s.speed_integral += p.velocity_integral * p.velocity_sample_time * error
+    for i in range(p.velocity_delay, 0, -1):
+        s.torque_line[i] = s.torque_line[i - 1]
+    s.torque_line[0] = limited
+    s.torque_set = s.torque_line[p.velocity_delay]
+    s.current_set = s.torque_set / p.torque_constant
+
+
+@njit(cache=True, nogil=True)
+def filtered(p, s, torque):
+    """Return the torque behind the filters: second-order stages in transposed direct form II (two memories each)."""
+    for i in range(p.filter_count):
+        y = p.filters[i, 0] * torque + s.filter_memory[i, 0]
+        s.filter_memory[i, 0] = p.filters[i, 1] * torque - p.filters[i, 3] * y + s.filter_memory[i, 1]
+        s.filter_memory[i, 1] = p.filters[i, 2] * torque - p.filters[i, 4] * y
+        torque = y
+    return torque
 
 
 @njit(cache=True, nogil=True)
 def current_sample(p, s, angle, speed, i_d, i_q, add_current, add_voltage):
     """Put the delayed voltage in force and compute the next one."""
-    if p[21] == 0.0:
-        s[40], s[41] = 0.0, s[7]
+    if not p.has_current_loop:
+        s.voltage_d, s.voltage_q = 0.0, s.torque_set
         return
-    turn = p[19] * speed
-    error_d, error_q = -i_d, s[3] + add_current - i_q
-    u_d = p[13] * error_d + s[4] + add_voltage * 0.0
-    u_q = p[13] * error_q + s[5] + add_voltage
-    if p[15] != 0.0:
-        u_d -= turn * p[17] * i_q
-        u_q += turn * (p[16] * i_d + p[18])
+    turn = p.model_pole_pairs * speed
+    error_d, error_q = -i_d, s.current_set + add_current - i_q
+    u_d = p.current_gain * error_d + s.integral_d
+    u_q = p.current_gain * error_q + s.integral_q + add_voltage
+    if p.decoupling:
+        # The rotational voltages of the model, so that the loops see resistance and inductance only.
+        u_d -= turn * p.model_inductance_q * i_q
+        u_q += turn * (p.model_inductance_d * i_d + p.model_flux)
     length = math.sqrt(u_d * u_d + u_q * u_q)
-    scale = p[20] / length if length > p[20] else 1.0
-    back = p[27] * p[14] / p[13]
-    s[4] += p[27] * p[14] * error_d + back * (scale - 1.0) * u_d
-    s[5] += p[27] * p[14] * error_q + back * (scale - 1.0) * u_q
-    delay = int(p[23])
-    for i in range(delay, 0, -1):
-        s[24 + i], s[32 + i] = s[23 + i], s[31 + i]
-    s[24], s[32] = scale * u_d, scale * u_q
-    s[40], s[41] = s[24 + delay], s[32 + delay]
-    s[43], s[44] = angle, speed
+    scale = p.voltage_limit / length if length > p.voltage_limit else 1.0
+    # Back-calculation: what the voltage limit took away leaves the integrals with the loop's own time constant.
+    rise = p.current_sample_time * p.current_integral
+    back = rise / p.current_gain
+    s.integral_d += rise * error_d + back * (scale - 1.0) * u_d
+    s.integral_q += rise * error_q + back * (scale - 1.0) * u_q
+    for i in range(p.current_delay, 0, -1):
+        s.voltage_line_d[i], s.voltage_line_q[i] = s.voltage_line_d[i - 1], s.voltage_line_q[i - 1]
+    s.voltage_line_d[0], s.voltage_line_q[0] = scale * u_d, scale * u_q
+    s.voltage_d, s.voltage_q = s.voltage_line_d[p.current_delay], s.voltage_line_q[p.current_delay]
+    s.held_angle, s.held_speed = angle, speed
 
 
 @njit(cache=True, nogil=True)
@@ -97,23 +102,24 @@ def leg_fraction(duty, start, stop):
 def switched_voltage(p, s, phase, width, angle, speed, out):
     """Write the dq voltage of the switched legs, mean over one simulation step.
 
-    `phase` and `width` are the step's start and length as fractions of the current sample.
+    `phase` and `width` are the step's start and length as fractions of the current sample. The command is turned to the
+    stator with the rotor's angle in the middle of the sample, the legs' mean back with that in the middle of the step.
     """
-    poles, period, bus = p[32], p[27], math.sqrt(3.0) * p[20]
-    at = poles * (s[43] + 0.5 * period * s[44])
+    period, bus = p.current_sample_time, math.sqrt(3.0) * p.voltage_limit
+    at = p.pole_pairs * (s.held_angle + 0.5 * period * s.held_speed)
     c, q = math.cos(at), math.sin(at)
-    alpha, beta = c * s[40] - q * s[41], q * s[40] + c * s[41]
+    alpha, beta = c * s.voltage_d - q * s.voltage_q, q * s.voltage_d + c * s.voltage_q
     a, b = alpha, -0.5 * alpha + 0.5 * math.sqrt(3.0) * beta
     d = -0.5 * alpha - 0.5 * math.sqrt(3.0) * beta
     shift = 0.5 * (max(a, b, d) + min(a, b, d))
-    start = phase * p[30] - math.floor(phase * p[30] + 1e-9)
+    start = phase * p.carrier - math.floor(phase * p.carrier + 1e-9)
     start = max(start, 0.0)
-    stop = start + width * p[30]
+    stop = start + width * p.carrier
     high_a = leg_fraction(min(max(0.5 + (a - shift) / bus, 0.0), 1.0), start, stop) * bus
     high_b = leg_fraction(min(max(0.5 + (b - shift) / bus, 0.0), 1.0), start, stop) * bus
     high_d = leg_fraction(min(max(0.5 + (d - shift) / bus, 0.0), 1.0), start, stop) * bus
     alpha = (2.0 * high_a - high_b - high_d) / 3.0
     beta = (high_b - high_d) / math.sqrt(3.0)
-    now = poles * (angle + 0.5 * width * period * speed)
+    now = p.pole_pairs * (angle + 0.5 * width * period * speed)
     c, q = math.cos(now), math.sin(now)
     out[0], out[1] = c * alpha + q * beta, -q * alpha + c * beta

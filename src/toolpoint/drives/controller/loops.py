@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
-from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller
 from toolpoint.vibration import StateSpace
@@ -157,7 +157,7 @@ class _Levels:
         self.n = len(plant.axes)
         a = np.array(plant.a)
         if slope is not None:
-            laws = plant.rows.shape[0]
+            laws = plant.laws.size
             a = a + plant.b_scalar[:, :laws] @ (floats("friction_slope", slope, (laws,))[:, None] * plant.scalars[:laws])
         self.times = servo.controllers[0].sample_times
         self.phi, self.gamma, _ = hold_matrices(a, np.array(plant.b_input[:, 1::2]), self.times[0])

@@ -6,12 +6,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, fail, one_of, positive, scalar
+from toolpoint._check import count, fail, one_of, positive, scalar
 from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
 from toolpoint.drives.controller.filters import Filter
-
-MAX_FILTERS, MAX_DELAY = 4, 8
-PARAMETERS = 36 + 5 * MAX_FILTERS
+from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS, PARAMETERS
 
 
 @dataclass(frozen=True)
@@ -174,29 +172,40 @@ class Controller:
         inner = self.velocity.sample_time if self.current is None else self.current.sample_time
         return inner, self.velocity.sample_time, self.position.sample_time
 
-    def parameters(self, motor: SynchronousMotor | TorqueMotor) -> FloatArray:
-        """Return the row of numbers that the control kernel reads."""
-        p, v, c, e = self.position, self.velocity, self.current, self.encoders
-        if isinstance(motor, SynchronousMotor) != (c is not None):
-            fail("Controller.current", repr(c), f"must suit {type(motor).__name__}",
+    def parameters(self, motor: SynchronousMotor | TorqueMotor) -> np.ndarray:
+        """Return the record of `PARAMETERS` (shape ()) that the control kernel reads."""
+        position, velocity = self.position, self.velocity
+        if isinstance(motor, SynchronousMotor) != (self.current is not None):
+            fail("Controller.current", repr(self.current), f"must suit {type(motor).__name__}",
                  "a SynchronousMotor needs a CurrentLoop, a TorqueMotor none")
-        row = np.zeros(PARAMETERS)
         lead = float(self.lead or 0.0)
-        row[:9] = (p.gain, p.velocity_feedforward, lead, p.inertia_feedforward / lead, p.friction_feedforward,
-                   p.friction_velocity, p.feedback == "scale", e.motor, e.scale)
-        row[9:13] = v.gain, v.gain / v.integral_time, v.limit, motor.torque_constant
-        row[22], row[24:28] = v.delay, (len(v.filters), p.sample_time, v.sample_time, self.sample_times[0])
-        row[28] = e.difference or e.motor > 0
-        if c is not None:
-            m = c.model
-            row[12:22] = (m.torque_constant, c.gain, c.integral, c.decoupling, m.inductance_d, m.inductance_q, m.flux,
-                          m.pole_pairs, self.inverter.voltage, 1.0)
-            row[23], row[31] = c.delay, c.limit
-            row[29], row[30] = self.inverter.kind == "six-pulse", self.inverter.carrier
-            row[32] = motor.pole_pairs if isinstance(motor, SynchronousMotor) else 0.0
-        for i, part in enumerate(v.filters):
-            row[36 + 5 * i:41 + 5 * i] = part.coefficients(v.sample_time)
-        return row
+        p = np.zeros((), PARAMETERS)
+        p["position_gain"], p["velocity_feedforward"], p["lead"] = position.gain, position.velocity_feedforward, lead
+        p["inertia_feedforward"] = position.inertia_feedforward / lead
+        p["friction_feedforward"], p["friction_velocity"] = position.friction_feedforward, position.friction_velocity
+        p["scale_feedback"] = position.feedback == "scale"
+        p["angle_resolution"], p["scale_resolution"] = self.encoders.motor, self.encoders.scale
+        p["difference"] = self.encoders.difference or self.encoders.motor > 0
+        p["velocity_gain"], p["velocity_integral"] = velocity.gain, velocity.gain / velocity.integral_time
+        p["torque_limit"], p["torque_constant"] = velocity.limit, motor.torque_constant
+        p["velocity_delay"], p["velocity_sample_time"] = velocity.delay, velocity.sample_time
+        p["current_sample_time"] = self.sample_times[0]
+        p["filter_count"] = len(velocity.filters)
+        for i, part in enumerate(velocity.filters):
+            p["filters"][i] = part.coefficients(velocity.sample_time)
+        if self.current is not None and isinstance(motor, SynchronousMotor):
+            self._write_current(p, self.current, motor)
+        return p
+
+    def _write_current(self, p: np.ndarray, current: CurrentLoop, motor: SynchronousMotor) -> None:
+        model = current.model
+        p["has_current_loop"], p["torque_constant"] = True, model.torque_constant
+        p["current_gain"], p["current_integral"] = current.gain, current.integral
+        p["current_limit"], p["current_delay"], p["decoupling"] = current.limit, current.delay, current.decoupling
+        p["model_inductance_d"], p["model_inductance_q"] = model.inductance_d, model.inductance_q
+        p["model_flux"], p["model_pole_pairs"], p["pole_pairs"] = model.flux, model.pole_pairs, motor.pole_pairs
+        p["voltage_limit"], p["six_pulse"] = self.inverter.voltage, self.inverter.kind == "six-pulse"
+        p["carrier"] = self.inverter.carrier
 
 
 def _not_negative(name: str, value: float) -> None:

@@ -10,8 +10,8 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.drives.controller.filters import Filter, notch
 from toolpoint.drives.controller.loops import LoopLevel, Margins, bandwidth, compute_loops
+from toolpoint.drives.controller.records import MAX_FILTERS
 from toolpoint.drives.controller.servo import Servo
-from toolpoint.drives.controller.settings import MAX_FILTERS
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""Piecewise linear contact of a nut or a gear: preload, backlash, and the row of numbers of the simulation kernel."""
+"""Piecewise linear contact of a nut or a gear: preload, backlash, and its record for the simulation kernel."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, positive, scalar
-from toolpoint.drives.friction.laws import CONTACT, ROW
+from toolpoint.drives.friction.records import CONTACT, LAW
 
 
 @dataclass(frozen=True)
@@ -51,8 +51,9 @@ class Contact:
         return self.stiffness * (np.maximum(s + d, 0) - np.maximum(d - s, 0))
 
     @property
-    def row(self) -> FloatArray:
-        """Return the contact as the row of numbers of the simulation kernel."""
-        row = np.zeros(ROW)
-        row[:4] = CONTACT, self.stiffness, self.reference_stiffness, self.preload_deflection
-        return row
+    def record(self) -> np.ndarray:
+        """The contact as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
+        record = np.zeros((), LAW)
+        record["kind"], record["contact_stiffness"] = CONTACT, self.stiffness
+        record["contact_reference"], record["contact_preload"] = self.reference_stiffness, self.preload_deflection
+        return record

@@ -1,5 +1,7 @@
-"""Compiled friction and contact laws: one implicit step of each, from the rows that `friction` and `contact` write.
+"""Compiled friction and contact laws: one implicit step of each.
 
+`law` is a record of `LAW`, `state` and `trial` are records of `LAW_STATE` (see `records`): the state at the start of the
+step is read, that at its end written to `trial`, so that a step can be tried many times before it is accepted.
 Imported only when a simulation runs: numba takes most of a second to load.
 """
 
@@ -12,23 +14,21 @@ import math
 import numpy as np
 from numba import njit
 
-ELEMENTS, STIFFNESS, SHARE = 12, 13, 21
-# States of a law: bristle and its rate, or block forces 0-7, slip signs 8-15 and velocity 16; 17 is scratch of the solver.
-SLIP, VELOCITY, SCRATCH, SLOTS = 8, 16, 17, 18
+from toolpoint.drives.friction.records import BRISTLE, ITERATIONS, MAXWELL, STATIC
 
 
 @njit(cache=True, nogil=True)
-def dry(rows, k, speed):
+def dry(law, speed):
     """Return the dry level g(|v|) and dg/d|v|."""
-    level, slope = rows[k, 1], 0.0
-    for at in (2, 5):
-        a = rows[k, at]
-        if a != 0.0:
-            ratio, d = speed / rows[k, at + 1], rows[k, at + 2]
+    level, slope = law.level, 0.0
+    for i in range(2):
+        size = law.fall_size[i]
+        if size != 0.0:
+            ratio, d = speed / law.fall_velocity[i], law.fall_exponent[i]
             power = ratio * ratio if d == 2.0 else (ratio if d == 1.0 else ratio**d)
             if power > 60.0:
                 continue
-            e = a * math.exp(-power)
+            e = size * math.exp(-power)
             level += e
             if speed > 0.0:
                 slope -= e * d * power / speed
@@ -36,23 +36,27 @@ def dry(rows, k, speed):
 
 
 @njit(cache=True, nogil=True)
-def bristle_rate(rows, k, z, v):
+def bristle_rate(law, z, v):
     """Return dz/dt of the LuGre bristle."""
-    return v - rows[k, 9] * abs(v) * z / dry(rows, k, abs(v))[0]
+    return v - law.bristle_stiffness * abs(v) * z / dry(law, abs(v))[0]
 
 
 @njit(cache=True, nogil=True)
-def solve_bristle(rows, k, z0, rate0, step, free, gain, guess):
-    """Return (v, F, z, dz/dt, converged) with v = free + gain F(v): one implicit trapezoidal step of the LuGre bristle.
+def solve_bristle(law, state, step, free, gain, guess, trial):
+    """Return (v, F, converged) with v = free + gain F(v): one implicit trapezoidal step of the LuGre bristle.
 
-    Safeguarded Newton steps from `guess`. The last step, small against the Stribeck velocity too, enters by the slopes.
+    The trapezoidal rule gives the bristle z at the end of the step in closed form for a given v, so that v alone is
+    unknown: safeguarded Newton steps from `guess`. A step as small as one part in 1e8, and small against the Stribeck
+    velocities too (the curve bends there), ends the search and enters by the slopes.
     """
-    s0, s1, s2, half = rows[k, 9], rows[k, 10], rows[k, 8], 0.5 * step
+    s0, s1, s2, half = law.bristle_stiffness, law.bristle_damping, law.viscous, 0.5 * step
+    z0, rate0 = state.bristle, state.bristle_rate
     v, low, high = guess, -np.inf, np.inf
-    force, z, rate = 0.0, z0, rate0
-    for _ in range(60):
+    force = 0.0
+    trial.bristle, trial.bristle_rate = z0, rate0
+    for _ in range(ITERATIONS):
         speed, sign = abs(v), 1.0 if v >= 0.0 else -1.0
-        g, slope = dry(rows, k, speed)
+        g, slope = dry(law, speed)
         over = 1.0 / g
         share = s0 * speed * over
         bottom = 1.0 / (1.0 + half * share)
@@ -62,6 +66,7 @@ def solve_bristle(rows, k, z0, rate0, step, free, gain, guess):
         rate = v - share * z
         drate = 1.0 - dshare * z - share * dz
         force, dforce = s0 * z + s1 * rate + s2 * v, s0 * dz + s1 * drate + s2
+        trial.bristle, trial.bristle_rate = z, rate
         residual = v - free - gain * force
         if residual > 0.0:
             high = min(high, v)
@@ -70,50 +75,54 @@ def solve_bristle(rows, k, z0, rate0, step, free, gain, guess):
         base = 1.0 - gain * dforce
         change = -residual / base if base > 1e-6 else free + gain * force - v
         if not low < v + change < high:
+            # Outside the bracket: its middle, or one fixed-point step while an end is open.
             if np.isfinite(low) and np.isfinite(high):
                 change = 0.5 * (low + high) - v
             elif change == 0.0:
-                return v, force, z, rate, True
+                return v, force, True
             else:
                 change = free + gain * force - v
-        if abs(change) <= max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24, 3e-5 * min(speed, rows[k, 3], rows[k, 6])):
-            return v + change, force + dforce * change, z + dz * change, rate + drate * change, True
+        near = max(1e-8 * (abs(free) + abs(gain * force)) + 1e-24,
+                   3e-5 * min(speed, law.fall_velocity[0], law.fall_velocity[1]))
+        if abs(change) <= near:
+            trial.bristle, trial.bristle_rate = z + dz * change, rate + drate * change
+            return v + change, force + dforce * change, True
         v += change
-    return v, force, z, rate, False
+    return v, force, False
 
 
 @njit(cache=True, nogil=True)
-def maxwell_force(rows, k, state, step, v, new):
+def maxwell_force(law, state, step, v, trial):
     """Return (F, dF/dv) of the Maxwell-slip blocks at the end of a step; writes forces, slip signs and velocity.
 
     A block sticks with the mean velocity of the step until its limit; then it slips, and follows the Stribeck curve by
     an implicit step of its rate, until the velocity changes sign.
     """
-    level = dry(rows, k, abs(v))[0]
-    total, slope = rows[k, 8] * v, rows[k, 8]
-    moved = 0.5 * step * (state[VELOCITY] + v)
-    for i in range(int(rows[k, ELEMENTS])):
-        stiff, limit, slip = rows[k, STIFFNESS + i], rows[k, SHARE + i] * level, state[SLIP + i]
+    level = dry(law, abs(v))[0]
+    total, slope = law.viscous * v, law.viscous
+    moved = 0.5 * step * (state.velocity + v)
+    for i in range(law.elements):
+        stiff, limit, slip = law.element_stiffness[i], law.element_share[i] * level, state.block_slip[i]
         if slip != 0.0 and v * slip > 0.0:
-            rise = step * rows[k, 11]
-            force = slip * (abs(state[i]) + rise * rows[k, SHARE + i]) / (1.0 + rise / level)
+            rise = step * law.attraction
+            force = slip * (abs(state.block_force[i]) + rise * law.element_share[i]) / (1.0 + rise / level)
         else:
-            slip, force = 0.0, state[i] + stiff * moved
+            slip, force = 0.0, state.block_force[i] + stiff * moved
             if abs(force) >= limit:
                 slip = 1.0 if force > 0.0 else -1.0
                 force = slip * limit
             else:
                 slope += 0.5 * stiff * step
-        new[i], new[SLIP + i] = force, slip
+        trial.block_force[i], trial.block_slip[i] = force, slip
         total += force
-    new[VELOCITY] = v
+    trial.velocity = v
     return total, slope
 
 
 @njit(cache=True, nogil=True)
-def contact_correction(rows, k, s):
+def contact_correction(law, s):
     """Return (w, dw/ds): reference stiffness times s less the force of two one-sided springs."""
-    stiff, reference, preload = rows[k, 1], rows[k, 2], rows[k, 3]
+    stiff, reference, preload = law.contact_stiffness, law.contact_reference, law.contact_preload
     left, right = s + preload, preload - s
     force, slope = 0.0, 0.0
     if left > 0.0:
@@ -124,69 +133,75 @@ def contact_correction(rows, k, s):
 
 
 @njit(cache=True, nogil=True)
-def evaluate(rows, k, state, step, v, new):
+def evaluate(law, state, step, v, trial):
     """Return (w, dw/ds) of a law that is a function of its scalar (Maxwell slip, contact)."""
-    if rows[k, 0] == 2.0:
-        return maxwell_force(rows, k, state, step, v, new)
-    return contact_correction(rows, k, v)
+    if law.kind == MAXWELL:
+        return maxwell_force(law, state, step, v, trial)
+    return contact_correction(law, v)
 
 
 @njit(cache=True, nogil=True)
-def static_force(rows, k, free, gain):
+def static_force(law, free, gain):
     """Return (v, F) with v = free + gain F, F in the set-valued static law, gain < 0: rest first, else slip."""
     if gain >= 0.0:
         return free, 0.0
     hold = -free / gain
-    if abs(hold) <= dry(rows, k, 0.0)[0]:
+    if abs(hold) <= dry(law, 0.0)[0]:
         return 0.0, hold
     sign = 1.0 if free > 0.0 else -1.0
     low, high, speed = 0.0, abs(free), abs(free)
-    for _ in range(60):
-        g, slope = dry(rows, k, speed)
-        residual = speed - abs(free) - gain * (g + rows[k, 8] * speed)
+    for _ in range(ITERATIONS):
+        g, slope = dry(law, speed)
+        residual = speed - abs(free) - gain * (g + law.viscous * speed)
         if residual > 0.0:
             high = speed
         else:
             low = speed
-        change = residual / (1.0 - gain * (slope + rows[k, 8]))
+        change = residual / (1.0 - gain * (slope + law.viscous))
         trial = speed - change
         if not low <= trial <= high:
             trial = 0.5 * (low + high)
         if abs(trial - speed) <= 1e-13 * (speed + 1e-12):
             break
         speed = trial
-    g = dry(rows, k, speed)[0]
-    return sign * speed, sign * (g + rows[k, 8] * speed)
+    g = dry(law, speed)[0]
+    return sign * speed, sign * (g + law.viscous * speed)
 
 
 @njit(cache=True, nogil=True)
-def solve_law(rows, k, state, step, free, gain, guess, new):
-    """Return (s, w, converged) with s = free + gain w(s), by safeguarded Newton steps from `guess`."""
-    if rows[k, 0] == 0.0:
-        s, w = static_force(rows, k, free, gain)
+def solve_law(law, state, step, free, gain, guess, trial):
+    """Return (s, w, converged) with s = free + gain w(s): the scalar of one law in surroundings that are linear in w.
+
+    Set-valued static friction is solved by cases, the bristle with its own state, all others by safeguarded Newton steps
+    from `guess`: the residual rises with s, so its sign keeps a bracket that a bad slope cannot leave.
+    """
+    if law.kind == STATIC:
+        s, w = static_force(law, free, gain)
         return s, w, True
+    if law.kind == BRISTLE:
+        return solve_bristle(law, state, step, free, gain, guess, trial)
     s = guess
     low, high = -np.inf, np.inf
     w = 0.0
-    for _ in range(60):
-        w, slope = evaluate(rows, k, state, step, s, new)
+    for _ in range(ITERATIONS):
+        w, slope = evaluate(law, state, step, s, trial)
         residual = s - free - gain * w
         if residual > 0.0:
             high = min(high, s)
         else:
             low = max(low, s)
         bottom = 1.0 - gain * slope
-        trial = s - residual / bottom if bottom > 1e-6 else free + gain * w
-        if not low < trial < high:
+        following = s - residual / bottom if bottom > 1e-6 else free + gain * w
+        if not low < following < high:
             if np.isfinite(low) and np.isfinite(high):
-                trial = 0.5 * (low + high)
-            elif trial == s:
+                following = 0.5 * (low + high)
+            elif following == s:
                 return s, w, True
             else:
-                trial = free + gain * w
+                following = free + gain * w
         # A Newton step of 1e-8 leaves an error of the order of its square: below the rounding of free + gain w.
         near = abs(free) + abs(gain * w)
-        if abs(trial - s) <= 1e-8 * near + 1e-24:
-            return trial, w + slope * (trial - s), True
-        s = trial
+        if abs(following - s) <= 1e-8 * near + 1e-24:
+            return following, w + slope * (following - s), True
+        s = following
     return s, w, False

@@ -1,4 +1,4 @@
-"""Friction laws with one interface: steady curve, its slope, and the row of numbers that the simulation kernel reads."""
+"""Friction laws with one interface: steady curve, its slope, and the record that the simulation kernel reads."""
 
 from __future__ import annotations
 
@@ -9,11 +9,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive, scalar
-
-STATIC, BRISTLE, MAXWELL, CONTACT = 0.0, 1.0, 2.0, 3.0
-MAX_ELEMENTS = 8
-ROW = 13 + 2 * MAX_ELEMENTS
-# Row: kind, a0, a1, v1, d1, a2, v2, d2, viscous, sigma0, sigma1, attraction, elements, k_1.., alpha_1..
+from toolpoint.drives.friction.records import BRISTLE, LAW, MAX_ELEMENTS, MAXWELL, STATIC
 
 
 @runtime_checkable
@@ -24,8 +20,8 @@ class FrictionLaw(Protocol):
         """Return the force at constant velocity."""
 
     @property
-    def row(self) -> FloatArray:
-        """Return the law as the row of numbers of the simulation kernel."""
+    def record(self) -> np.ndarray:
+        """The law as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
 
 
 @dataclass(frozen=True)
@@ -57,10 +53,12 @@ class _SteadyCurve:
                 total = total - a * d / vs * (v / vs) ** (d - 1) * np.exp(-((v / vs) ** d))
         return total
 
-    def row(self, kind: float) -> FloatArray:
-        row = np.zeros(ROW)
-        row[:9] = kind, self.a0, self.a1, self.v1, self.d1, self.a2, self.v2, self.d2, self.viscous
-        return row
+    def record(self, kind: int) -> np.ndarray:
+        record = np.zeros((), LAW)
+        record["kind"], record["level"], record["viscous"] = kind, self.a0, self.viscous
+        record["fall_size"], record["fall_velocity"] = (self.a1, self.a2), (self.v1, self.v2)
+        record["fall_exponent"] = self.d1, self.d2
+        return record
 
 
 class _Law(ABC):
@@ -85,9 +83,9 @@ class _Law(ABC):
         return self._curve.level(velocity)
 
     @property
-    def row(self) -> FloatArray:
-        """Return the law as the row of numbers of the simulation kernel."""
-        return self._curve.row(self._kind)
+    def record(self) -> np.ndarray:
+        """The law as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
+        return self._curve.record(self._kind)
 
 
 @dataclass(frozen=True)
@@ -205,11 +203,11 @@ class LuGre(_Law):
                       viscous=self.viscous)
 
     @property
-    def row(self) -> FloatArray:
-        """Return the law as the row of numbers of the simulation kernel."""
-        row = self._curve.row(self._kind)
-        row[9:11] = self.stiffness, self.damping
-        return row
+    def record(self) -> np.ndarray:
+        """The law as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
+        record = self._curve.record(self._kind)
+        record["bristle_stiffness"], record["bristle_damping"] = self.stiffness, self.damping
+        return record
 
 
 @dataclass(frozen=True)
@@ -256,13 +254,12 @@ class MaxwellSlip(_Law):
         return self.curve._curve
 
     @property
-    def row(self) -> FloatArray:
-        """Return the law as the row of numbers of the simulation kernel."""
-        row, n = self._curve.row(self._kind), len(self.stiffness)
-        row[11:13] = self.attraction, n
-        row[13:13 + n] = self.stiffness
-        row[13 + MAX_ELEMENTS:13 + MAX_ELEMENTS + n] = self.share
-        return row
+    def record(self) -> np.ndarray:
+        """The law as the record (`records.LAW`, shape ()) that the simulation kernel reads."""
+        record, n = self._curve.record(self._kind), len(self.stiffness)
+        record["attraction"], record["elements"] = self.attraction, n
+        record["element_stiffness"][:n], record["element_share"][:n] = self.stiffness, self.share
+        return record
 
 
 def _not_negative(law: object, *names: str) -> None:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
 from toolpoint._check import FloatArray
 from toolpoint.drives.axis.plant import Plant
+from toolpoint.drives.friction.records import STATIC
+from toolpoint.drives.simulation.arrays import StepArrays
 from toolpoint.vibration.state_space import hold_matrices
 
 # Below this cosine between its left and right eigenvector a pole is nearly defective and stays in the dense core.
@@ -41,6 +42,12 @@ class StepMatrices:
     direct: FloatArray
     basis: FloatArray
     inverse: FloatArray
+
+    @property
+    def arrays(self) -> StepArrays:
+        """The matrices as the compiled run takes them."""
+        return StepArrays(self.step, self.core, self.pairs, self.inputs, self.shift, self.jump, self.scalars, self.gain,
+                          self.reading, self.direct)
 
     def inward(self, x: FloatArray) -> FloatArray:
         """Return the coordinates z of a state x."""
@@ -92,8 +99,7 @@ def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
     left eigenvectors of the others do not see. The states are balanced first.
     """
     balanced, scale = matrix_balance(np.array(a), permute=False)
-    found: Any = eig(balanced, left=True, right=True)
-    poles, left, right = found
+    poles, left, right = eig(balanced, left=True, right=True)
     cosine = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     pair = np.flatnonzero((poles.imag > 0) & (cosine > _DEFECTIVE))
     real = np.flatnonzero((poles.imag == 0) & (cosine > _DEFECTIVE))
@@ -113,7 +119,7 @@ def _held_parts(plant: Plant, step: float) -> tuple[FloatArray, FloatArray, Floa
     phi, g1, g2 = hold_matrices(plant.a, np.hstack([plant.b_input, plant.b_force, plant.b_scalar]), step)
     at = nu + nf
     first, shift, jump = g1[:, at:] - g2[:, at:], g2[:, at:].copy(), np.zeros_like(g2[:, at:])
-    for k in np.flatnonzero(plant.rows[:, 0] == 0):
+    for k in np.flatnonzero(plant.laws["kind"] == STATIC):
         first[:, k], shift[:, k], jump[:, k] = 0.0, 0.0, g1[:, at + k]
     return phi, first, shift, jump, g1[:, :at]
 

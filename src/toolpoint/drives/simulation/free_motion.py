@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats, frozen, positive
-from toolpoint.drives.axis.plant import OUTPUTS, Plant
-from toolpoint.drives.controller.settings import PARAMETERS
+from toolpoint.drives.axis.plant import Plant
+from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS, SET_POINT
+from toolpoint.drives.simulation.arrays import ControlArrays
 from toolpoint.drives.simulation.exact_step import step_matrices
-from toolpoint.drives.simulation.simulate import SIGNALS, ServoResult
+from toolpoint.drives.simulation.simulate import ServoResult, empty_histories, law_arrays, motion_arrays
 
 
 def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: FloatArray | None = None, every: int = 1,
@@ -26,29 +27,25 @@ def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: 
     bristles : (n_laws,) floats, optional
         Bristle deflection (LuGre) of every law at the start.
     """
-    from toolpoint.drives.controller.kernel import STATE
-    from toolpoint.drives.friction.kernel import SLOTS
     from toolpoint.drives.simulation.kernel import run
 
     axes = len(plant.axes)
     forces = floats("load", load, (None, axes))
     m = step_matrices(plant, positive("step", step))
-    steps, laws = forces.shape[0], plant.b_scalar.shape[1]
-    lines = (steps + count("every", every) - 1) // every
-    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
-    z = m.inward(x)
-    states = np.zeros((max(plant.rows.shape[0], 1), SLOTS))
+    motion = motion_arrays(plant, m, start)
     if bristles is not None:
-        states[:plant.rows.shape[0], 0] = floats("bristles", bristles, (plant.rows.shape[0],))
-    outputs = np.zeros((lines, len(OUTPUTS) * axes))
-    signals, values = np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws))
-    nothing = np.zeros((1, axes, 3))
-    failed = run(0, steps, step, m.core, m.pairs, m.inputs, m.shift, m.jump, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, m.direct, np.zeros((0, PARAMETERS)), np.zeros((0, STATE)),
-                 np.ones(3, np.int64), nothing,
-                 np.zeros((1, axes)), 0, np.array(forces), z, states, np.zeros((2, laws)), every, outputs, signals, values)
+        motion.laws["bristle"] = floats("bristles", bristles, (plant.laws.size,))
+    histories = empty_histories(plant, forces.shape[0], count("every", every))
+    failed = run(0, forces.shape[0], m.arrays, law_arrays(plant), _without_controllers(forces), motion, histories)
     if failed < 0:
-        fail("free_motion", f"motion not finite after {-failed} steps", "the step is too long", "take a shorter step")
-    return ServoResult(frozen(np.arange(lines) * step * every), tuple(a.name for a in plant.axes),
-                       frozen(outputs.reshape(lines, axes, -1)), signals, frozen(values),
-                       np.zeros((lines, axes)), frozen(m.outward(z)), failed)
+        fail("simulate_free_motion", f"motion not finite after {-failed} steps", "the step is too long",
+             "take a shorter step")
+    time = np.arange(histories.outputs.shape[0]) * step * every
+    return ServoResult(frozen(time), tuple(a.name for a in plant.axes), frozen(histories.outputs.reshape(time.size, axes, -1)),
+                       histories.signals, frozen(histories.forces), np.zeros((time.size, axes)),
+                       frozen(m.outward(motion.coordinates)), failed)
+
+
+def _without_controllers(load: FloatArray) -> ControlArrays:
+    return ControlArrays(np.ones(3, np.int64), np.zeros(0, PARAMETERS), np.zeros(0, CONTROL_STATE),
+                         np.zeros((1, load.shape[1]), SET_POINT), np.zeros((1, load.shape[1])), 0, np.array(load))

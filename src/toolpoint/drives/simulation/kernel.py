@@ -10,23 +10,19 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, SCALE, SPEED
 from toolpoint.drives.controller.kernel import (
     current_sample,
     position_sample,
     switched_voltage,
     velocity_sample,
 )
-from toolpoint.drives.friction.kernel import (
-    SCRATCH,
-    SLIP,
-    SLOTS,
-    VELOCITY,
-    bristle_rate,
-    solve_bristle,
-    solve_law,
-)
+from toolpoint.drives.friction.kernel import bristle_rate, solve_law
+from toolpoint.drives.friction.records import BRISTLE, CONTACT, MAXWELL
+from toolpoint.drives.simulation import arrays
+from toolpoint.drives.simulation.arrays import PASSES
 
-PASSES = 60
+WIDTH = len(OUTPUTS)
 # Products may be fused with sums (one rounding in place of two): the same bits on every run of one machine.
 FUSED = {"contract"}
 
@@ -71,51 +67,43 @@ def advance(core, pairs, x, new):
 
 
 @njit(cache=True, nogil=True)
-def start_scalars(rows, products, s, states, w):
+def start_scalars(laws, products, s, states, w):
     """Write the laws' values and rates at the start, from the scalars and the stored states."""
-    for k in range(rows.shape[0]):
-        kind = rows[k, 0]
-        if kind == 1.0:
-            rate = bristle_rate(rows, k, states[k, 0], s[k])
-            states[k, 1] = rate
-            w[k] = rows[k, 9] * states[k, 0] + rows[k, 10] * rate + rows[k, 8] * s[k]
-        elif kind == 2.0:
-            states[k, VELOCITY] = s[k]
-            w[k] = rows[k, 8] * s[k] + states[k, :SLIP].sum()
-        elif kind == 3.0:
-            left, right = s[k] + rows[k, 3], rows[k, 3] - s[k]
-            w[k] = rows[k, 2] * s[k] - rows[k, 1] * (max(left, 0.0) - max(right, 0.0))
+    for k in range(laws.size):
+        law, state = laws[k], states[k]
+        if law.kind == BRISTLE:
+            state.bristle_rate = bristle_rate(law, state.bristle, s[k])
+            w[k] = law.bristle_stiffness * state.bristle + law.bristle_damping * state.bristle_rate + law.viscous * s[k]
+        elif law.kind == MAXWELL:
+            state.velocity = s[k]
+            w[k] = law.viscous * s[k] + state.block_force.sum()
+        elif law.kind == CONTACT:
+            left, right = s[k] + law.contact_preload, law.contact_preload - s[k]
+            w[k] = law.contact_reference * s[k] - law.contact_stiffness * (max(left, 0.0) - max(right, 0.0))
     for k in range(products.shape[0]):
-        w[rows.shape[0] + k] = s[products[k, 0]] * s[products[k, 1]]
+        w[laws.size + k] = s[products[k, 0]] * s[products[k, 1]]
 
 
 @njit(cache=True, nogil=True)
-def law_end(rows, k, states, step, other, gain, guess, trial):
-    """Solve one law with its surroundings `other`; its states at the end of the step go to trial."""
-    if rows[k, 0] == 1.0:
-        s, value, z, rate, good = solve_bristle(rows, k, states[k, 0], states[k, 1], step, other, gain, guess)
-        trial[k, 0], trial[k, 1] = z, rate
-        return s, value, good
-    return solve_law(rows, k, states[k], step, other, gain, guess, trial[k])
+def implicit(laws, products, gain, free, states, step, s, w, trial):
+    """Solve s = free + gain w(s) by passes over the laws (each solved alone exactly) and the products; return success.
 
-
-@njit(cache=True, nogil=True)
-def implicit(rows, products, gain, free, states, step, s, w, trial):
-    """Solve s = free + gain w(s) by passes over the laws (each solved alone exactly) and the products; return success."""
-    laws, m = rows.shape[0], w.size
+    Only the few scalars s in which the plant is not linear are unknown: the rest of the step is known in closed form.
+    """
+    count, m = laws.size, w.size
     fine, before = True, 1e-300
     for turn in range(PASSES):
         change, size = 0.0, 0.0
-        for k in range(laws):
+        for k in range(count):
             other = free[k] - gain[k, k] * w[k]
             for j in range(m):
                 other += gain[k, j] * w[j]
             # The laws hardly feel each other within a step: one whose surroundings stand still is not solved again.
-            if turn and abs(other - trial[k, SCRATCH]) <= 1e-10 * (abs(other) + abs(gain[k, k] * w[k])):
+            if turn and abs(other - trial[k].surroundings) <= 1e-10 * (abs(other) + abs(gain[k, k] * w[k])):
                 continue
-            trial[k, SCRATCH] = other
+            trial[k].surroundings = other
             guess = s[k] if turn else other + gain[k, k] * w[k]
-            s[k], value, good = law_end(rows, k, states, step, other, gain[k, k], guess, trial)
+            s[k], value, good = solve_law(laws[k], states[k], step, other, gain[k, k], guess, trial[k])
             fine = good if turn == 0 and k == 0 else fine and good
             change, size = max(change, abs(value - w[k])), max(size, abs(value))
             w[k] = value
@@ -128,8 +116,8 @@ def implicit(rows, products, gain, free, states, step, s, w, trial):
                     total += gain[i, j] * w[j]
                 s[i] = total
             value = s[products[k, 0]] * s[products[k, 1]]
-            change, size = max(change, abs(value - w[laws + k])), max(size, abs(value))
-            w[laws + k] = value
+            change, size = max(change, abs(value - w[count + k])), max(size, abs(value))
+            w[count + k] = value
         # What is left after a pass falls again as the change did.
         if change * min(1.0, change / before) <= 1e-7 * size + 1e-15:
             return fine
@@ -138,52 +126,56 @@ def implicit(rows, products, gain, free, states, step, s, w, trial):
 
 
 @njit(cache=True, nogil=True)
-def accept(rows, states, trial):
+def accept(laws, states, trial):
     """Store the laws' states after a step."""
-    for k in range(rows.shape[0]):
-        kind = rows[k, 0]
-        if kind == 1.0:
-            states[k, 0], states[k, 1] = trial[k, 0], trial[k, 1]
-        elif kind == 2.0:
-            states[k, :SCRATCH] = trial[k, :SCRATCH]
+    for k in range(laws.size):
+        if laws[k].kind == BRISTLE:
+            states[k].bristle, states[k].bristle_rate = trial[k].bristle, trial[k].bristle_rate
+        elif laws[k].kind == MAXWELL:
+            states[k] = trial[k]
 
 
 @njit(cache=True, nogil=True)
-def sample_controllers(step, counts, parameters, control, y, command, inject, where):
-    """Run every loop whose sample falls on this step; counts are steps per current, velocity and position sample."""
-    for i in range(parameters.shape[0]):
-        p, s, b = parameters[i], control[i], 7 * i
+def sample_controllers(step, control, y):
+    """Run every loop whose sample falls on this step; `y` are the outputs of all axes, one axis after the other."""
+    counts, inject, place = control.counts, control.excitation, control.place
+    for i in range(control.parameters.size):
+        p, s, b = control.parameters[i], control.states[i], WIDTH * i
         if step % counts[2] == 0:
-            k = min(step // counts[2], command.shape[0] - 1)
-            position_sample(p, s, command[k, i], y[b], y[b + 2])
+            k = min(step // counts[2], control.set_points.shape[0] - 1)
+            position_sample(p, s, control.set_points[k, i], y[b + ANGLE], y[b + SCALE])
         k = min(step // counts[1], inject.shape[0] - 1)
         if step % counts[1] == 0:
-            velocity_sample(p, s, y[b], y[b + 1], inject[k, i] if where == 2 else 0.0, inject[k, i] if where == 3 else 0.0)
+            velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], inject[k, i] if place == arrays.SPEED else 0.0,
+                            inject[k, i] if place == arrays.TORQUE else 0.0)
         k = min(step // counts[0], inject.shape[0] - 1)
-        current_sample(p, s, y[b], y[b + 1], y[b + 3], y[b + 4], inject[k, i] if where == 4 else 0.0,
-                       inject[k, i] if where == 5 else 0.0)
+        current_sample(p, s, y[b + ANGLE], y[b + SPEED], y[b + CURRENT_D], y[b + CURRENT_Q],
+                       inject[k, i] if place == arrays.CURRENT else 0.0, inject[k, i] if place == arrays.VOLTAGE else 0.0)
 
 
 @njit(cache=True, nogil=True)
-def held_inputs(step, counts, parameters, control, y, u, voltage):
+def held_inputs(step, control, y, u, voltage):
     """Write the inputs that are in force over this step."""
-    for i in range(parameters.shape[0]):
-        if parameters[i, 29] != 0.0:
-            phase = (step % counts[0]) / counts[0]
-            switched_voltage(parameters[i], control[i], phase, 1.0 / counts[0], y[7 * i], y[7 * i + 1], voltage)
+    every = control.counts[0]
+    for i in range(control.parameters.size):
+        p, s, b = control.parameters[i], control.states[i], WIDTH * i
+        if p.six_pulse:
+            switched_voltage(p, s, (step % every) / every, 1.0 / every, y[b + ANGLE], y[b + SPEED], voltage)
             u[2 * i], u[2 * i + 1] = voltage[0], voltage[1]
         else:
-            u[2 * i], u[2 * i + 1] = control[i, 40], control[i, 41]
+            u[2 * i], u[2 * i + 1] = s.voltage_d, s.voltage_q
 
 
 @njit(cache=True, nogil=True)
-def record(at, y, u, control, s, w, viscous, outputs, signals, forces):
-    """Store outputs, controller signals and laws' values (with their viscous part) at a step."""
-    for i in range(y.size):
+def record(at, y, u, control, s, w, viscous, histories):
+    """Store outputs, controller signals (in the order of `SIGNALS`) and laws' values (with their viscous part) at a step."""
+    outputs, signals, forces = histories.outputs, histories.signals, histories.forces
+    for i in range(outputs.shape[1]):
         outputs[at, i] = y[i]
-    for i in range(control.shape[0]):
-        signals[at, i, 0], signals[at, i, 1], signals[at, i, 2] = control[i, 0], control[i, 7], control[i, 3]
-        signals[at, i, 3], signals[at, i, 4], signals[at, i, 5] = u[2 * i], u[2 * i + 1], control[i, 42]
+    for i in range(control.states.size):
+        state = control.states[i]
+        signals[at, i, 0], signals[at, i, 1], signals[at, i, 2] = state.speed_set, state.torque_set, state.current_set
+        signals[at, i, 3], signals[at, i, 4], signals[at, i, 5] = u[2 * i], u[2 * i + 1], state.following_error
     for k in range(forces.shape[1]):
         forces[at, k] = w[k] + (viscous[k] * s[k] if k < viscous.size else 0.0)
 
@@ -197,54 +189,57 @@ def read(reading, direct, x, w, y):
 
 
 @njit(cache=True, nogil=True)
-def run(start, steps, step, core, pairs, inputs, shift, jump, scalars, gain, rows, viscous, products, reading, direct,
-        parameters, control, counts, command, inject, where, load, x, states, values, every, outputs,
-        signals, forces):
+def run(start, steps, matrices, laws, control, motion, histories):
     """Advance the servo from step `start` by `steps`; returns the number whose implicit equations did not converge.
 
-    The matrices are those of `exact_step.StepMatrices`, x its coordinates. Inside, x is less shift w, so that one
-    product with w carries both ends of the step: x1 - shift w1 = phi (x0 - shift w0) + (first + phi shift) w0 + held u.
-    x, states, control and values (w now and a step before; read where start is not 0) change in place, so that a run can be
-    taken up again. A motion that is not finite returns minus the step.
+    Arguments are those of `arrays`. Inside, x is less shift w, so that one product with w carries both ends of the step:
+    x1 - shift w1 = phi (x0 - shift w0) + (first + phi shift) w0 + held u. The motion changes in place (values are read where
+    start is not 0), so that a run can be taken up again. A motion that is not finite returns minus the step.
     """
-    laws, axes = rows.shape[0], load.shape[1]
-    new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(inputs.shape[0])
-    s, w, y = np.zeros(scalars.shape[1]), np.zeros(shift.shape[0]), np.zeros(reading.shape[1])
-    free, trial, voltage = np.zeros(scalars.shape[1]), np.zeros((max(laws, 1), SLOTS)), np.zeros(2)
-    switched, held_laws = np.any(parameters[:, 29] != 0.0), np.any(jump != 0.0)
+    counts, load, every = control.counts, control.load, histories.every
+    scalars, gain, shift, jump = matrices.scalars, matrices.gain, matrices.shift, matrices.jump
+    records, products, states, x = laws.records, laws.products, motion.laws, motion.coordinates
+    axes, wide = load.shape[1], matrices.inputs.shape[0]
+    new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(wide)
+    s, w, y = np.zeros(scalars.shape[1]), np.zeros(shift.shape[0]), np.zeros(matrices.reading.shape[1])
+    free, trial, voltage = np.zeros(scalars.shape[1]), states.copy(), np.zeros(2)
+    switched, held_laws = False, np.any(jump != 0.0)
+    for i in range(control.parameters.size):
+        switched = switched or control.parameters[i].six_pulse != 0
     add_columns(scalars, x, s)
     if start == 0:
-        start_scalars(rows, products, s, states, w)
-        values[0], values[1] = w, w
-    w[:] = values[0]
+        start_scalars(records, products, s, states, w)
+        motion.values[0], motion.values[1] = w, w
+    w[:] = motion.values[0]
     add_columns(shift, -w, x)
-    read(reading, direct, x, w, y)
-    failed, before = 0, values[1].copy()
+    read(matrices.reading, matrices.direct, x, w, y)
+    failed, before = 0, motion.values[1].copy()
     for at in range(start, start + steps):
         if at % counts[0] == 0:
-            sample_controllers(at, counts, parameters, control, y, command, inject, where)
+            sample_controllers(at, control, y)
         if switched or at % counts[0] == 0 or at == start:
-            held_inputs(at, counts, parameters, control, y, u, voltage)
+            held_inputs(at, control, y, u, voltage)
             drive[:2 * axes] = u
         if at % every == 0:
-            record(at // every, y[:outputs.shape[1]], u, control, s, w, viscous, outputs, signals, forces)
+            record(at // every, y, u, control, s, w, laws.viscous, histories)
         drive[2 * axes:3 * axes] = load[min(at, load.shape[0] - 1)]
         drive[3 * axes:3 * axes + w.size] = w
-        advance(core, pairs, x, new)
-        add_columns(inputs, drive, new)
+        advance(matrices.core, matrices.pairs, x, new)
+        add_columns(matrices.inputs, drive, new)
         x, new = new, x
         free[:] = 0.0
         add_columns(scalars, x, free)
+        # The laws' values run on as a straight line: the first guess of their implicit equations.
         for k in range(w.size):
             w[k], before[k] = 2.0 * w[k] - before[k], w[k]
-        if not implicit(rows, products, gain, free, states, step, s, w, trial):
+        if not implicit(records, products, gain, free, states, matrices.step, s, w, trial):
             failed += 1
-        accept(rows, states, trial)
+        accept(records, states, trial)
         if held_laws:
             add_rounded(jump, w, x)
         following = at + 1
         if switched or following % counts[0] == 0 or following % every == 0:
-            read(reading, direct, x, w, y)
+            read(matrices.reading, matrices.direct, x, w, y)
             total = 0.0
             for i in range(y.size):
                 total += y[i]
@@ -254,5 +249,5 @@ def run(start, steps, step, core, pairs, inputs, shift, jump, scalars, gain, row
     if steps % 2:
         new[:], x = x, new
     add_columns(shift, w, x)
-    values[0], values[1] = w, before
+    motion.values[0], motion.values[1] = w, before
     return failed

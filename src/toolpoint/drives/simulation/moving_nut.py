@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats
-from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.loops import check_stable
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.program.command import Command
+from toolpoint.drives.simulation.arrays import StepArrays
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
 from toolpoint.drives.simulation.simulate import ServoResult, prepare
 
@@ -26,7 +27,7 @@ class _Grid:
     positions: tuple[FloatArray | None, ...]
     changes: tuple[dict[str, FloatArray], ...]
 
-    def at(self, nut: FloatArray) -> StepMatrices:
+    def at(self, nut: FloatArray) -> StepArrays:
         """Return the matrices at nut positions: linear between the grid's positions, the axes' changes added up."""
         parts = {name: np.array(getattr(self.reference, name)) for name in _BLENDED}
         for where, grid, change in zip(nut, self.positions, self.changes, strict=True):
@@ -36,7 +37,7 @@ class _Grid:
             share = float(np.clip((where - grid[k]) / (grid[k + 1] - grid[k]), 0.0, 1.0))
             for name in _BLENDED:
                 parts[name] += (1 - share) * change[name][k] + share * change[name][k + 1]
-        return replace(self.reference, **parts)  # type: ignore[arg-type]
+        return StepArrays(**{**self.reference.arrays._asdict(), **parts})
 
 
 def simulate_moving_nut(
@@ -90,23 +91,19 @@ def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command:
     servo = servo_at(nut.tolist())
     step = servo.controllers[0].sample_times[0] / substeps
     grid = _grid(servo_at, servo, nut, command, moves, positions, step)
-    made = prepare(servo, command, substeps, every, matrices=grid.reference)
-    arguments, chunk = list(made.arguments), servo.counts[2] * substeps
-    steps, failed = arguments[1], 0
+    ready = prepare(servo, command, substeps=substeps, every=every, matrices=grid.reference)
+    chunk, failed = servo.counts[2] * substeps, 0
     table = np.array([servo.plant.output(i, "table") for i in range(nut.size)])
-    x = arguments[made.state]
     rates = np.vstack([command.velocity, np.zeros((1, nut.size))])
-    for first in range(0, steps, chunk):
+    for first in range(0, ready.steps, chunk):
         ahead = 0.5 * command.sample_time * rates[min(first // chunk, len(rates) - 1)]
-        now = grid.at(nut + table @ grid.reference.outward(x) + ahead)
-        arguments[0], arguments[1] = first, min(chunk, steps - first)
-        for name, place in made.places.items():
-            arguments[place] = getattr(now, name)
-        unconverged = run(*arguments)
+        matrices = grid.at(nut + table @ grid.reference.outward(ready.motion.coordinates) + ahead)
+        unconverged = run(first, min(chunk, ready.steps - first), matrices, ready.laws, ready.control, ready.motion,
+                          ready.histories)
         if unconverged < 0:
-            return made.result(unconverged)
+            return ready.result(unconverged)
         failed += unconverged
-    return made.result(failed)
+    return ready.result(failed)
 
 
 def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: FloatArray, command: Command, moves: list[bool],

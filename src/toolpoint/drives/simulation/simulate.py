@@ -10,15 +10,24 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
-from toolpoint.drives.axis.plant import OUTPUTS
+from toolpoint.drives.axis.outputs import OUTPUTS
+from toolpoint.drives.axis.plant import Plant
 from toolpoint.drives.controller.loops import check_stable
+from toolpoint.drives.controller.records import CONTROL_STATE, SET_POINT
 from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.friction.records import LAW_STATE
 from toolpoint.drives.program.command import Command
+from toolpoint.drives.simulation.arrays import (
+    PLACES,
+    SIGNALS,
+    ControlArrays,
+    Histories,
+    LawArrays,
+    MotionArrays,
+    StepArrays,
+)
 from toolpoint.drives.simulation.exact_step import StepMatrices, step_matrices
 from toolpoint.vibration import Dof, Record
-
-PLACES = ("none", "position", "speed", "torque", "current", "voltage")
-SIGNALS = ("speed_set", "torque_set", "current_set", "u_d", "u_q", "following_error")
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +127,8 @@ def simulate(servo: Servo, command: Command, *, substeps: int = 1, every: int = 
     """
     if check:
         check_stable(servo)
-    ready = prepare(servo, command, substeps, every, excitation, load, start, duration, matrices)
+    ready = prepare(servo, command, substeps=substeps, every=every, excitation=excitation, load=load, start=start,
+                    duration=duration, matrices=matrices)
     from toolpoint.drives.simulation.kernel import run
 
     failed = run(*ready.arguments)
@@ -133,41 +143,39 @@ def simulate_many(cases: Iterable[tuple[Servo, Command]], *, threads: int = 1, *
 
 @dataclass
 class Prepared:
-    """Arguments of the compiled run; `places` are those of the matrices among them, `state` that of the coordinates."""
+    """What the compiled run takes (see `arrays`); `motion` and `histories` are changed by it."""
 
     servo: Servo
     command: Command
     matrices: StepMatrices
-    arguments: tuple[Any, ...]
-    every_step: float
+    steps: int
+    laws: LawArrays
+    control: ControlArrays
+    motion: MotionArrays
+    histories: Histories
 
     @property
-    def places(self) -> dict[str, int]:
-        """Place of every matrix that a moving nut changes."""
-        return {"core": 3, "inputs": 5, "shift": 6, "jump": 7, "gain": 9, "direct": 14}
-
-    @property
-    def state(self) -> int:
-        """Place of the coordinates, changed by the run."""
-        return len(self.arguments) - 7
+    def arguments(self) -> tuple[int, int, StepArrays, LawArrays, ControlArrays, MotionArrays, Histories]:
+        """Arguments of the whole run."""
+        return 0, self.steps, self.matrices.arrays, self.laws, self.control, self.motion, self.histories
 
     def result(self, failed: int) -> ServoResult:
-        outputs, signals, forces = self.arguments[-3:]
+        """Return the histories after a run that returned `failed`."""
         if failed < 0:
             fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
-                 "check loops.stability(servo), or take more substeps")
-        n, axes = outputs.shape[0], self.servo.plant.axes
-        time = np.arange(n) * self.every_step
-        return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(n, len(axes), -1)),
-                           frozen(signals), frozen(forces), frozen(self.command.held_at(time)),
-                           frozen(self.matrices.outward(self.arguments[self.state])), failed)
+                 "check loops.check_stable(servo), or take more substeps")
+        outputs, axes = self.histories.outputs, self.servo.plant.axes
+        time = np.arange(outputs.shape[0]) * (self.matrices.step * self.histories.every)
+        return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(time.size, len(axes), -1)),
+                           frozen(self.histories.signals), frozen(self.histories.forces), frozen(self.command.held_at(time)),
+                           frozen(self.matrices.outward(self.motion.coordinates)), failed)
 
 
-def prepare(servo: Servo, command: Command, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
-             load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
-             matrices: StepMatrices | None = None) -> Prepared:
-    """Return the arguments of the compiled run; see `simulate`."""
-    plant, axes = servo.plant, len(servo.plant.axes)
+def prepare(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1, excitation: Excitation | None = None,
+            load: FloatArray | None = None, start: FloatArray | None = None, duration: float | None = None,
+            matrices: StepMatrices | None = None) -> Prepared:
+    """Return what the compiled run takes; see `simulate`."""
+    axes = len(servo.plant.axes)
     count("substeps", substeps)
     count("every", every)
     inner, _, outer = servo.controllers[0].sample_times
@@ -175,29 +183,47 @@ def prepare(servo: Servo, command: Command, substeps: int = 1, every: int = 1, e
         fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {outer:g} s",
              "use command.resampled(sample_time)")
     step = inner / substeps
-    m = step_matrices(plant, step) if matrices is None else matrices
+    m = step_matrices(servo.plant, step) if matrices is None else matrices
     if abs(m.step - step) > 1e-12 * step:
         fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
     steps = round((command.duration if duration is None else duration) / step) + 1
-    counts = np.array([c * substeps for c in servo.counts], np.int64)
-    from toolpoint.drives.controller.kernel import STATE
-    from toolpoint.drives.friction.kernel import SLOTS
+    control = control_arrays(servo, command, substeps, excitation, load)
+    return Prepared(servo, command, m, steps, law_arrays(servo.plant), control, motion_arrays(servo.plant, m, start),
+                    empty_histories(servo.plant, steps, every))
 
-    control = np.zeros((axes, STATE))
-    parameters = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
+
+def control_arrays(servo: Servo, command: Command, substeps: int = 1, excitation: Excitation | None = None,
+                   load: FloatArray | None = None) -> ControlArrays:
+    """Return the controllers at rest, with their set points, excitation and load."""
+    axes = len(servo.plant.axes)
+    parameters = np.stack([c.parameters(a.motor) for c, a in zip(servo.controllers, servo.plant.axes, strict=True)])
+    set_points = np.zeros(command.position.shape, SET_POINT)
+    for name in ("position", "velocity", "acceleration"):
+        set_points[name] = getattr(command, name)
     inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
-    where = 0 if excitation is None else PLACES.index(excitation.place)
-    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
+    place = 0 if excitation is None else PLACES.index(excitation.place)
     loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
-    lines = (steps + every - 1) // every
-    laws = plant.b_scalar.shape[1]
-    table = np.ascontiguousarray(np.stack([command.position, command.velocity, command.acceleration], axis=-1))
-    arguments = (0, steps, step, m.core, m.pairs, m.inputs, m.shift, m.jump, m.scalars, m.gain, np.array(plant.rows),
-                 np.array(plant.viscous), plant.products, m.reading, m.direct, parameters, control, counts, table,
-                 np.array(inject), where, np.array(loads), m.inward(x), np.zeros((max(plant.rows.shape[0], 1), SLOTS)),
-                 np.zeros((2, laws)), every,
-                 np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))), np.zeros((lines, laws)))
-    return Prepared(servo, command, m, arguments, step * every)
+    counts = np.array([c * substeps for c in servo.counts], np.int64)
+    states = np.zeros(axes, CONTROL_STATE)
+    return ControlArrays(counts, parameters, states, set_points, np.array(inject), place, np.array(loads))
+
+
+def law_arrays(plant: Plant) -> LawArrays:
+    """Return the laws of a plant."""
+    return LawArrays(np.array(plant.laws), np.array(plant.viscous), plant.products)
+
+
+def motion_arrays(plant: Plant, matrices: StepMatrices, start: FloatArray | None = None) -> MotionArrays:
+    """Return the motion at its start: the plant's states (at rest where left out), the laws without deflection."""
+    x = np.zeros(plant.a.shape[0]) if start is None else floats("start", start, (plant.a.shape[0],))
+    return MotionArrays(matrices.inward(x), np.zeros(plant.laws.size, LAW_STATE), np.zeros((2, plant.b_scalar.shape[1])))
+
+
+def empty_histories(plant: Plant, steps: int, every: int) -> Histories:
+    """Return the arrays that a run of so many steps fills."""
+    lines, axes = (steps + every - 1) // every, len(plant.axes)
+    return Histories(every, np.zeros((lines, len(OUTPUTS) * axes)), np.zeros((lines, axes, len(SIGNALS))),
+                     np.zeros((lines, plant.b_scalar.shape[1])))
 
 
 def settling_time(result: ServoResult, names: Sequence[str] = ("scale",), within: float = 1e-6) -> float:

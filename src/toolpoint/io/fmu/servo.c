@@ -44,17 +44,47 @@ static void say(Servo *servo, fmi2Status status, const char *text) {
         servo->callbacks.logger(servo->callbacks.environment, servo->name, status, "logStatusError", text);
 }
 
+static double *input_of(Input *input, unsigned at) {
+    switch (at) {
+    case INPUT_position: return &input->position;
+    case INPUT_velocity: return &input->velocity;
+    case INPUT_acceleration: return &input->acceleration;
+    case INPUT_load: return &input->load;
+    default: return NULL;
+    }
+}
+
+static double *signal_of(ControlState *control, double *voltage, unsigned at) {
+    switch (at) {
+    case SIGNAL_speed_set: return &control->speed_set;
+    case SIGNAL_torque_set: return &control->torque_set;
+    case SIGNAL_current_set: return &control->current_set;
+    case SIGNAL_u_d: return &voltage[0];
+    case SIGNAL_u_q: return &voltage[1];
+    case SIGNAL_following_error: return &control->following_error;
+    default: return NULL;
+    }
+}
+
+static double *tunable_of(Parameters *p, unsigned at) {
+    switch (at) {
+    case TUNED_position_gain: return &p->position_gain;
+    case TUNED_velocity_feedforward: return &p->velocity_feedforward;
+    case TUNED_velocity_gain: return &p->velocity_gain;
+    case TUNED_velocity_integral: return &p->velocity_integral;
+    default: return NULL;
+    }
+}
+
 static double *place(Servo *servo, fmi2ValueReference at) {
-    /* Axis by axis: inputs, outputs, then the parameters that may be set. */
-    static const int tuned[TUNED] = {0, 1, 9, 10}, signals[6] = {0, 7, 3, 40, 41, 42};
-    const unsigned axis = at / 100, kind = at % 100;
+    /* Axis by axis: inputs, outputs of the plant, signals of the controller, then the parameters that may be set. */
+    const unsigned axis = at / AXIS_REFERENCES, kind = at % AXIS_REFERENCES;
     State *q = &servo->state;
     if (axis >= NA) return NULL;
-    if (kind < INPUTS) return &q->input[axis][kind];
-    if (kind >= 10 && kind < 17) return &q->y[7 * axis + kind - 10];
-    if (kind >= 17 && kind < 23) return kind >= 20 && kind < 22 ? &q->u[2 * axis + kind - 20] : &q->control[axis][signals[kind - 17]];
-    if (kind >= 50 && kind < 50 + TUNED) return &q->parameters[axis][tuned[kind - 50]];
-    return NULL;
+    if (kind < FIRST_OUTPUT) return input_of(&q->input[axis], kind);
+    if (kind < FIRST_OUTPUT + OUTPUTS) return &q->y[OUTPUTS * axis + kind - FIRST_OUTPUT];
+    if (kind < FIRST_TUNED) return signal_of(&q->control[axis], q->u + 2 * axis, kind - FIRST_OUTPUT - OUTPUTS);
+    return tunable_of(&q->parameters[axis], kind - FIRST_TUNED);
 }
 
 EXPORT const char *fmi2GetTypesPlatform(void) { return "default"; }
@@ -90,20 +120,20 @@ EXPORT fmi2Status fmi2Reset(fmi2Component c) { at_rest(&((Servo *)c)->state); re
 
 EXPORT fmi2Status fmi2GetReal(fmi2Component c, const fmi2ValueReference at[], size_t n, fmi2Real value[]) {
     for (size_t i = 0; i < n; i++) {
-        const double *found = place(c, at[i]);
-        if (found == NULL) return say(c, fmi2Error, "fmi2GetReal: unknown value reference"), fmi2Error;
-        value[i] = *found;
+        const double *number = place(c, at[i]);
+        if (number == NULL) return say(c, fmi2Error, "fmi2GetReal: unknown value reference"), fmi2Error;
+        value[i] = *number;
     }
     return fmi2OK;
 }
 
 EXPORT fmi2Status fmi2SetReal(fmi2Component c, const fmi2ValueReference at[], size_t n, const fmi2Real value[]) {
     for (size_t i = 0; i < n; i++) {
-        const unsigned kind = at[i] % 100;
-        double *found = kind < INPUTS || kind >= 50 ? place(c, at[i]) : NULL;
-        if (found == NULL || !isfinite(value[i]))
+        const unsigned kind = at[i] % AXIS_REFERENCES;
+        double *number = kind < INPUTS || kind >= FIRST_TUNED ? place(c, at[i]) : NULL;
+        if (number == NULL || !isfinite(value[i]))
             return say(c, fmi2Error, "fmi2SetReal: not an input or a parameter, or a value that is not finite"), fmi2Error;
-        *found = value[i];
+        *number = value[i];
     }
     return fmi2OK;
 }

@@ -1,21 +1,24 @@
 /* Servo as a co-simulation unit: the exact step of the plant, friction and contact laws, sampled controllers.
  *
- * The numbers (matrices, laws, controllers) stand in servo_data.h, written beside this file by toolpoint.io.fmu.unit.
+ * The numbers (matrices, laws, controllers) stand in servo_data.h and the structs that hold them in servo_records.h, both
+ * written beside this file by toolpoint.io.fmu.
  * Same algorithm as toolpoint.drives.simulation.kernel. Licence: that of toolpoint (BSD).
  */
 #include <math.h>
 #include <string.h>
 
-#include "servo_data.h"
+#include "servo_records.h"
 
-enum { CONTROL = 48, SLOTS = 18, SLIP = 8, VELOCITY = 16, SCRATCH = 17, ELEMENTS = 12, STIFFNESS = 13, SHARE = 21 };
-enum { PASSES = 60, ITERATIONS = 60, INPUTS = 4, OUTPUTS = 13, TUNED = 4 };
+#include "servo_data.h"
 
 typedef struct {
     long long at;
     long unconverged;
-    double x[N], w[NW + 1], before[NW + 1], s[NS + 1], states[NL + 1][SLOTS], control[NA][CONTROL];
-    double input[NA][INPUTS], parameters[NA][NPAR], y[NY], u[2 * NA];
+    double x[N], w[NW + 1], before[NW + 1], s[NS + 1], y[NY], u[2 * NA];
+    LawState states[NL + 1];
+    ControlState control[NA];
+    Input input[NA];
+    Parameters parameters[NA];
 } State;
 
 /* ---- linear part ---- */
@@ -46,13 +49,13 @@ static void read_outputs(State *q) {
 
 /* ---- friction and contact laws ---- */
 
-static double dry(const double *row, double speed, double *slope) {
-    double level = row[1];
+static double dry(const Law *law, double speed, double *slope) {
+    double level = law->level;
     *slope = 0.0;
-    for (int at = 2; at <= 5; at += 3) {
-        const double a = row[at];
+    for (int i = 0; i < 2; i++) {
+        const double a = law->fall_size[i];
         if (a == 0.0) continue;
-        const double ratio = speed / row[at + 1], d = row[at + 2];
+        const double ratio = speed / law->fall_velocity[i], d = law->fall_exponent[i];
         const double power = d == 2.0 ? ratio * ratio : (d == 1.0 ? ratio : pow(ratio, d));
         if (power > 60.0) continue;
         const double e = a * exp(-power);
@@ -74,24 +77,24 @@ static int narrowed(double *change, double s, double *low, double *high, double 
     return 0;
 }
 
-static double bristle(const double *row, const double *state, double out_free, double gain, double guess, double *force,
-                      double *trial, int *good) {
-    const double s0 = row[9], s1 = row[10], s2 = row[8], half = 0.5 * STEP;
+static double bristle(const Law *law, const LawState *state, double out_free, double gain, double guess, double *force,
+                      LawState *trial, int *good) {
+    const double s0 = law->bristle_stiffness, s1 = law->bristle_damping, s2 = law->viscous, half = 0.5 * STEP;
     double v = guess, low = -INFINITY, high = INFINITY, slope, change;
     for (int turn = 0; turn < ITERATIONS; turn++) {
-        const double speed = fabs(v), sign = v >= 0.0 ? 1.0 : -1.0, g = dry(row, speed, &slope), over = 1.0 / g;
+        const double speed = fabs(v), sign = v >= 0.0 ? 1.0 : -1.0, g = dry(law, speed, &slope), over = 1.0 / g;
         const double share = s0 * speed * over, bottom = 1.0 / (1.0 + half * share);
-        const double z = (state[0] + half * (state[1] + v)) * bottom;
+        const double z = (state->bristle + half * (state->bristle_rate + v)) * bottom;
         const double dshare = s0 * over * (sign - v * slope * over), dz = half * (1.0 - z * dshare) * bottom;
         const double rate = v - share * z, drate = 1.0 - dshare * z - share * dz;
         const double f = s0 * z + s1 * rate + s2 * v, df = s0 * dz + s1 * drate + s2;
         const int still = narrowed(&change, v, &low, &high, v - out_free - gain * f, 1.0 - gain * df, out_free + gain * f);
         const double near = fmax(1e-8 * (fabs(out_free) + fabs(gain * f)) + 1e-24,
-                                 3e-5 * fmin(speed, fmin(row[3], row[6])));
-        *force = f, trial[0] = z, trial[1] = rate;
+                                 3e-5 * fmin(speed, fmin(law->fall_velocity[0], law->fall_velocity[1])));
+        *force = f, trial->bristle = z, trial->bristle_rate = rate;
         if (still) return v;
         if (fabs(change) <= near) {
-            *force = f + df * change, trial[0] = z + dz * change, trial[1] = rate + drate * change;
+            *force = f + df * change, trial->bristle = z + dz * change, trial->bristle_rate = rate + drate * change;
             return v + change;
         }
         v += change;
@@ -100,66 +103,66 @@ static double bristle(const double *row, const double *state, double out_free, d
     return v;
 }
 
-static double held_still(const double *row, double out_free, double gain, double *force) {
+static double held_still(const Law *law, double out_free, double gain, double *force) {
     double slope;
     *force = 0.0;
     if (gain >= 0.0) return out_free;
     const double hold = -out_free / gain;
-    if (fabs(hold) <= dry(row, 0.0, &slope)) {
+    if (fabs(hold) <= dry(law, 0.0, &slope)) {
         *force = hold;
         return 0.0;
     }
     const double sign = out_free > 0.0 ? 1.0 : -1.0;
     double low = 0.0, high = fabs(out_free), speed = high;
     for (int turn = 0; turn < ITERATIONS; turn++) {
-        const double g = dry(row, speed, &slope), residual = speed - fabs(out_free) - gain * (g + row[8] * speed);
+        const double g = dry(law, speed, &slope), residual = speed - fabs(out_free) - gain * (g + law->viscous * speed);
         if (residual > 0.0) high = speed;
         else low = speed;
-        double trial = speed - residual / (1.0 - gain * (slope + row[8]));
+        double trial = speed - residual / (1.0 - gain * (slope + law->viscous));
         if (!(low <= trial && trial <= high)) trial = 0.5 * (low + high);
         if (fabs(trial - speed) <= 1e-13 * (speed + 1e-12)) break;
         speed = trial;
     }
-    *force = sign * (dry(row, speed, &slope) + row[8] * speed);
+    *force = sign * (dry(law, speed, &slope) + law->viscous * speed);
     return sign * speed;
 }
 
-static double maxwell(const double *row, const double *state, double v, double *slope, double *trial) {
+static double maxwell(const Law *law, const LawState *state, double v, double *slope, LawState *trial) {
     double unused;
-    const double level = dry(row, fabs(v), &unused), moved = 0.5 * STEP * (state[VELOCITY] + v);
-    double total = row[8] * v;
-    *slope = row[8];
-    for (int i = 0; i < (int)row[ELEMENTS]; i++) {
-        const double stiff = row[STIFFNESS + i], limit = row[SHARE + i] * level;
-        double slip = state[SLIP + i], force;
+    const double level = dry(law, fabs(v), &unused), moved = 0.5 * STEP * (state->velocity + v);
+    double total = law->viscous * v;
+    *slope = law->viscous;
+    for (int i = 0; i < law->elements; i++) {
+        const double stiff = law->element_stiffness[i], limit = law->element_share[i] * level;
+        double slip = state->block_slip[i], force;
         if (slip != 0.0 && v * slip > 0.0) {
-            const double rise = STEP * row[11];
-            force = slip * (fabs(state[i]) + rise * row[SHARE + i]) / (1.0 + rise / level);
+            const double rise = STEP * law->attraction;
+            force = slip * (fabs(state->block_force[i]) + rise * law->element_share[i]) / (1.0 + rise / level);
         } else {
-            slip = 0.0, force = state[i] + stiff * moved;
+            slip = 0.0, force = state->block_force[i] + stiff * moved;
             if (fabs(force) >= limit) slip = force > 0.0 ? 1.0 : -1.0, force = slip * limit;
             else *slope += 0.5 * stiff * STEP;
         }
-        trial[i] = force, trial[SLIP + i] = slip;
+        trial->block_force[i] = force, trial->block_slip[i] = slip;
         total += force;
     }
-    trial[VELOCITY] = v;
+    trial->velocity = v;
     return total;
 }
 
-static double contact(const double *row, double s, double *slope) {
-    const double left = s + row[3], right = row[3] - s;
-    *slope = row[2] - (left > 0.0 ? row[1] : 0.0) - (right > 0.0 ? row[1] : 0.0);
-    return row[2] * s - row[1] * (fmax(left, 0.0) - fmax(right, 0.0));
+static double contact(const Law *law, double s, double *slope) {
+    const double left = s + law->contact_preload, right = law->contact_preload - s, stiff = law->contact_stiffness;
+    *slope = law->contact_reference - (left > 0.0 ? stiff : 0.0) - (right > 0.0 ? stiff : 0.0);
+    return law->contact_reference * s - stiff * (fmax(left, 0.0) - fmax(right, 0.0));
 }
 
-static double solved(const double *row, const double *state, double out_free, double gain, double guess, double *value,
-                     double *trial, int *good) {
-    if (row[0] == 0.0) return held_still(row, out_free, gain, value);
-    if (row[0] == 1.0) return bristle(row, state, out_free, gain, guess, value, trial, good);
+static double solve_law(const Law *law, const LawState *state, double out_free, double gain, double guess, double *value,
+                        LawState *trial, int *good) {
+    if (law->kind == STATIC) return held_still(law, out_free, gain, value);
+    if (law->kind == BRISTLE) return bristle(law, state, out_free, gain, guess, value, trial, good);
     double s = guess, low = -INFINITY, high = INFINITY, slope, change;
     for (int turn = 0; turn < ITERATIONS; turn++) {
-        *value = row[0] == 2.0 ? maxwell(row, state, s, &slope, trial) : contact(row, s, &slope);
+        *value = law->kind == MAXWELL ? maxwell(law, state, s, &slope, trial) : contact(law, s, &slope);
         if (narrowed(&change, s, &low, &high, s - out_free - gain * *value, 1.0 - gain * slope, out_free + gain * *value))
             return s;
         if (fabs(change) <= 1e-8 * (fabs(out_free) + fabs(gain * *value)) + 1e-24) {
@@ -178,18 +181,18 @@ static double row_sum(const double *row, const double *w) {
     return total;
 }
 
-static int implicit(State *q, const double *out_free, double trial[][SLOTS]) {
+static int implicit(State *q, const double *out_free, LawState trial[]) {
     int good = 1;
     double before = 1e-300;
     for (int turn = 0; turn < PASSES; turn++) {
         double change = 0.0, size = 0.0;
         for (int k = 0; k < NL; k++) {
             const double own = gain[k * NW + k], other = out_free[k] + row_sum(gain + k * NW, q->w) - own * q->w[k];
-            if (turn && fabs(other - trial[k][SCRATCH]) <= 1e-10 * (fabs(other) + fabs(own * q->w[k]))) continue;
-            trial[k][SCRATCH] = other;
+            if (turn && fabs(other - trial[k].surroundings) <= 1e-10 * (fabs(other) + fabs(own * q->w[k]))) continue;
+            trial[k].surroundings = other;
             double value;
-            q->s[k] = solved(rows + k * ROW, q->states[k], other, own, turn ? q->s[k] : other + own * q->w[k], &value,
-                             trial[k], &good);
+            q->s[k] = solve_law(&laws[k], &q->states[k], other, own, turn ? q->s[k] : other + own * q->w[k], &value,
+                                &trial[k], &good);
             change = fmax(change, fabs(value - q->w[k])), size = fmax(size, fabs(value));
             q->w[k] = value;
         }
@@ -214,53 +217,59 @@ static double quantised(double value, double resolution) {
     return resolution == 0.0 ? value : floor(value / resolution + 0.5) * resolution;
 }
 
-static void position_sample(const double *p, double *s, const double *command, double angle, double scale) {
-    const double actual = p[6] != 0.0 ? quantised(scale, p[8]) : quantised(angle, p[7]) * p[2];
-    s[42] = command[0] - actual;
-    s[0] = (p[0] * s[42] + p[1] * command[1]) / p[2];
-    s[1] = p[3] * command[2] + p[4] * tanh(command[1] / p[5]);
+static void position_sample(const Parameters *p, ControlState *s, const Input *set_point, double angle, double scale) {
+    const double actual = p->scale_feedback ? quantised(scale, p->scale_resolution) : quantised(angle, p->angle_resolution) * p->lead;
+    s->following_error = set_point->position - actual;
+    s->speed_set = (p->position_gain * s->following_error + p->velocity_feedforward * set_point->velocity) / p->lead;
+    s->torque_feedforward = p->inertia_feedforward * set_point->acceleration
+                            + p->friction_feedforward * tanh(set_point->velocity / p->friction_velocity);
 }
 
-static void velocity_sample(const double *p, double *s, double angle, double speed) {
-    if (p[28] != 0.0) {
-        const double reading_now = quantised(angle, p[7]);
-        speed = (reading_now - s[6]) / p[26];
-        s[6] = reading_now;
+static void velocity_sample(const Parameters *p, ControlState *s, double angle, double speed) {
+    if (p->difference) {
+        const double reading_now = quantised(angle, p->angle_resolution);
+        speed = (reading_now - s->last_angle) / p->velocity_sample_time;
+        s->last_angle = reading_now;
     }
-    const double error = s[0] - speed;
-    double torque = p[9] * error + s[2] + s[1];
-    for (int i = 0; i < (int)p[24]; i++) {
-        const double *b = p + 36 + 5 * i, y = b[0] * torque + s[8 + 2 * i];
-        s[8 + 2 * i] = b[1] * torque - b[3] * y + s[9 + 2 * i];
-        s[9 + 2 * i] = b[2] * torque - b[4] * y;
+    const double error = s->speed_set - speed;
+    double torque = p->velocity_gain * error + s->speed_integral + s->torque_feedforward;
+    for (int i = 0; i < p->filter_count; i++) {
+        const double *b = p->filters[i], y = b[0] * torque + s->filter_memory[i][0];
+        s->filter_memory[i][0] = b[1] * torque - b[3] * y + s->filter_memory[i][1];
+        s->filter_memory[i][1] = b[2] * torque - b[4] * y;
         torque = y;
     }
-    const double limit = p[21] != 0.0 ? fmin(p[11], p[31] * p[12]) : p[11], limited = fmin(fmax(torque, -limit), limit);
-    if (limited == torque || error * torque < 0.0) s[2] += p[10] * p[26] * error;
-    const int delay = (int)p[22];
-    for (int i = delay; i > 0; i--) s[16 + i] = s[15 + i];
-    s[16] = limited;
-    s[7] = s[16 + delay];
-    s[3] = s[7] / p[12];
+    const double limit = p->has_current_loop ? fmin(p->torque_limit, p->current_limit * p->torque_constant) : p->torque_limit;
+    const double limited = fmin(fmax(torque, -limit), limit);
+    if (limited == torque || error * torque < 0.0) s->speed_integral += p->velocity_integral * p->velocity_sample_time * error;
+    for (int i = (int)p->velocity_delay; i > 0; i--) s->torque_line[i] = s->torque_line[i - 1];
+    s->torque_line[0] = limited;
+    s->torque_set = s->torque_line[p->velocity_delay];
+    s->current_set = s->torque_set / p->torque_constant;
 }
 
-static void current_sample(const double *p, double *s, double angle, double speed, double i_d, double i_q) {
-    if (p[21] == 0.0) {
-        s[40] = 0.0, s[41] = s[7];
+static void current_sample(const Parameters *p, ControlState *s, double angle, double speed, double i_d, double i_q) {
+    if (!p->has_current_loop) {
+        s->voltage_d = 0.0, s->voltage_q = s->torque_set;
         return;
     }
-    const double turn = p[19] * speed, error_d = -i_d, error_q = s[3] - i_q;
-    double u_d = p[13] * error_d + s[4], u_q = p[13] * error_q + s[5];
-    if (p[15] != 0.0) u_d -= turn * p[17] * i_q, u_q += turn * (p[16] * i_d + p[18]);
-    const double length = sqrt(u_d * u_d + u_q * u_q), scale = length > p[20] ? p[20] / length : 1.0;
-    const double back = p[27] * p[14] / p[13];
-    s[4] += p[27] * p[14] * error_d + back * (scale - 1.0) * u_d;
-    s[5] += p[27] * p[14] * error_q + back * (scale - 1.0) * u_q;
-    const int delay = (int)p[23];
-    for (int i = delay; i > 0; i--) s[24 + i] = s[23 + i], s[32 + i] = s[31 + i];
-    s[24] = scale * u_d, s[32] = scale * u_q;
-    s[40] = s[24 + delay], s[41] = s[32 + delay];
-    s[43] = angle, s[44] = speed;
+    const double turn = p->model_pole_pairs * speed, error_d = -i_d, error_q = s->current_set - i_q;
+    double u_d = p->current_gain * error_d + s->integral_d, u_q = p->current_gain * error_q + s->integral_q;
+    if (p->decoupling) {
+        u_d -= turn * p->model_inductance_q * i_q;
+        u_q += turn * (p->model_inductance_d * i_d + p->model_flux);
+    }
+    const double length = sqrt(u_d * u_d + u_q * u_q), scale = length > p->voltage_limit ? p->voltage_limit / length : 1.0;
+    const double rise = p->current_sample_time * p->current_integral, back = rise / p->current_gain;
+    s->integral_d += rise * error_d + back * (scale - 1.0) * u_d;
+    s->integral_q += rise * error_q + back * (scale - 1.0) * u_q;
+    for (int i = (int)p->current_delay; i > 0; i--) {
+        s->voltage_line_d[i] = s->voltage_line_d[i - 1];
+        s->voltage_line_q[i] = s->voltage_line_q[i - 1];
+    }
+    s->voltage_line_d[0] = scale * u_d, s->voltage_line_q[0] = scale * u_q;
+    s->voltage_d = s->voltage_line_d[p->current_delay], s->voltage_q = s->voltage_line_q[p->current_delay];
+    s->held_angle = angle, s->held_speed = speed;
 }
 
 static double leg(double level, double bus, double start, double stop) {
@@ -268,12 +277,15 @@ static double leg(double level, double bus, double start, double stop) {
     return bus * fmax(0.0, fmin(stop, high) - fmax(start, low)) / (stop - start);
 }
 
-static void switched(const double *p, const double *s, double phase, double width, double angle, double speed, double *u) {
-    const double poles = p[32], period = p[27], bus = sqrt(3.0) * p[20], at = poles * (s[43] + 0.5 * period * s[44]);
-    const double root = 0.5 * sqrt(3.0), alpha = cos(at) * s[40] - sin(at) * s[41], beta = sin(at) * s[40] + cos(at) * s[41];
+static void switched(const Parameters *p, const ControlState *s, double phase, double width, double angle, double speed, double *u) {
+    const double poles = p->pole_pairs, period = p->current_sample_time, bus = sqrt(3.0) * p->voltage_limit;
+    const double at = poles * (s->held_angle + 0.5 * period * s->held_speed);
+    const double root = 0.5 * sqrt(3.0);
+    const double alpha = cos(at) * s->voltage_d - sin(at) * s->voltage_q;
+    const double beta = sin(at) * s->voltage_d + cos(at) * s->voltage_q;
     const double a = alpha, b = -0.5 * alpha + root * beta, d = -0.5 * alpha - root * beta;
     const double middle = 0.5 * (fmax(a, fmax(b, d)) + fmin(a, fmin(b, d)));
-    const double start = fmax(phase * p[30] - floor(phase * p[30] + 1e-9), 0.0), stop = start + width * p[30];
+    const double start = fmax(phase * p->carrier - floor(phase * p->carrier + 1e-9), 0.0), stop = start + width * p->carrier;
     const double high_a = leg(a - middle, bus, start, stop), high_b = leg(b - middle, bus, start, stop);
     const double high_d = leg(d - middle, bus, start, stop);
     const double mean_alpha = (2.0 * high_a - high_b - high_d) / 3.0, mean_beta = (high_b - high_d) / sqrt(3.0);
@@ -283,27 +295,29 @@ static void switched(const double *p, const double *s, double phase, double widt
 
 static void controllers(State *q) {
     for (int i = 0; i < NA; i++) {
-        const double *p = q->parameters[i], *y = q->y + 7 * i;
-        double *s = q->control[i];
+        const Parameters *p = &q->parameters[i];
+        const double *y = q->y + OUTPUTS * i, angle = y[OUTPUT_angle], speed = y[OUTPUT_speed];
+        ControlState *s = &q->control[i];
         if (q->at % COUNT_CURRENT == 0) {
-            if (q->at % COUNT_POSITION == 0) position_sample(p, s, q->input[i], y[0], y[2]);
-            if (q->at % COUNT_VELOCITY == 0) velocity_sample(p, s, y[0], y[1]);
-            current_sample(p, s, y[0], y[1], y[3], y[4]);
+            if (q->at % COUNT_POSITION == 0) position_sample(p, s, &q->input[i], angle, y[OUTPUT_scale]);
+            if (q->at % COUNT_VELOCITY == 0) velocity_sample(p, s, angle, speed);
+            current_sample(p, s, angle, speed, y[OUTPUT_i_d], y[OUTPUT_i_q]);
         }
-        if (p[29] != 0.0)
-            switched(p, s, (double)(q->at % COUNT_CURRENT) / COUNT_CURRENT, 1.0 / COUNT_CURRENT, y[0], y[1], q->u + 2 * i);
+        if (p->six_pulse)
+            switched(p, s, (double)(q->at % COUNT_CURRENT) / COUNT_CURRENT, 1.0 / COUNT_CURRENT, angle, speed, q->u + 2 * i);
         else
-            q->u[2 * i] = s[40], q->u[2 * i + 1] = s[41];
+            q->u[2 * i] = s->voltage_d, q->u[2 * i + 1] = s->voltage_q;
     }
 }
 
 /* ---- one step of the plant ---- */
 
 static void plant_step(State *q) {
-    double drive[ND] = {0}, new_x[N], out_free[NS + 1] = {0}, trial[NL + 1][SLOTS];
+    double drive[ND] = {0}, new_x[N], out_free[NS + 1] = {0};
+    LawState trial[NL + 1];
     controllers(q);
     memcpy(drive, q->u, sizeof q->u);
-    for (int i = 0; i < NA; i++) drive[2 * NA + i] = q->input[i][3];
+    for (int i = 0; i < NA; i++) drive[2 * NA + i] = q->input[i].load;
     for (int k = 0; k < NW; k++) drive[3 * NA + k] = q->w[k];
     advance(q->x, new_x);
     add_columns(inputs, N, drive, ND, new_x);
@@ -316,9 +330,11 @@ static void plant_step(State *q) {
     memset(trial, 0, sizeof trial);
     if (!implicit(q, out_free, trial)) q->unconverged++;
     for (int k = 0; k < NL; k++) {
-        const double kind = rows[k * ROW];
-        if (kind == 1.0) memcpy(q->states[k], trial[k], 2 * sizeof(double));
-        if (kind == 2.0) memcpy(q->states[k], trial[k], SCRATCH * sizeof(double));
+        if (laws[k].kind == BRISTLE) {
+            q->states[k].bristle = trial[k].bristle;
+            q->states[k].bristle_rate = trial[k].bristle_rate;
+        } else if (laws[k].kind == MAXWELL)
+            q->states[k] = trial[k];
     }
     add_columns(jump, N, q->w, NW, q->x);
     q->at++;

@@ -11,24 +11,31 @@ import subprocess
 import sys
 import tempfile
 import zipfile
+from itertools import count as count_from
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from toolpoint._check import ToolpointError, count, fail
+from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.controller.loops import check_stable
+from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS
 from toolpoint.drives.controller.servo import Servo
-from toolpoint.drives.friction.laws import ROW
+from toolpoint.drives.friction.records import ITERATIONS, KINDS, LAW, LAW_STATE
+from toolpoint.drives.simulation.arrays import PASSES, SIGNALS
 from toolpoint.drives.simulation.exact_step import step_matrices
+from toolpoint.io.fmu.records import enum_text, struct_text, values_text
 
 INPUTS = (("position", "m"), ("velocity", "m/s"), ("acceleration", "m/s2"), ("load", "N"))
-OUTPUTS = (("angle", "rad"), ("speed", "rad/s"), ("scale", "m"), ("i_d", "A"), ("i_q", "A"), ("table", "m"), ("tool", "m"),
-           ("speed_set", "rad/s"), ("torque_set", "N.m"), ("current_set", "A"), ("u_d", "V"), ("u_q", "V"),
-           ("following_error", "m"))
-# Controller values that the importing tool may set: name, place in the row of parameters, unit.
-TUNED = (("position_gain", 0, "1/s"), ("velocity_feedforward", 1, "1"), ("velocity_gain", 9, "N.m.s/rad"),
-         ("velocity_integral", 10, "N.m/rad"))
+_OUTPUT_UNITS = {"angle": "rad", "speed": "rad/s", "scale": "m", "i_d": "A", "i_q": "A", "table": "m", "tool": "m",
+                 "speed_set": "rad/s", "torque_set": "N.m", "current_set": "A", "u_d": "V", "u_q": "V",
+                 "following_error": "m"}
+# Controller values that the importing tool may set: field of the parameters, unit.
+TUNED = (("position_gain", "1/s"), ("velocity_feedforward", "1"), ("velocity_gain", "N.m.s/rad"),
+         ("velocity_integral", "N.m/rad"))
+# Value references: so many for each axis, inputs from zero, outputs and tunable parameters from these on.
+_REFERENCES = {"AXIS_REFERENCES": 100, "FIRST_OUTPUT": 10, "FIRST_TUNED": 50}
 _BASE = {"m": "m='1'", "m/s": "m='1' s='-1'", "m/s2": "m='1' s='-2'", "N": "kg='1' m='1' s='-2'", "rad": "rad='1'",
          "rad/s": "rad='1' s='-1'", "A": "A='1'", "V": "kg='1' m='2' s='-3' A='-1'", "N.m": "kg='1' m='2' s='-2'",
          "1/s": "s='-1'", "1": "", "N.m.s/rad": "kg='1' m='2' s='-1' rad='-1'", "N.m/rad": "kg='1' m='2' s='-2' rad='-1'"}
@@ -64,7 +71,8 @@ def write(servo: Servo, path: str | Path, name: str = "servo", *, substeps: int 
     count("substeps", substeps)
     identifier = re.sub(r"\W", "_", name) or "servo"
     identifier = identifier if identifier[0].isalpha() else "m_" + identifier
-    texts = {name: _part(name) for name in ("servo.c", "servo_step.h")} | {"servo_data.h": _numbers(servo, substeps)}
+    texts = {name: _part(name) for name in ("servo.c", "servo_step.h")} | {
+        "servo_records.h": _records(), "servo_data.h": _numbers(servo, substeps)}
     guid = "{" + hashlib.sha256("".join(texts.values()).encode()).hexdigest()[:32] + "}"
     texts["servo_data.h"] = f'#define GUID "{guid}"\n' + texts["servo_data.h"]
     described = _description(servo, name, identifier, guid)
@@ -90,37 +98,52 @@ def _numbers(servo: Servo, substeps: int) -> str:
     """Return the header with the matrices, laws and controllers."""
     plant, inner = servo.plant, servo.controllers[0].sample_times[0]
     m = step_matrices(plant, inner / substeps)
-    controllers = np.array([c.parameters(a.motor) for c, a in zip(servo.controllers, plant.axes, strict=True)])
     counts = [c * substeps for c in servo.counts]
     sizes = {"NA": len(plant.axes), "N": m.basis.shape[1], "CORE": m.core.shape[0], "HALF": m.pairs.shape[1],
-             "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.rows.shape[0], "NP": plant.products.shape[0],
-             "ND": m.inputs.shape[0], "NY": m.reading.shape[1], "NPAR": controllers.shape[1], "ROW": ROW,
+             "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.laws.size, "NP": plant.products.shape[0],
+             "ND": m.inputs.shape[0], "NY": m.reading.shape[1],
              "COUNT_CURRENT": counts[0], "COUNT_VELOCITY": counts[1], "COUNT_POSITION": counts[2]}
     lines = [f"#define {key} {value}" for key, value in sizes.items()]
     lines += [f"#define STEP {m.step!r}", f'#define STEP_TEXT "{m.step:.9g}"']
     gain = np.zeros((m.scalars.shape[1], m.shift.shape[0]))
     gain[:m.gain.shape[0]] = m.gain
     arrays = {"core": m.core, "pairs": m.pairs, "inputs": m.inputs, "jump": m.jump, "scalars": m.scalars, "gain": gain,
-              "reading": m.reading, "direct": m.direct, "rows": plant.rows, "parameters": controllers}
-    lines += [f"static const double {key}[] = {_list(value)};" for key, value in arrays.items()]
-    return "\n".join([*lines, f"static const int products[] = {_list(plant.products)};"]) + "\n"
+              "reading": m.reading, "direct": m.direct}
+    lines += [f"static const double {key}[] = {values_text(value)};" for key, value in arrays.items()]
+    lines += [f"static const Law laws[] = {values_text(plant.laws)};",
+              f"static const Parameters parameters[] = {values_text(_parameters(servo))};",
+              f"static const int products[] = {values_text(plant.products)};"]
+    return "\n".join(lines) + "\n"
 
 
-def _list(values: np.ndarray) -> str:
-    shown = ["INFINITY" if v == np.inf else repr(v) for v in np.asarray(values).ravel().tolist()]
-    return "{" + ",\n".join(", ".join(shown[i:i + 6]) for i in range(0, len(shown), 6)) + "}" if shown else "{0}"
+def _parameters(servo: Servo) -> np.ndarray:
+    return np.stack([c.parameters(a.motor) for c, a in zip(servo.controllers, servo.plant.axes, strict=True)])
+
+
+def _records() -> str:
+    """Return the header with the structs of laws and controllers, and the names of inputs, outputs and parameters."""
+    structs = {"Law": LAW, "LawState": LAW_STATE, "Parameters": PARAMETERS, "ControlState": CONTROL_STATE}
+    counts = {**KINDS, "ITERATIONS": ITERATIONS, "PASSES": PASSES, **_REFERENCES}
+    inputs = np.dtype([(name, float) for name, _ in INPUTS])
+    texts = [*(struct_text(name, dtype) for name, dtype in structs.items()), struct_text("Input", inputs),
+             "enum { " + ", ".join(f"{name} = {value}" for name, value in counts.items()) + " };\n",
+             enum_text("INPUT_", (name for name, _ in INPUTS), "INPUTS"), enum_text("OUTPUT_", OUTPUTS, "OUTPUTS"),
+             enum_text("SIGNAL_", SIGNALS, "SIGNALS"), enum_text("TUNED_", (name for name, _ in TUNED), "TUNED")]
+    return "/* Written by toolpoint.io.fmu from the records of the simulation: the same fields, by name. */\n" + "".join(texts)
 
 
 def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
     rows, outputs = [], []
-    controllers = [c.parameters(a.motor) for c, a in zip(servo.controllers, servo.plant.axes, strict=True)]
-    for i, axis in enumerate(servo.plant.axes):
-        given = [(n, u, 100 * i + k, "causality='input' variability='continuous'", 0.0) for k, (n, u) in enumerate(INPUTS)]
-        seen = [(n, u, 100 * i + 10 + k, "causality='output' variability='continuous' initial='calculated'", None)
-                for k, (n, u) in enumerate(OUTPUTS)]
-        tuned = [(n, u, 100 * i + 50 + k, "causality='parameter' variability='tunable' initial='exact'",
-                  controllers[i][at]) for k, (n, at, u) in enumerate(TUNED)]
-        for words, unit, reference, kind, start in (*given, *seen, *tuned):
+    for axis, number, parameters in zip(servo.plant.axes, count_from(0, _REFERENCES["AXIS_REFERENCES"]), _parameters(servo),
+                                        strict=False):
+        given = [(n, u, number + k, "causality='input' variability='continuous'", 0.0) for k, (n, u) in enumerate(INPUTS)]
+        seen = [(n, _OUTPUT_UNITS[n], number + _REFERENCES["FIRST_OUTPUT"] + k,
+                 "causality='output' variability='continuous' initial='calculated'", None)
+                for k, n in enumerate((*OUTPUTS, *SIGNALS))]
+        tunable = [(n, u, number + _REFERENCES["FIRST_TUNED"] + k,
+                    "causality='parameter' variability='tunable' initial='exact'", parameters[n])
+                   for k, (n, u) in enumerate(TUNED)]
+        for words, unit, reference, kind, start in (*given, *seen, *tunable):
             value = "" if start is None else f" start='{float(start)!r}'"
             rows.append(f"<ScalarVariable name={quoteattr(f'{axis.name}.{words}')} valueReference='{reference}' {kind}>"
                         f"<Real unit='{unit}'{value}/></ScalarVariable>")

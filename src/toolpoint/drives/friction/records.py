@@ -1,0 +1,30 @@
+"""Records of friction and contact laws: the fields that compiled code reads by name, in the simulation and in exported C."""
+
+from __future__ import annotations
+
+import numpy as np
+
+STATIC, BRISTLE, MAXWELL, CONTACT = range(4)
+KINDS = {"STATIC": STATIC, "BRISTLE": BRISTLE, "MAXWELL": MAXWELL, "CONTACT": CONTACT}
+MAX_ELEMENTS = 8
+# Newton steps of a law in one step of the plant; a bracket halves its width at worst.
+ITERATIONS = 60
+
+# Dry level g(v) = level + sum_i fall_size[i] exp(-|v/fall_velocity[i]|^fall_exponent[i]), common to all friction laws; then
+# the numbers of each kind. Forces N (or torques N m), velocities m/s (or rad/s).
+LAW = np.dtype([
+    ("kind", np.int64), ("level", float), ("fall_size", float, 2), ("fall_velocity", float, 2), ("fall_exponent", float, 2),
+    ("viscous", float),
+    ("bristle_stiffness", float), ("bristle_damping", float),
+    ("attraction", float), ("elements", np.int64), ("element_stiffness", float, MAX_ELEMENTS),
+    ("element_share", float, MAX_ELEMENTS),
+    ("contact_stiffness", float), ("contact_reference", float), ("contact_preload", float),
+], align=True)
+
+# Bristle deflection and its rate (LuGre); force and slip sign of every block and the velocity of the last step (Maxwell
+# slip); `surroundings` is scratch of the solver: what the law last saw of the rest of the plant.
+LAW_STATE = np.dtype([
+    ("bristle", float), ("bristle_rate", float),
+    ("block_force", float, MAX_ELEMENTS), ("block_slip", float, MAX_ELEMENTS), ("velocity", float),
+    ("surroundings", float),
+], align=True)
