@@ -65,7 +65,7 @@ def judged(result) -> dict:
 
 def naive(modes, case) -> dict:
     """Return the errors of the source's way: per joint the meeting point or mean axis, and the freedoms it would claim."""
-    parts = {name: component(name, modes, case.points, wanted) for name, wanted in case.components.items()}
+    parts = {name: component(name, modes, case.points, labels=wanted) for name, wanted in case.components.items()}
     place, freedoms, angle = [], 0, 0.0
     for parent, child in PAIRS:
         axes = relative_bisector_axes(parts.get(parent), parts[child])
@@ -91,7 +91,7 @@ def quadrature_shapes(frf, modes) -> Modes:
 def noisy_frf(truth, share, rng):
     """Return accelerances with noise of `share` of every FRF's rms."""
     lines = np.arange(5.0, 150.01, 0.25)
-    frf = frequency_response.modal(truth, lines, truth.dofs, [p1.striking_point(truth)], "accelerance")
+    frf = frequency_response.modal(truth, lines, truth.dofs, inputs=[p1.striking_point(truth)], quantity="accelerance")
     size = share * np.sqrt((np.abs(frf.values) ** 2).mean(axis=0) / 2)
     return replace(frf, values=frf.values + size * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape)))
 
@@ -105,7 +105,7 @@ def run(model, share, seeds) -> dict:
         frf = noisy_frf(case.truth, share, rng)
         modes = p1.identified(frf)
         start = time.process_time()
-        result = identify_joints(modes, case.points, case.components, p1.CHAIN, masses=case.masses)
+        result = identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses)
         cpu += time.process_time() - start
         rows.append(judged(result))
         plain.append(naive(quadrature_shapes(frf, modes), case))
@@ -143,7 +143,7 @@ def blows(model, seeds) -> dict:
         rng = np.random.default_rng(1000 + seed)
         case = p1.case(model, rng)
         modes = p1.from_blows(case.truth, 0.02, rng)
-        rows.append(judged(identify_joints(modes, case.points, case.components, p1.CHAIN, masses=case.masses)))
+        rows.append(judged(identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses)))
     return summary(rows)
 
 

@@ -131,12 +131,12 @@ def main() -> None:
     rows: dict[str, dict[str, float]] = {}
     exact = eigen.undamped(assemble(machine, poses, modal_damping=False), 6).frequency
     for path in ("numpy", "compiled"):
-        natural_frequencies(machine, zero, 6, path)
-        seconds = best(lambda path=path: natural_frequencies(machine, poses, 6, path))
+        natural_frequencies(machine, zero, 6, path=path)
+        seconds = best(lambda path=path: natural_frequencies(machine, poses, 6, path=path))
         rows[f"toolpoint, {path}"] = {
             "poses_per_second": POSES / seconds,
-            "error_at_zero": float(np.abs(natural_frequencies(machine, zero, 6, path)[0, :4] / REFERENCE - 1).max()),
-            "error_against_general": float(np.abs(natural_frequencies(machine, poses, 6, path) / exact - 1).max())}
+            "error_at_zero": float(np.abs(natural_frequencies(machine, zero, 6, path=path)[0, :4] / REFERENCE - 1).max()),
+            "error_against_general": float(np.abs(natural_frequencies(machine, poses, 6, path=path) / exact - 1).max())}
     for name, peer in (("Pinocchio in a Python loop", pinocchio_rate(table)), ("Exudyn kinematic tree", exudyn_rate(table))):
         if peer is not None:
             rows[name] = {"poses_per_second": peer[0], "error_at_zero": peer[1]}

@@ -36,7 +36,7 @@ def test_data(tmp_path_factory):
     numbered = tuple(Dof(names.index(d.point) + 1, "+" + "xyz"[int(d.direction[-1])]) for d in labels)
     modes = eigen.undamped(assemble(mill, outputs=labels), 6)
     hdf5.write(replace(modes, dofs=numbered, scaling="unscaled"), folder / "modes.h5")
-    frf = frequency_response.direct(assemble(mill, None, labels, labels[:1]), np.linspace(10, 90, 241))
+    frf = frequency_response.direct(assemble(mill, None, labels, inputs=labels[:1]), np.linspace(10, 90, 241))
     hdf5.write(replace(frf, outputs=numbered, inputs=numbered[:1]), folder / "frf.h5")
     wrong = mill.with_values({PATH: 0.5 * mill.value(PATH)})
     machine_file.write(wrong.description, folder / "wrong.yaml")

@@ -22,7 +22,7 @@ CUT = ["--diameter", "12", "--teeth", "2", "--kt", "600", "--kn", "200"]
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("dynamics")
     hdf5.write(TOOL, folder / "modes.h5")
-    frf = frequency_response.modal(TOOL, np.arange(100.0, 6000.0, 1.0), ["tip:+x"], ["tip:+x"])
+    frf = frequency_response.modal(TOOL, np.arange(100.0, 6000.0, 1.0), ["tip:+x"], inputs=["tip:+x"])
     frf_table.write(frf, folder / "tip.txt")
     return folder
 

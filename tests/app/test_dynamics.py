@@ -26,7 +26,7 @@ MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("sources")
-    accelerance = frequency_response.modal(TOOL, LINES, None, None, "accelerance")
+    accelerance = frequency_response.modal(TOOL, LINES, None, inputs=None, quantity="accelerance")
     numbered = tuple(label.replace("tip", "1") for label in LABELS)
     uff.write(folder / "whole.unv", Frf(LINES, accelerance.values, numbered, numbered, "accelerance"))
     hdf5.write(WHOLE, folder / "whole.h5")
@@ -34,12 +34,12 @@ def folder(tmp_path_factory):
     hdf5.write({"a": TOOL, "b": WHOLE}, folder / "both.h5")
     points = Modes([600.0], 0.03, np.ones((2, 1)), ("1:+x", "2:+x"))
     hdf5.write(frequency_response.modal(points, LINES), folder / "points.h5")
-    hdf5.write(frequency_response.modal(points, LINES, ["1:+x"], ["2:+x"]), folder / "apart.h5")
+    hdf5.write(frequency_response.modal(points, LINES, ["1:+x"], inputs=["2:+x"]), folder / "apart.h5")
     savemat(folder / "plane.mat", {"f": LINES, "H": WHOLE.values[:, :2, :2]})
     for name, (output, struck) in {"x": (X, X), "y": (Y, Y), "xy": (X, Y), "tip=+x__tip=+x": (X, X), "tip=+y__tip=+y": (Y, Y),
                                    "tip=+x__tip=+y": (X, Y), "tip=+y__tip=+x": (Y, X)}.items():
         frf_table.write(WHOLE.selected([output], [struck]), folder / f"{name}.txt")
-    coarse = frequency_response.modal(TOOL, np.arange(20.0, 4200.0, 1.0), [Y], [Y])
+    coarse = frequency_response.modal(TOOL, np.arange(20.0, 4200.0, 1.0), [Y], inputs=[Y])
     frf_table.write(coarse, folder / "y_other_lines.txt")
     frf_table.write(Frf(LINES, -WHOLE.values[:, :1, :1], (X,), (X,)), folder / "upside_down.txt")
     opposite = Frf(LINES, -WHOLE.values[:, :1, :1], (X,), ("tip:-x",))

@@ -15,7 +15,7 @@ from toolpoint.vibration import Frf, Modes, frequency_response
 def test_page_names_modes_that_stand_out_and_doubtful_ones():
     rng = np.random.default_rng(0)
     modes = Modes([20.0, 45.0, 60.0], 0.02, [[1.0, 0.5, 1.0], [0.4, -0.6, 0.2]], ["1:+x", "2:+x"])
-    frf = frequency_response.modal(modes, np.linspace(5, 90, 800), None, ["1:+x"])
+    frf = frequency_response.modal(modes, np.linspace(5, 90, 800), None, inputs=["1:+x"])
     noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs))
     assert found.modes.count == 3

@@ -22,7 +22,7 @@ def measured_file(tmp_path_factory):
     points = {i + 1: xyz for i, xyz in enumerate(rng.uniform(0, 1, (9, 3)))}
     dofs = tuple(Dof(point, way) for point in points for way in ("+x", "+y", "+z"))
     modes = Modes(FREQUENCY, RATIO, rng.normal(size=(27, 3)), dofs)
-    frf = frequency_response.modal(modes, np.linspace(5, 80, 601), None, [dofs[0]], "accelerance")
+    frf = frequency_response.modal(modes, np.linspace(5, 80, 601), None, inputs=[dofs[0]], quantity="accelerance")
     noise = 0.01 * np.sqrt((np.abs(frf.values) ** 2).mean(axis=0))
     values = frf.values + noise * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape)) / np.sqrt(2)
     path = tmp_path_factory.mktemp("measured") / "test.uff"
@@ -111,7 +111,7 @@ def test_text_files_whose_names_tell_too_little_tell_the_rule(tmp_path, capsys):
 
 def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_path, capsys):
     modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "2:+x"])
-    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, ["1:+x"])
+    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, inputs=["1:+x"])
     for number, lines in ((1, slice(None)), (2, slice(600))):
         frf_table.write(Frf(frf.frequency[lines], frf.values[lines, number - 1:number], [f"{number}:+x"], ["1:+x"]),
                        tmp_path / f"{number}=+x__1=+x.txt")
@@ -128,7 +128,7 @@ def test_text_files_with_other_lines_are_named_and_their_quantity_is_told(tmp_pa
 
 def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
     modes = Modes([30.0, 50.0], 0.02, [[1.0, 0.5], [0.5, -1.0]], ["1:+x", "1:+y"])
-    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, ["1:+x"], "accelerance")
+    frf = frequency_response.modal(modes, np.arange(5.0, 80, 0.1), None, inputs=["1:+x"], quantity="accelerance")
     scipy.io.savemat(tmp_path / "m.mat", {"f": frf.frequency, "H": frf.values[:, :, 0]})
     main(["identify", str(tmp_path / "m.mat"), "-o", str(tmp_path)])
     shown = capsys.readouterr().err

@@ -30,7 +30,7 @@ def measured_machine(vertical, tmp_path_factory):
     modes = true_modes(vertical, points, 0.03)
     share = np.abs(modes.shape) / np.abs(modes.shape).max(axis=0)
     struck = modes.dofs[int(np.argmax(share.min(axis=1)))]
-    exact = frequency_response.modal(modes, np.linspace(5, 100, 761), None, [struck], "accelerance")
+    exact = frequency_response.modal(modes, np.linspace(5, 100, 761), None, inputs=[struck], quantity="accelerance")
     noise = 0.01 * np.sqrt((np.abs(exact.values) ** 2).mean(axis=0) / 2)
     values = exact.values + noise * (rng.normal(size=exact.values.shape) + 1j * rng.normal(size=exact.values.shape))
     geometry = uff.MeasuredGeometry(tuple(points.places), np.array([at for _, at in points.places.values()]))

@@ -24,7 +24,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cuts")
     hdf5.write(TOOL, folder / "modes.h5")
     for way in "xy":
-        frf = frequency_response.modal(TOOL, np.arange(2.0, 5000.0, 2.0), [f"tip:+{way}"], [f"tip:+{way}"])
+        frf = frequency_response.modal(TOOL, np.arange(2.0, 5000.0, 2.0), [f"tip:+{way}"], inputs=[f"tip:+{way}"])
         frf_table.write(frf, folder / f"{way}.txt")
     rng = np.random.default_rng(1)
     noise = frf.values * 0 + 1e-7 * (rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape))

@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("turning")
     hdf5.write(BAR, folder / "bar.h5")
     for way in "xy":
-        frf = frequency_response.modal(BAR, np.arange(2.0, 900.0, 0.25), [f"bar:+{way}"], [f"bar:+{way}"])
+        frf = frequency_response.modal(BAR, np.arange(2.0, 900.0, 0.25), [f"bar:+{way}"], inputs=[f"bar:+{way}"])
         frf_table.write(frf, folder / f"bar_{way}.txt")
     return folder
 

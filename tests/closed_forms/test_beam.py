@@ -23,8 +23,8 @@ def closed_form(modulus, density):
 
 
 def cantilever(modes, elements=40, locked=True, held="root"):
-    section = beams.rectangle(SIDE, SIDE, MODULUS, DENSITY)
-    body = beams.beam(section, LENGTH, elements, modes)
+    section = beams.rectangle(SIDE, SIDE, MODULUS, density=DENSITY)
+    body = beams.beam(section, LENGTH, elements, modes=modes)
     placeholder = BodyDescription(mass=1.0, inertia=InertiaDescription(1, 1, 1))
     joint = JointDescription("ground", "beam", child_interface=held,
                              free=() if locked else ("x", "y", "z", "rx", "ry", "rz"))
@@ -75,8 +75,8 @@ def test_free_beam_has_six_rigid_modes():
 
 def test_rigid_body_on_the_tip_moves_with_it():
     # A mass at the tip of a light beam: f = sqrt(3 E I / m L^3) / 2 pi.
-    section = beams.rectangle(SIDE, SIDE, MODULUS, 1e-3 * DENSITY)
-    body = beams.beam(section, LENGTH, 10, 6)
+    section = beams.rectangle(SIDE, SIDE, MODULUS, density=1e-3 * DENSITY)
+    body = beams.beam(section, LENGTH, 10, modes=6)
     tiny = InertiaDescription(1e-9, 1e-9, 1e-9)
     description = MachineDescription(
         "hammer", {"beam": BodyDescription(mass=1.0, inertia=InertiaDescription(1, 1, 1)),

@@ -88,7 +88,7 @@ def identified(frf: Frf) -> Modes:
 def from_responses(truth: Modes, share: float, rng: np.random.Generator) -> Modes:
     """Return modes identified from accelerances to 150 Hz with noise of `share` of every FRF's rms, as the issue asks."""
     lines = np.arange(5.0, 150.01, 0.25)
-    frf = frequency_response.modal(truth, lines, truth.dofs, [striking_point(truth)], "accelerance")
+    frf = frequency_response.modal(truth, lines, truth.dofs, inputs=[striking_point(truth)], quantity="accelerance")
     size = share * np.sqrt((np.abs(frf.values) ** 2).mean(axis=0))
     noise = rng.normal(size=frf.values.shape) + 1j * rng.normal(size=frf.values.shape)
     return identified(replace(frf, values=frf.values + size * noise / np.sqrt(2)))

@@ -35,7 +35,7 @@ def test_components_of_the_published_machine(case, share):
 def test_grouped_components_give_the_joints(case):
     modes = p1.noisy(case.truth, 0.01, np.random.default_rng(2))
     found = grouped(modes, case.points)
-    result = identify_joints(modes, case.points, found.components, ("ground", *found.components))
+    result = identify_joints(modes, case.points, found.components, chain=("ground", *found.components))
     assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
 
 

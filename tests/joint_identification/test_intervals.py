@@ -38,7 +38,7 @@ def collected(model, seeds, deviation, told, corrupted=lambda modes, case, rng: 
         case = p1.case(model, rng)
         modes = corrupted(p1.noisy(case.truth, 0.02, rng), case, rng)
         points = {name: np.asarray(at) + deviation * rng.normal(size=3) for name, at in case.points.items()}
-        result = identify_joints(modes, points, case.components, p1.CHAIN, masses=case.masses,
+        result = identify_joints(modes, points, case.components, chain=p1.CHAIN, masses=case.masses,
                                  coordinate_deviation=deviation if told else 0.0)
         assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
         one, two = scores(result)
@@ -77,7 +77,7 @@ def test_correlation_of_columns_is_found(model):
     noise = rng.normal(size=spread.shape)
     noise[:, 1] = 0.6 * noise[:, 0] + 0.8 * noise[:, 1]
     modes = replace(case.truth, shape=case.truth.shape + spread * noise, shape_variance=spread**2)
-    parts = {name: component(name, modes, case.points, wanted) for name, wanted in case.components.items()}
+    parts = {name: component(name, modes, case.points, labels=wanted) for name, wanted in case.components.items()}
     found = column_correlation(parts, {name: rigid_motion(part) for name, part in parts.items()}, 0.0)
     assert found[0, 1] == pytest.approx(0.6, abs=0.1)
     assert np.linalg.eigvalsh(found)[0] > 0
@@ -89,7 +89,7 @@ def test_correlation_of_columns_is_found(model):
 def test_coordinates_that_scatter_are_a_length(model):
     case = p1.case(model, np.random.default_rng(2))
     with pytest.raises(ToolpointError, match="coordinate_deviation"):
-        identify_joints(case.truth, case.points, case.components, p1.CHAIN, coordinate_deviation=-0.01)
+        identify_joints(case.truth, case.points, case.components, chain=p1.CHAIN, coordinate_deviation=-0.01)
 
 
 def test_intervals_through_modal_identification_are_neither_wide_nor_narrow(model):
@@ -98,7 +98,7 @@ def test_intervals_through_modal_identification_are_neither_wide_nor_narrow(mode
     for seed in range(8):
         rng = np.random.default_rng(700 + seed)
         case = p1.case(model, rng)
-        result = identify_joints(p1.from_responses(case.truth, 0.02, rng), case.points, case.components, p1.CHAIN,
+        result = identify_joints(p1.from_responses(case.truth, 0.02, rng), case.points, case.components, chain=p1.CHAIN,
                                  masses=case.masses)
         place += scores(result)[0]
     # 64 squares of mean 1 have a mean within 0.55 .. 1.6 in 99.9 %; with the floor it was 0.57 over 400 of them.
@@ -111,9 +111,9 @@ def test_a_motion_below_the_floor_widens_the_interval_only_where_it_is_there(mod
     rng = np.random.default_rng(12)
     case = p1.case(model, rng)
     modes = p1.noisy(case.truth, 1e-5, rng)
-    parts = {name: component(name, modes, case.points, wanted) for name, wanted in case.components.items()}
+    parts = {name: component(name, modes, case.points, labels=wanted) for name, wanted in case.components.items()}
     motions = {name: rigid_motion(part) for name, part in parts.items()}
-    found = pair("base", "column", parts, motions)
+    found = pair("base", "column", parts, motions=motions)
     local = rng.normal(size=found.twist.shape) * np.array([1, 1, 1, 0, 0, 0])[:, None]
     found = replace(found, twist=found.twist + moved * found.motion * local)
     criterion = Criterion()

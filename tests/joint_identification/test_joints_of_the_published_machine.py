@@ -38,19 +38,19 @@ def test_joints_from_noisy_frequency_responses(model, share, bar, seed):
     rng = np.random.default_rng(seed)
     case = p1.case(model, rng)
     modes = p1.from_responses(case.truth, share, rng)
-    check(identify_joints(modes, case.points, case.components, p1.CHAIN, masses=case.masses), bar)
+    check(identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses), bar)
 
 
 def test_joints_from_hammer_blows(model):
     rng = np.random.default_rng(5)
     case = p1.case(model, rng, 60)
     modes = p1.from_blows(case.truth, 0.02, rng)
-    check(identify_joints(modes, case.points, case.components, p1.CHAIN, masses=case.masses), 0.015)
+    check(identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses), 0.015)
 
 
 def test_exact_modes_give_the_model_back(model):
     case = p1.case(model, np.random.default_rng(3))
-    result = identify_joints(case.truth, case.points, case.components, p1.CHAIN, masses=case.masses)
+    result = identify_joints(case.truth, case.points, case.components, chain=p1.CHAIN, masses=case.masses)
     check(result, 1e-6, 1e-6)
 
 
@@ -59,7 +59,7 @@ def test_intervals_hold_the_truth(model):
     for seed in range(12):
         rng = np.random.default_rng(100 + seed)
         case = p1.case(model, rng)
-        result = identify_joints(p1.noisy(case.truth, 0.03, rng), case.points, case.components, p1.CHAIN)
+        result = identify_joints(p1.noisy(case.truth, 0.03, rng), case.points, case.components, chain=p1.CHAIN)
         for joint in result.joints:
             error, half = np.abs(joint.position - p1.AT[joint.child]), joint.position_interval
             at = [1, 2] if joint.kind == "hinge" else [0, 1, 2]
@@ -72,7 +72,7 @@ def test_intervals_hold_the_truth(model):
 def test_without_known_variance_the_noise_is_taken_from_the_fit(model):
     rng = np.random.default_rng(8)
     case = p1.case(model, rng)
-    result = identify_joints(p1.noisy(case.truth, 0.02, rng, known=False), case.points, case.components, p1.CHAIN)
+    result = identify_joints(p1.noisy(case.truth, 0.02, rng, known=False), case.points, case.components, chain=p1.CHAIN)
     assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
 
 
@@ -86,7 +86,7 @@ def test_complex_shapes_give_the_same_joints(model):
                      shape_variance=2 * modes.shape_variance)
     noise = 0.02 * np.sqrt((np.abs(turned.shape) ** 2).mean(axis=0)) * rng.normal(size=turned.shape.shape)
     turned = replace(turned, shape=turned.shape + 1j * noise * np.exp(0.4j))
-    result = identify_joints(turned, case.points, case.components, p1.CHAIN)
+    result = identify_joints(turned, case.points, case.components, chain=p1.CHAIN)
     assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
     for joint in result.joints:
         assert off_axis(joint, p1.AT[joint.child]) < 0.015
@@ -102,8 +102,8 @@ def test_a_turned_machine_gives_turned_joints(model):
     turn, shift = rot.from_euler("zyx", [0.3, -0.2, 0.25]), np.array([0.5, -1.0, 2.0])
     shape = (modes.shape.reshape(-1, 3, modes.count).transpose(0, 2, 1) @ turn.T).transpose(0, 2, 1).reshape(modes.shape.shape)
     moved = {name: turn @ at + shift for name, at in case.points.items()}
-    first = identify_joints(modes, case.points, case.components, p1.CHAIN)
-    second = identify_joints(replace(modes, shape=shape), moved, case.components, p1.CHAIN)
+    first = identify_joints(modes, case.points, case.components, chain=p1.CHAIN)
+    second = identify_joints(replace(modes, shape=shape), moved, case.components, chain=p1.CHAIN)
     for a, b in zip(first.joints, second.joints, strict=True):
         assert a.kind == b.kind
         away = b.position - (turn @ a.position + shift)
@@ -116,7 +116,7 @@ def test_a_turned_machine_gives_turned_joints(model):
 
 def test_plain_data_for_a_machine_description(model):
     case = p1.case(model, np.random.default_rng(3))
-    joint = identify_joints(case.truth, case.points, case.components, p1.CHAIN, masses=case.masses).joint("magazine")
+    joint = identify_joints(case.truth, case.points, case.components, chain=p1.CHAIN, masses=case.masses).joint("magazine")
     data = joint.as_dict()
     assert data["parent"] == "column"
     assert data["freedoms"] == ["ry", "rz"]

@@ -63,7 +63,7 @@ AXIS = {"hinge": X, "slide": Y, "universal": Y, "cylindrical": X, "planar": Z}
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_every_kind_is_told_with_its_position_and_direction(kind, seed):
     modes, points, parts = made(CASES[kind], 0.01, np.random.default_rng(seed))
-    result = identify_joints(modes, points, parts, ("base", "part"))
+    result = identify_joints(modes, points, parts, chain=("base", "part"))
     joint = result.joint("part")
     assert joint.kind == kind, joint.status
     assert joint.freedoms == FREE[kind]
@@ -86,7 +86,7 @@ def test_every_kind_is_told_with_its_position_and_direction(kind, seed):
 def test_other_joints_are_general_and_marked(basis):
     modes, points, parts = made(basis, 0.01, np.random.default_rng(3), modes=6)
     with pytest.warns(UserWarning, match="doubtful"):
-        joint = identify_joints(modes, points, parts, ("base", "part")).joint("part")
+        joint = identify_joints(modes, points, parts, chain=("base", "part")).joint("part")
     assert joint.kind == "general"
     assert joint.screws.shape == basis.shape
     # The subspace of free twists is the made one.
@@ -101,7 +101,7 @@ def test_rigid_motion_is_found_exactly(seed, twist):
     at = {i: rng.uniform(-1, 1, 3) for i in range(6)}
     shape = np.concatenate([tf.point_velocity(p) @ twist for p in at.values()])[:, None]
     modes = Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS])
-    found = SmallMotion().twists(component("part", modes, at, list(at)))
+    found = SmallMotion().twists(component("part", modes, at, labels=list(at)))
     np.testing.assert_allclose(found[:, 0], twist, atol=1e-9)
 
 
@@ -110,7 +110,7 @@ def test_finite_methods_agree_with_the_closed_form_as_the_amplitude_falls():
     at = dict(enumerate(np.stack(np.meshgrid([0, 1.0], [0, 0.7], [0, 0.4, 0.9]), -1).reshape(-1, 3)))
     twist = rng.normal(size=6)
     shape = np.concatenate([tf.point_velocity(p) @ twist for p in at.values()])[:, None]
-    part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, list(at))
+    part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, labels=list(at))
     errors = [np.abs(FiniteRotation(a).twists(part)[:, 0] - twist).max() for a in (0.1, 0.01, 0.001)]
     # A straight displacement is no arc: the error of the logarithm falls with the amplitude, here at least linearly.
     assert errors[0] > 8 * errors[1] > 64 * errors[2]
@@ -125,7 +125,7 @@ def test_closest_point_fails_where_points_move_past_each_other():
     at = dict(enumerate(rng.uniform(-1, 1, (60, 3))))
     twist = np.array([0, 0, 0, 0.2, -0.3, 1.0])
     shape = np.concatenate([tf.point_velocity(p) @ twist for p in at.values()])[:, None]
-    part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, list(at))
+    part = component("part", Modes([10.0], 0.01, shape, [Dof(i, way) for i in at for way in WAYS]), at, labels=list(at))
     near, far = ClosestPoint(0.01).twists(part)[:, 0], ClosestPoint(0.9).twists(part)[:, 0]
     assert np.linalg.norm(near - twist) < 0.02 < np.linalg.norm(far - twist)
 
@@ -152,7 +152,7 @@ def test_undoing_the_motion_before_leaves_the_relative_one():
 
 def test_naive_axes_of_the_published_magazine_pass_near_its_joint_without_noise():
     case = p1.case(p1.machine(), np.random.default_rng(1))
-    parts = {name: component(name, case.truth, case.points, case.components[name]) for name in ("column", "magazine")}
+    parts = {name: component(name, case.truth, case.points, labels=case.components[name]) for name in ("column", "magazine")}
     axes = relative_bisector_axes(parts["column"], parts["magazine"], 1e-4)
     assert np.linalg.norm(meeting_point(axes) - p1.AT["magazine"]) < 0.01
 
@@ -184,7 +184,7 @@ def test_stiffness_of_a_hinged_body_in_closed_form():
     modes = Modes(np.sqrt(values) / (2 * np.pi), 0.01, shape, [Dof(i, way) for i in at for way in WAYS])
     masses = {name: MassProperties(m[i], [r, 0, 0], j[i] * np.eye(3)) for i, name in enumerate(("first", "second"))}
     parts = {"first": list(range(10)), "second": list(range(10, 20))}
-    result = identify_joints(modes, at, parts, ("ground", "first", "second"), masses=masses)
+    result = identify_joints(modes, at, parts, chain=("ground", "first", "second"), masses=masses)
     np.testing.assert_allclose([joint.stiffness[0] for joint in result.joints], k, rtol=1e-6)
 
 
@@ -215,7 +215,7 @@ def test_three_modes_cannot_exclude_more_freedoms_but_give_the_stiffness():
     k = np.array([4e6, 2e6, 1e6])
     modes, at, parts, masses = made_chain(np.diag(k), np.random.default_rng(10))
     with pytest.warns(UserWarning, match="doubtful"):
-        joint = identify_joints(modes, at, parts, ("ground", "body"), masses=masses).joint("body")
+        joint = identify_joints(modes, at, parts, chain=("ground", "body"), masses=masses).joint("body")
     assert joint.kind == "spherical"
     assert any("more freedoms cannot be excluded" in doubt for doubt in joint.doubts)
     np.testing.assert_allclose(joint.stiffness, k, atol=4 * joint.stiffness_deviation.max())
@@ -225,7 +225,7 @@ def test_stiffness_off_the_frame_is_marked():
     turn = rot.from_euler("zyx", [0.6, 0.3, 0.5])
     modes, at, parts, masses = made_chain(turn @ np.diag([4e6, 2e6, 1e6]) @ turn.T, np.random.default_rng(11))
     with pytest.warns(UserWarning, match="doubtful"):
-        joint = identify_joints(modes, at, parts, ("ground", "body"), masses=masses).joint("body")
+        joint = identify_joints(modes, at, parts, chain=("ground", "body"), masses=masses).joint("body")
     assert any("principal directions" in doubt for doubt in joint.doubts)
 
 
@@ -234,7 +234,7 @@ def test_a_rotation_alone_is_a_hinge_and_with_a_translation_along_its_axis_cylin
     turn, slide = turns(POINT, X), slides(X)
     for share, kind in ((0.0, "hinge"), (1e-5, "hinge"), (0.3, "cylindrical")):
         modes, points, parts = made(np.hstack([turn, share * slide]), 0.005, np.random.default_rng(3))
-        joint = identify_joints(modes, points, parts, ("base", "part")).joint("part")
+        joint = identify_joints(modes, points, parts, chain=("base", "part")).joint("part")
         assert joint.kind == kind and joint.freedoms == FREE[kind]
 
 
@@ -260,7 +260,7 @@ def test_beside_a_general_joint_the_others_get_their_stiffness():
                   [Dof(i, way) for i in at for way in WAYS], shape_variance=spread**2)
     parts = {"first": list(range(20)), "second": list(range(20, 40))}
     with pytest.warns(UserWarning, match="doubtful"):
-        result = identify_joints(modes, at, parts, ("ground", "first", "second"), masses=masses)
+        result = identify_joints(modes, at, parts, chain=("ground", "first", "second"), masses=masses)
     assert result.joint("first").kind == "general" and result.joint("first").stiffness is None
     hinge = result.joint("second")
     assert hinge.kind == "hinge"

@@ -43,7 +43,8 @@ def case(rng, f, share=0.002, modes=None, repeated=None):
 def found(arguments, masses):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return identify_joints(*arguments, masses=masses)
+        measured, points, components, chain = arguments
+        return identify_joints(measured, points, components, chain=chain, masses=masses)
 
 
 def in_basis(joint, free, matrix):

@@ -116,7 +116,7 @@ def test_exact_step_follows_the_differential_equation(hold):
     system = state_space.physical(random_system(np.random.default_rng(9), 3))
     rate, count = 2000.0, 40
     u = np.random.default_rng(10).normal(size=(count, 3)) * 100
-    y = time_response.exact(system, u, rate, hold)
+    y = time_response.exact(system, u, rate, hold=hold)
     time = np.arange(count) / rate
 
     def force(t):
@@ -137,7 +137,7 @@ def test_discretised_system_reproduces_the_exact_step(hold):
     discrete = system.discretised(step, hold)
     u = np.random.default_rng(12).normal(size=(60, 3))
     u[0] = 0
-    expected = time_response.exact(system, u, 1 / step, hold)
+    expected = time_response.exact(system, u, 1 / step, hold=hold)
     x, found = np.zeros(6), []
     for k in range(60):
         found.append(discrete.c @ x + discrete.d @ u[k])

@@ -172,7 +172,7 @@ def test_paths_agree_with_a_full_stiffness_matrix():
     poses = {"Z": np.linspace(-0.5, 0.5, 65)}
     expected = eigen.undamped(assemble(full, poses), 6).frequency
     for path in ("numpy", "compiled"):
-        np.testing.assert_allclose(natural_frequencies(full, poses, 6, path), expected, rtol=1e-9)
+        np.testing.assert_allclose(natural_frequencies(full, poses, 6, path=path), expected, rtol=1e-9)
 
 
 def test_turned_joint_frames_turn_the_stiffness():

@@ -70,9 +70,9 @@ def responses(modes: Modes, references: int | list[int], quantity: str = "accele
     """Return the responses to forces at the first Dofs, or at those given, exact also at 0 Hz."""
     inputs = [modes.dofs[i] for i in (range(references) if isinstance(references, int) else references)]
     if lines[0] > 0:
-        return modal(modes, lines, None, inputs, quantity)
-    above = modal(modes, lines[1:], None, inputs, quantity)
-    first = modal(modes, lines[:1], None, inputs).values * (1.0 if quantity == "receptance" else 0.0)
+        return modal(modes, lines, None, inputs=inputs, quantity=quantity)
+    above = modal(modes, lines[1:], None, inputs=inputs, quantity=quantity)
+    first = modal(modes, lines[:1], None, inputs=inputs).values * (1.0 if quantity == "receptance" else 0.0)
     return Frf(lines, np.concatenate([first, above.values]), above.outputs, above.inputs, quantity)
 
 

@@ -129,7 +129,7 @@ def test_repeated_roots_of_a_circular_plate_need_and_get_several_references(nois
     rng = np.random.default_rng(7)
     plate = circular_plate(rng)
     inputs = [plate.dofs[i] for i in (0, 2, 17)]
-    frf = with_noise(modal(plate, np.arange(20, 400, 0.25), None, inputs, "accelerance"), noise, rng)
+    frf = with_noise(modal(plate, np.arange(20, 400, 0.25), None, inputs=inputs, quantity="accelerance"), noise, rng)
     found = identify(frf)
     assert found.modes.count == 5
     assert np.abs(found.modes.frequency / plate.frequency - 1).max() < 2e-4
@@ -251,10 +251,12 @@ def test_synthesis_follows_the_measurement_and_modes_carry_residual_terms():
     part = case.frf.between(*BAND)
     scale = np.abs(part.values).max()
     assert np.abs(found.synthesis.values - part.values).max() < 5e-5 * scale
-    summed = modal(found.modes, part.frequency, part.outputs, part.inputs, part.quantity)
+    summed = modal(found.modes, part.frequency, part.outputs,
+                    inputs=part.inputs, quantity=part.quantity)
     without = modal(Modes(found.modes.frequency, found.modes.damping_ratio, found.modes.shape, found.modes.dofs,
                           found.modes.scaling, participation=found.modes.participation,
-                          input_dofs=found.modes.input_dofs), part.frequency, part.outputs, part.inputs, part.quantity)
+                          input_dofs=found.modes.input_dofs), part.frequency, part.outputs,
+                    inputs=part.inputs, quantity=part.quantity)
     far = np.abs(without.values - part.values).max()
     assert np.abs(summed.values - part.values).max() < 0.6 * far
 

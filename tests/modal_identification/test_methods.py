@@ -117,8 +117,8 @@ def test_real_modes_of_modal_a_are_those_of_unit_modal_mass(truth):
     shape = truth.shape / np.sqrt(2j * truth.poles.imag)
     complex_ones = Modes(truth.frequency, truth.damping_ratio, shape, truth.dofs, "modal A")
     frequency = np.arange(1.0, 300)
-    first = modal(truth, frequency, [0, 1], [0]).values
-    assert np.allclose(modal(complex_ones, frequency, [0, 1], [0]).values, first)
+    first = modal(truth, frequency, [0, 1], inputs=[0]).values
+    assert np.allclose(modal(complex_ones, frequency, [0, 1], inputs=[0]).values, first)
     found = real_modes(complex_ones)
     assert found.scaling == "unit modal mass"
     assert np.allclose(np.abs(found.shape), np.abs(truth.shape))
@@ -131,14 +131,14 @@ def test_residues_with_lower_and_upper_residuals_are_exact():
     lower, upper = rng.standard_normal((2, 12, 12)) * [[[1.0]], [[1e-4]]]
     full = Modes(modes.frequency, modes.damping_ratio, modes.shape, modes.dofs, lower_residual=lower + 0j,
                  upper_residual=upper + 0j)
-    found = residues(modal(full, np.arange(20.0, 120, 0.25), None, inputs), modes.poles)
+    found = residues(modal(full, np.arange(20.0, 120, 0.25), None, inputs=inputs), modes.poles)
     expected = modes.shape[:, None, :] * modes.shape[None, :2, :] / (2j * modes.poles.imag)
     assert np.allclose(found.values, expected, rtol=1e-6, atol=1e-12)
     assert np.allclose(found.lower, lower[:, :2], rtol=1e-6)
     assert np.allclose(found.upper, upper[:, :2], rtol=1e-6)
     assert found.quality.min() > 1 - 1e-9
     with pytest.raises(ToolpointError, match="coincide"):
-        residues(modal(full, np.arange(20.0, 120), None, inputs), np.repeat(modes.poles[:1], 2))
+        residues(modal(full, np.arange(20.0, 120), None, inputs=inputs), np.repeat(modes.poles[:1], 2))
 
 
 def test_several_driving_points_are_used_together_and_signs_count():

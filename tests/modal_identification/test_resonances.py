@@ -22,7 +22,7 @@ def shown(real: Modes, lines: np.ndarray) -> tuple[Frf, Modes]:
     shape = real.shape / np.sqrt(2j * real.poles.imag)
     modes = Modes(real.frequency, real.damping_ratio, shape, real.dofs, "modal A", participation=shape[:1],
                   input_dofs=real.dofs[:1])
-    return modal(real, lines, None, real.dofs[:1]), modes
+    return modal(real, lines, None, inputs=real.dofs[:1]), modes
 
 
 def test_share_is_that_of_the_closed_form():

@@ -23,7 +23,7 @@ def test_published_frequencies_at_zero(robot):
 def test_frequency_paths_agree_with_the_assembled_system(robot, path):
     rng = np.random.default_rng(0)
     poses = {f"q{i + 1}": rng.uniform(-2, 2, 70) for i in range(6)}
-    found = natural_frequencies(robot, poses, 6, path)
+    found = natural_frequencies(robot, poses, 6, path=path)
     expected = eigen.undamped(assemble(robot, poses), 6).frequency
     np.testing.assert_allclose(found, expected, rtol=1e-10)
 

@@ -13,7 +13,7 @@ def test_click_on_a_pole_animates_its_shape(opened):
     points = {i + 1: xyz for i, xyz in enumerate(rng.uniform(0, 1, (6, 3)))}
     dofs = tuple(Dof(point, way) for point in points for way in ("+x", "+y", "+z"))
     modes = Modes([20.0, 45.0], [0.02, 0.02], rng.normal(size=(18, 2)), dofs)
-    frf = frequency_response.modal(modes, np.linspace(5, 80, 400), None, [dofs[0]], "accelerance")
+    frf = frequency_response.modal(modes, np.linspace(5, 80, 400), None, inputs=[dofs[0]], quantity="accelerance")
     values = frf.values * (1 + 0.005 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, values, frf.outputs, frf.inputs, "accelerance"))
     seen = opened(page(found, Geometry(points, [(1, 2), (2, 3)]), ["test.uff"]).html(), reduced_motion="reduce")
@@ -36,7 +36,7 @@ def test_click_on_a_pole_animates_its_shape(opened):
 def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opened):
     rng = np.random.default_rng(0)
     modes = Modes([2.1, 2.4, 6.2, 8.4, 8.6, 9.5, 55.0], 0.01, rng.normal(size=(1, 7)), ("tip:+x",))
-    frf = frequency_response.modal(modes, np.arange(0.5, 100, 0.05), ["tip:+x"], ["tip:+x"])
+    frf = frequency_response.modal(modes, np.arange(0.5, 100, 0.05), ["tip:+x"], inputs=["tip:+x"])
     noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), band=(1, 99))
     html = page(found, None, ["low.txt"]).html()

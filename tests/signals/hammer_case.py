@@ -29,7 +29,7 @@ def struck(heights: list[float], spacing: int = 2200, rng: np.random.Generator |
     if extra is not None:
         force = force + extra[:n]
     forces = Record(force[:, None], RATE, [at], "force")
-    velocity = modal_superposition(modes, forces, modes.dofs, "velocity").samples
+    velocity = modal_superposition(modes, forces, modes.dofs, kind="velocity").samples
     samples = np.column_stack([force, velocity])
     if rng is not None:
         samples = samples + noise * np.abs(samples).max(axis=0) * rng.standard_normal(samples.shape)
@@ -39,5 +39,5 @@ def struck(heights: list[float], spacing: int = 2200, rng: np.random.Generator |
 def truth(frequency: np.ndarray, at: str = "1:+x", modes: Modes = MODES) -> np.ndarray:
     """Return the exact mobility, as sampled with forces that are linear between samples (the factor sinc squared)."""
     result = np.zeros((frequency.size, len(modes.dofs), 1), complex)
-    result[1:] = modal(modes, frequency[1:], None, [at], "mobility").values
+    result[1:] = modal(modes, frequency[1:], None, inputs=[at], quantity="mobility").values
     return result * np.sinc(frequency / RATE)[:, None, None] ** 2

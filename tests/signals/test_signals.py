@@ -150,7 +150,7 @@ def random_record(rng: np.random.Generator, inputs: list[str], seconds: float = 
     n = int(seconds * RATE)
     force = np.cumsum(rng.standard_normal((n, len(inputs))), axis=0)
     force = np.stack([np.convolve(column, [1, -0.9], "same") for column in (force - force.mean(axis=0)).T], axis=1)
-    velocity = modal_superposition(MODES, Record(force, RATE, inputs, "force"), MODES.dofs, "velocity").samples
+    velocity = modal_superposition(MODES, Record(force, RATE, inputs, "force"), MODES.dofs, kind="velocity").samples
     seen = force + force_noise * force.std(axis=0) * rng.standard_normal(force.shape)
     velocity = velocity + noise * velocity.std(axis=0) * rng.standard_normal(velocity.shape)
     return Record(np.column_stack([seen, velocity]), RATE, [*inputs, *MODES.dofs],
@@ -159,7 +159,7 @@ def random_record(rng: np.random.Generator, inputs: list[str], seconds: float = 
 
 def test_two_random_forces_at_once_give_both_columns():
     frf = shaker_test(random_record(np.random.default_rng(1), ["1:+x", "3:+x"]), 0.5)
-    exact = modal(MODES, frf.frequency[1:], None, ["1:+x", "3:+x"], "mobility").values
+    exact = modal(MODES, frf.frequency[1:], None, inputs=["1:+x", "3:+x"], quantity="mobility").values
     assert frf.values.shape[1:] == (3, 2)
     assert relative_error(frf.values[1:], exact, slice(20, 700)) < 0.08
 
@@ -197,13 +197,13 @@ def test_periodic_and_burst_excitation_have_no_leakage():
     period = int(RATE)
     one = rng.standard_normal(period)
     force = np.tile(one, 12)
-    velocity = modal_superposition(MODES, Record(force[:, None], RATE, ["1:+x"], "force"), MODES.dofs, "velocity").samples
+    velocity = modal_superposition(MODES, Record(force[:, None], RATE, ["1:+x"], "force"), MODES.dofs, kind="velocity").samples
     record = Record(np.column_stack([force, velocity]), RATE, ["1:+x", *MODES.dofs], ("force", *["velocity"] * 3))
     frf = shaker_test(record, 1.0, excitation="pseudo-random", settle=2)
     assert relative_error(frf.values, truth(frf.frequency)) < 0.01
     burst = np.concatenate([np.concatenate([rng.standard_normal(period // 4), np.zeros(3 * period // 4)])
                             for _ in range(12)])
-    velocity = modal_superposition(MODES, Record(burst[:, None], RATE, ["1:+x"], "force"), MODES.dofs, "velocity").samples
+    velocity = modal_superposition(MODES, Record(burst[:, None], RATE, ["1:+x"], "force"), MODES.dofs, kind="velocity").samples
     record = Record(np.column_stack([burst, velocity]), RATE, ["1:+x", *MODES.dofs], ("force", *["velocity"] * 3))
     frf = shaker_test(record, 1.0, excitation="burst")
     assert relative_error(frf.values, truth(frf.frequency)) < 0.01
@@ -218,7 +218,7 @@ def test_one_sweep_to_a_block_has_no_leakage_but_a_cut_one_has():
 
     def test(force: np.ndarray, resolution: float) -> float:
         record = Record(force[:, None], RATE, ["1:+x"], "force")
-        velocity = modal_superposition(MODES, record, MODES.dofs, "velocity").samples
+        velocity = modal_superposition(MODES, record, MODES.dofs, kind="velocity").samples
         record = Record(np.column_stack([force, velocity]), RATE, ["1:+x", *MODES.dofs], ("force", *["velocity"] * 3))
         frf = shaker_test(record, resolution, excitation="swept")
         inside = slice(*np.searchsorted(frf.frequency, [20.0, 0.35 * RATE]))
@@ -258,7 +258,7 @@ def test_overlap_is_worth_less_than_its_number_of_blocks():
 
 
 def exact_frf(outputs, inputs):
-    return modal(MODES, np.arange(20.0, 300), outputs, inputs, "accelerance")
+    return modal(MODES, np.arange(20.0, 300), outputs, inputs=inputs, quantity="accelerance")
 
 
 def test_roving_set_ups_are_assembled():

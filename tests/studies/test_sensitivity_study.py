@@ -21,7 +21,7 @@ from toolpoint.vibration import correlation, eigen
 
 def arm(modulus=210e9, density=7850.0, height=0.06):
     """A steel cantilever on an elastic foot, its end carrying a rigid head."""
-    body = beams.beam(beams.rectangle(0.05, height, modulus, density), 1.0, 20, 8)
+    body = beams.beam(beams.rectangle(0.05, height, modulus, density=density), 1.0, 20, modes=8)
     unit = InertiaDescription(0.25, 0.2, 0.15)
     bodies = {"arm": BodyDescription(mass=1.0, inertia=unit), "head": BodyDescription(mass=5.0, inertia=unit)}
     joints = {"foot": JointDescription("ground", "arm", child_interface="root",

@@ -38,7 +38,7 @@ def test_perfect_record_gives_the_models_response(truth):
     struck = striking_point(modes)
     record = hammer_records(modes, struck, [struck], np.random.default_rng(0), Hammer(hits=2))
     frf = hammer_test(record, 4.0, highest=100).frf.between(10, 100)
-    expected = frequency_response.modal(modes, frf.frequency, [struck], [struck], "accelerance").values
+    expected = frequency_response.modal(modes, frf.frequency, [struck], inputs=[struck], quantity="accelerance").values
     # The force is linear between fine samples: sinc^2(58 / 2400) is 0.2 % below one.
     np.testing.assert_allclose(frf.values, expected, atol=5e-3 * np.abs(expected).max())
 

@@ -89,7 +89,7 @@ def test_relative_response_is_the_quadratic_form():
     labels = ("t:+x", "t:+y", "w:+x", "w:+y")
     rng = np.random.default_rng(1)
     values = rng.normal(size=(10, 4, 4)) + 0j
-    found = relative(Frf(F, values, labels, labels), "t", "w", ("x", "y"))
+    found = relative(Frf(F, values, labels, labels), "t", "w", directions=("x", "y"))
     expected = values[:, :2, :2] - values[:, :2, 2:] - values[:, 2:, :2] + values[:, 2:, 2:]
     np.testing.assert_allclose(found.values, expected)
     assert str(found.outputs[0]) == "t-w:+x"

@@ -52,7 +52,7 @@ def joints(
         modes = _modes(files, band)
         step("joints")
         real = real_modes(modes)
-        found = identify_joints(real, shape.points, described.points(), described.chain,
+        found = identify_joints(real, shape.points, described.points(), chain=described.chain,
                                 masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
         machine = machine_of(described.name, found, bodies, real, shape.points, described.points()) if bodies else None
         if machine_file is not None:

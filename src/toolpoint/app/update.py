@@ -106,4 +106,4 @@ def _samples(found: MachineUpdate, steps: int, seed: int) -> Samples:
     if not found.fit.free:
         raise ToolpointError("--samples: no parameter was moved; a posterior needs at least one that the data can tell "
                              "(measure more, or name other parameters)")
-    return sample(found.problem, as_assumed(found.fit), np.random.default_rng(seed), steps)
+    return sample(found.problem, as_assumed(found.fit), np.random.default_rng(seed), steps=steps)

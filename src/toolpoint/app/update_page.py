@@ -128,7 +128,7 @@ def _responses(before: Machine, after: Machine, measured: Frf, pose: Mapping[str
         single = replace(lines.selected([k], [0]), coherence=None)
         named = {"measured": single}
         for words, machine in (("before", before), ("after", after)):
-            system = assemble(machine, pose, single.outputs, single.inputs)
+            system = assemble(machine, pose, single.outputs, inputs=single.inputs)
             named[words] = frequency_response.direct(system, single.frequency)
         charts.append(Chart(bode(named, title=f"{single.outputs[0]} / {single.inputs[0]}")))
     return charts

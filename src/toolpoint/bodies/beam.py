@@ -48,7 +48,7 @@ class BeamSection:
             positive(f"BeamSection.{name}", getattr(self, name))
 
 
-def rectangle(width: float, height: float, modulus: float, density: float, poisson: float = 0.3) -> BeamSection:
+def rectangle(width: float, height: float, modulus: float, *, density: float, poisson: float = 0.3) -> BeamSection:
     """Return a rectangular section: width along y, height along z, m; modulus in Pa, density in kg/m^3.
 
     Torsion constant by the series of Saint-Venant with its first terms, within 0.5 % (Roark, table 10.7).
@@ -92,7 +92,7 @@ def _element(s: BeamSection, h: float) -> tuple[FloatArray, FloatArray]:
     return mass, stiffness
 
 
-def beam(section: BeamSection, length: float, elements: int = 20, modes: int = 6) -> Body:
+def beam(section: BeamSection, length: float, elements: int = 20, *, modes: int = 6) -> Body:
     """Return a beam body with interfaces ``root`` and ``tip``.
 
     Modal coordinates: the six motions of the tip relative to the root's rigid motion, then the amplitudes of the

@@ -22,7 +22,7 @@ def box(size: ArrayLike, density: float, centre: ArrayLike = (0, 0, 0)) -> MassP
 
 
 def cylinder(
-    diameter: float, length: float, density: float, axis: str = "z", centre: ArrayLike = (0, 0, 0), bore: float = 0.0
+    diameter: float, length: float, density: float, *, axis: str = "z", centre: ArrayLike = (0, 0, 0), bore: float = 0.0
 ) -> MassProperties:
     """Return the mass properties of a cylinder or tube along an axis; diameters, length in m, density in kg/m^3."""
     outer, inner = positive("diameter", diameter) / 2, bore / 2

@@ -53,18 +53,18 @@ def _check_tree(given: Mapping[str, str]) -> None:
             at = given[at]
 
 
-def pair(parent: str, child: str, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion]) -> RelativeMotion:
+def pair(parent: str, child: str, parts: Mapping[str, Component], *, motions: Mapping[str, RigidMotion]) -> RelativeMotion:
     """Return the motion of a component relative to another, or to the ground."""
     component = parts[child]
     if parent == GROUND:
-        return relative(None, motions[child], parent, (component.motion, component.centre, component.size))
+        return relative(None, motions[child], parent, scale=(component.motion, component.centre, component.size))
     other = parts[parent]
     scale = (np.maximum(component.motion, other.motion), (component.centre + other.centre) / 2, max(component.size, other.size))
-    return relative(motions[parent], motions[child], parent, scale)
+    return relative(motions[parent], motions[child], parent, scale=scale)
 
 
 def better_order(
-    given: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], criterion: Criterion,
+    given: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, criterion: Criterion,
 ) -> tuple[int, int, list[tuple[str, str]]]:
     """Return (freedoms of the given tree, fewest freedoms of any tree, the joints of that tree).
 
@@ -73,7 +73,7 @@ def better_order(
     names = [*([GROUND] if GROUND in given.values() else []), *parts]
     cost = np.zeros((len(names), len(names)))
     for i, j in combinations(range(len(names)), 2):
-        motion = pair(names[i], names[j], parts, motions)
+        motion = pair(names[i], names[j], parts, motions=motions)
         # One is added because the tree search reads zero as no link.
         cost[i, j] = freedoms(stacked(motion, criterion), criterion) + 1
     best = minimum_spanning_tree(cost).tocoo()

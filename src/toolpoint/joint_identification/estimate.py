@@ -166,10 +166,10 @@ def estimated(motion: RelativeMotion, fits: list[Fit], doubts: tuple[str, ...]) 
         motion.parent, motion.child, fit.kind, motion.centre + motion.size * point,
         motion.size**2 * slope_point @ fit.covariance @ slope_point.T, _undetermined(fit.kind, frame, axis),
         axis * _sign(axis), spread, frame, names,
-        free_twists(motion, fit, frame, names), fit.probability, tuple(other.kind for other in fits[1:]), doubts=doubts)
+        free_twists(motion, fit, frame, names=names), fit.probability, tuple(other.kind for other in fits[1:]), doubts=doubts)
 
 
-def free_twists(motion: RelativeMotion, fit: Fit, frame: FloatArray, names: tuple[str, ...]) -> FloatArray:
+def free_twists(motion: RelativeMotion, fit: Fit, frame: FloatArray, *, names: tuple[str, ...]) -> FloatArray:
     """Return the free twists (6, f) about the origin: along and about the joint frame's axes, or a general basis."""
     if fit.kind == "general":
         basis = about(motion.centre, motion.size) @ fit.chart.basis(fit.theta)

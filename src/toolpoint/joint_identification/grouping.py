@@ -53,7 +53,7 @@ class _Data:
     count: FloatArray
 
 
-def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, least: int = 5,
+def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, least: int = 5,
             significance: float = 1e-3) -> Grouping:
     """Return the rigid clusters of the measured points.
 

@@ -83,7 +83,7 @@ class JointIdentification:
 
 def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
-    chain: Sequence[str] | Mapping[str, str], method: Method | None = None, criterion: Criterion | None = None,
+    *, chain: Sequence[str] | Mapping[str, str], method: Method | None = None, criterion: Criterion | None = None,
     masses: Mapping[str, MassProperties] | None = None, coordinate_deviation: float = 0.0,
 ) -> JointIdentification:
     """Return the joints of a machine from its measured mode shapes, with nobody choosing.
@@ -121,14 +121,14 @@ def identify_joints(
     criterion, method = criterion or Criterion(), method or SmallMotion()
     tree = parents(chain, list(components))
     _check_overlap(components)
-    parts = {name: component(name, modes, points, labels) for name, labels in components.items()}
+    parts = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
     independent, general_doubts = _independent(modes, parts)
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
     motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
     flexible = _flaws(parts, motions, modes.count, criterion)
-    relatives = tuple(pair(parent, child, parts, motions) for child, parent in tree.items())
+    relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints, fits = [], []
     for motion in relatives:
         choices = candidates(stacked(motion, criterion), criterion)
@@ -137,7 +137,7 @@ def identify_joints(
         fits.append(choices[0])
     doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]
     if masses is not None:
-        joints = stiffnesses(modes, parts, motions, relatives, joints, fits, masses)
+        joints = stiffnesses(modes, parts, motions, relatives=relatives, joints=joints, fits=fits, masses=masses)
     result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts))
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=2)
@@ -166,7 +166,7 @@ def _with_errors(parts: Mapping[str, Component], motions: Mapping[str, RigidMoti
             noise = motion.variance - coordinate_variance(parts[name], motion.twist, deviation)
             alone[name] = replace(motion, variance=np.maximum(noise, 1e-6 * motion.variance))
     correlation = column_correlation(parts, alone, deviation)
-    return {name: with_errors(part, alone[name], correlation, deviation) for name, part in parts.items()}
+    return {name: with_errors(part, alone[name], correlation, deviation=deviation) for name, part in parts.items()}
 
 
 def _twists(method: Method, part: Component) -> FloatArray | None:
@@ -243,7 +243,7 @@ def _order_doubt(tree: Mapping[str, str], parts: Mapping[str, Component], motion
                  criterion: Criterion) -> list[str]:
     if len(tree) < 2:
         return []
-    given, fewest, links = better_order(tree, parts, motions, criterion)
+    given, fewest, links = better_order(tree, parts, motions, criterion=criterion)
     if given <= fewest:
         return []
     order = ", ".join(f"{a} - {b}" for a, b in links)

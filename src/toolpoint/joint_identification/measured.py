@@ -90,7 +90,7 @@ def about(centre: FloatArray, size: float) -> FloatArray:
     return result
 
 
-def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> Component:
+def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, labels: Sequence[Point]) -> Component:
     """Return the measured motion of the points `labels`, after checking that it can tell a rigid motion.
 
     Raises

@@ -90,7 +90,7 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
     return np.asarray((1 - share) * result + share * np.eye(columns))
 
 
-def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, deviation: float) -> RigidMotion:
+def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *, deviation: float) -> RigidMotion:
     """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
     maps, sd = _maps(part), np.sqrt(motion.variance)
     noise = maps * sd.T[:, None, :]

@@ -98,7 +98,7 @@ def finite_relative(parent: FloatArray, child: FloatArray) -> FloatArray:
     return tf.inverse(parent) @ child
 
 
-def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, scale: tuple[FloatArray, FloatArray, float]
+def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, *, scale: tuple[FloatArray, FloatArray, float]
              ) -> RelativeMotion:
     """Return the motion of `child` relative to `parent` (None: ground, at rest).
 

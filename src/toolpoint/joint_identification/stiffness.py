@@ -83,7 +83,7 @@ class _Data:
 
 
 def stiffnesses(
-    modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], relatives: Sequence[RelativeMotion],
+    modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, relatives: Sequence[RelativeMotion],
     joints: Sequence[JointEstimate], fits: Sequence[Fit], masses: Mapping[str, MassProperties],
 ) -> list[JointEstimate]:
     """Return the joints with the stiffness of every freedom and its standard deviation.
@@ -151,7 +151,7 @@ def _with_matrices(data: _Data, joints: Sequence[JointEstimate], value: FloatArr
             result[j] = replace(joint, doubts=(*joint.doubts, why))
             continue
         matrix, spread = entries @ value[part], covariance[part, part]
-        doubts = stiffness_matrix.doubts(block, matrix, weight, spread)
+        doubts = stiffness_matrix.doubts(block, matrix, weight, covariance=spread)
         result[j] = replace(joint, stiffness_matrix=matrix, stiffness_matrix_deviation=entries @ np.sqrt(np.diag(spread)),
                             doubts=(*joint.doubts, *doubts))
     return result
@@ -167,7 +167,7 @@ def _bases(data: _Data, thetas: Sequence[FloatArray]) -> list[FloatArray]:
             here, there = (np.linalg.qr(place @ fit.chart.basis(t))[0] for t in (fit.theta, theta))
             result.append(there @ (there.T @ here))
         else:
-            result.append(free_twists(motion, replace(fit, theta=theta), frame, names))
+            result.append(free_twists(motion, replace(fit, theta=theta), frame, names=names))
     return result
 
 

@@ -106,7 +106,7 @@ def fault(lines: Lines) -> str:
     return ""
 
 
-def doubts(lines: Lines, matrix: FloatArray, weights: FloatArray, covariance: FloatArray) -> list[str]:
+def doubts(lines: Lines, matrix: FloatArray, weights: FloatArray, *, covariance: FloatArray) -> list[str]:
     """Return what speaks against a matrix whose upper triangle has this covariance: sign, width and misfit."""
     entries, result = symmetric_entries(len(matrix)), []
     # Translations and rotations have different units: eigenvalues over the size of each direction.

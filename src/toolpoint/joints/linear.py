@@ -74,7 +74,7 @@ def linear(
     stiffness: Mapping[str, float] | ArrayLike | None = None,
     damping: Mapping[str, float] | ArrayLike | None = None,
     loss_factor: Mapping[str, float] | float = 0.0,
-    free: Iterable[str] = (),
+    *, free: Iterable[str] = (),
 ) -> LinearJoint:
     """Return a joint from values per direction; a direction that is neither elastic nor free is locked.
 

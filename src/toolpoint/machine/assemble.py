@@ -24,7 +24,7 @@ from toolpoint.vibration.dof import dofs
 
 def assemble(
     machine: Machine, poses: Pose | None = None, outputs: Iterable[Dof | str] | None = None,
-    inputs: Iterable[Dof | str] | None = None, modal_damping: bool = True,
+    *, inputs: Iterable[Dof | str] | None = None, modal_damping: bool = True,
 ) -> SecondOrderSystem:
     """Return the machine's equations of motion about a pose or a batch of poses.
 

@@ -30,7 +30,7 @@ def _box(shape: ShapeDescription, density: float) -> MassProperties:
 
 
 def _cylinder(shape: ShapeDescription, density: float) -> MassProperties:
-    return shapes.cylinder(_given(shape, "diameter"), _given(shape, "length"), density, shape.axis, bore=shape.bore)
+    return shapes.cylinder(_given(shape, "diameter"), _given(shape, "length"), density, axis=shape.axis, bore=shape.bore)
 
 
 def _sphere(shape: ShapeDescription, density: float) -> MassProperties:
@@ -96,7 +96,7 @@ def joint_law(joint: JointDescription) -> LinearJoint:
         fail("stiffness_matrix", "given beside stiffness", "must come from one source", "remove one of them")
     if joint.damping_matrix is not None and joint.damping:
         fail("damping_matrix", "given beside damping", "must come from one source", "remove one of them")
-    return linear(stiffness, damping, joint.loss_factor, joint.free)
+    return linear(stiffness, damping, joint.loss_factor, free=joint.free)
 
 
 def build(description: MachineDescription, bodies: Mapping[str, Body] | None = None) -> Machine:

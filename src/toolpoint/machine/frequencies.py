@@ -15,7 +15,7 @@ from toolpoint.vibration.eigen import mass_normalised, natural_omega
 _CHUNK = 4096
 
 
-def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, path: str = "numpy") -> FloatArray:
+def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: str = "numpy") -> FloatArray:
     r"""Return the lowest undamped natural frequencies, Hz, shape (n_poses, modes).
 
     The stiffness of a tree does not depend on the pose: with :math:`K = L L^T` the largest eigenvalues of

@@ -23,7 +23,7 @@ SHARED = 4.0
 EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
 
 
-def remarks(frf: Frf, modes: Modes, quality: FloatArray, mode_quality: FloatArray, excess: float,
+def remarks(frf: Frf, modes: Modes, quality: FloatArray, *, mode_quality: FloatArray, excess: float,
             spread: float, groups: tuple[Resonance, ...]) -> tuple[str, ...]:
     """Return the remarks on an identification, most important first."""
     return (*_drift_remarks(frf, modes), *_fit_remarks(frf, quality, mode_quality, modes, excess),

@@ -24,7 +24,7 @@ class Candidate:
     gain: float
 
 
-def search(data: Data, fit: Fit, left: ComplexArray, at: complex | None = None) -> Candidate | None:
+def search(data: Data, fit: Fit, left: ComplexArray, *, at: complex | None = None) -> Candidate | None:
     """Return the pole that would explain most of the residual, or None where nothing but noise is left.
 
     Trial poles with the median damping of the fit are laid over the band a half width apart (or one at `at`). The gain

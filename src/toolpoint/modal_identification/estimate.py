@@ -51,12 +51,12 @@ def starting_weight(frf: Frf) -> FloatArray:
     return np.where(rms > 1e-12 * rms.max(), 1 / np.where(rms > 0, rms, 1.0), 1e-6 / rms.max())
 
 
-def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine: bool = True) -> Estimate:
+def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True) -> Estimate:
     """Return the fit from starting poles (rad/s, free of the window): refined, or with these poles as they are."""
     data = Data.of(frf, _stated_lines(frf))
     stated = _stated(frf, data.line_weight)
     weight = starting_weight(frf) if stated is None else stated
-    fit = evaluated(data, poles / data.scale, participation, weight)
+    fit = evaluated(data, poles / data.scale, participation, weight=weight)
     if not refine:
         return Estimate(data, _sifted(data, fit), 1.0)
     fit = _pruned(data, _refined_twice(data, fit, stated), stated)
@@ -69,7 +69,7 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
     seen = _noise(data, fit)
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
-    fit = evaluated(data, fit.poles, fit.participation, final)
+    fit = evaluated(data, fit.poles, fit.participation, weight=final)
     spread = shared(residual(data, fit))
     data, fit, information = economical(data, fit, spread)
     # Noise that is smooth along the lines shows in both; whichever shows it more counts.
@@ -79,10 +79,10 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, refine
 
 def _sifted(data: Data, fit: Fit) -> Fit:
     """Return the fit with its poles as they are, less twins of one mode and modes without evidence."""
-    fit = evaluated(data, *without_twins(fit), fit.weight)
-    fit = evaluated(data, fit.poles, fit.participation, _noise(data, fit))
+    fit = evaluated(data, *without_twins(fit), weight=fit.weight)
+    fit = evaluated(data, fit.poles, fit.participation, weight=_noise(data, fit))
     keep = _plausible(data, fit) & (fit.significance > _evidence_limit(fit.weight.shape[0]))
-    return evaluated(data, fit.poles[keep], fit.participation[:, keep], fit.weight) if keep.any() else fit
+    return evaluated(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight) if keep.any() else fit
 
 
 def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
@@ -92,7 +92,7 @@ def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
         if before is None:
             break
         poles = np.append(fit.poles, before.pole)
-        wider = solvable(data, poles, np.column_stack([fit.participation, before.participation]), fit.weight)
+        wider = solvable(data, poles, np.column_stack([fit.participation, before.participation]), weight=fit.weight)
         if wider is None:
             break
         trial = _refined_twice(data, wider, stated)
@@ -121,7 +121,7 @@ def _refined_twice(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
     # The noise of each response is read off its residual: after the first pass it is known well enough for weights.
     for tolerance in (TOLERANCE,) if stated is not None else (ROUGH, TOLERANCE):
         weight = stated if stated is not None else _noise(data, fit)
-        fit = refined(data, fit.poles * data.scale, fit.participation, weight, tolerance)
+        fit = refined(data, fit.poles * data.scale, fit.participation, weight=weight, tolerance=tolerance)
     return fit
 
 
@@ -229,9 +229,11 @@ def _pruned(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
         if evident and evidence[weakest] > DOUBTFUL * limit:
             break
         keep = np.arange(fit.poles.size) != weakest
-        without = evaluated(data, fit.poles[keep], fit.participation[:, keep], fit.weight)
+        without = evaluated(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight)
         # Two poles on one mode need each other where they stand: only the fit of the one alone tells.
-        alone = refined(data, without.poles * data.scale, without.participation, fit.weight, TOLERANCE) if evident else without
+        alone = without
+        if evident:
+            alone = refined(data, without.poles * data.scale, without.participation, weight=fit.weight, tolerance=TOLERANCE)
         if evident and 2 * (alone.cost - fit.cost) > limit:
             break
         fit = _refined_twice(data, alone, stated)

@@ -53,7 +53,7 @@ class PolyReference:
     def start(self, frf: Frf) -> Start:
         """Return the poles selected across orders."""
         order = min(count("order", self.order, 2), frf.frequency.size // 3)
-        diagram = poles_of_orders(frf, order, self.step, _weight(frf))
+        diagram = poles_of_orders(frf, order, self.step, weight=_weight(frf))
         choice = selected(diagram, self.share)
         return Start(choice.poles, choice.participation, diagram, choice.support)
 
@@ -104,7 +104,7 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
     if start.poles.size == 0:
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
              "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
-    fitted = _estimate.estimated(inside, start.poles + inside.decay, start.participation, chosen.refine)
+    fitted = _estimate.estimated(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
     every = _estimate.modes_of(fitted, chosen.refine)
     modes, kept, unstable = _without_unstable(every, inside.decay)
     model = _estimate.synthesised(fitted.data, fitted.fit)
@@ -113,7 +113,8 @@ def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
     groups = resonances(inside, modes, is_smooth(fitted.spread, quality))
     advice = (*dead, *unstable, *start.notes,
-              *remarks(inside, modes, quality, per_mode, fitted.excess, fitted.spread, groups))
+              *remarks(inside, modes, quality, mode_quality=per_mode, excess=fitted.excess, spread=fitted.spread,
+                       groups=groups))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
                           fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups)

@@ -55,7 +55,7 @@ def economical(data: Data, fit: Fit, spread: float) -> tuple[Data, Fit, FloatArr
     fewest = max(int((shared.sizes > edge).sum()), 1)
     for kept in range(fewest, min(fewest + MOST_TRIALS, terms // 2)):
         smaller = _reduced(data, fit, shared, kept)
-        trial = refined(smaller, fit.poles * data.scale, fit.participation, fit.weight, TOLERANCE)
+        trial = refined(smaller, fit.poles * data.scale, fit.participation, weight=fit.weight, tolerance=TOLERANCE)
         information = _blended(trial, fit, shared.patterns[:kept])
         if _agree(fit, replace(trial, information=information), spread):
             return smaller, trial, information

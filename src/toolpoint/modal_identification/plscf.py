@@ -27,7 +27,7 @@ GAP = 1.05
 CHUNK = 64
 
 
-def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, weight: FloatArray | None = None) -> Diagram:
+def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatArray | None = None) -> Diagram:
     """Return the poles and participation vectors of the model orders `step`, 2 `step`, .. `order`.
 
     Parameters

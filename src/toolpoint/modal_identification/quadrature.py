@@ -81,7 +81,7 @@ def quadrature(
     inside = cut(frf, band)
     omega = inside.omega
     curves = imaginary(inside)
-    lines = picked(curves, noise_level(inside), prominence, floor)
+    lines = picked(curves, noise_level(inside), prominence, floor=floor)
     limits = _valleys(curves, lines)
     peaks = _distinct([peak for line, pair in zip(lines, limits) if (peak := _fitted(curves, omega, line, pair))])
     if not peaks:
@@ -115,7 +115,7 @@ def noise_level(frf: Frf) -> FloatArray:
     return np.interp(np.arange(count), centres, level) * frf.omega ** (1 - POWER[frf.quantity])
 
 
-def picked(curves: FloatArray, noise: FloatArray, prominence: float, floor: float) -> list[int]:
+def picked(curves: FloatArray, noise: FloatArray, prominence: float, *, floor: float) -> list[int]:
     """Return the lines of the peaks of the root-mean-square curve that meet the criterion of `quadrature`."""
     height = np.sqrt((curves**2).mean(axis=1))
     peaks, about = find_peaks(height, prominence=floor * height.max())

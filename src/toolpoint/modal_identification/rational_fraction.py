@@ -61,7 +61,7 @@ class RationalFraction:
         values = _principal(values)
         highest = min(self.order, frf.frequency.size // 4)
         basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA)
-        orders = [(n, poles_of_order(values, basis, upper, n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
+        orders = [(n, poles_of_order(values, basis, upper, n=n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
         diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], as_one_reference(frf))
         choice = distinct(selected(diagram, self.share))
         return Start(choice.poles, _participation(frf, choice.poles), diagram, choice.support)
@@ -74,7 +74,7 @@ class RationalFraction:
         parts = [values[:, [k]] for k in range(values.shape[1])] if self.local else [values]
         orders = []
         for part in parts:
-            s = poles_of_order(part, basis, upper, 2 * modes) * frf.omega[-1]
+            s = poles_of_order(part, basis, upper, n=2 * modes) * frf.omega[-1]
             s = s[(s.imag > 0) & (np.abs(s) >= frf.omega[0]) & (np.abs(s) <= frf.omega[-1])]
             if s.size == modes:
                 orders.append(s[np.argsort(np.abs(s))])
@@ -115,7 +115,7 @@ def orthogonal(x: FloatArray, degree: int) -> tuple[ComplexArray, FloatArray]:
     return basis, upper
 
 
-def poles_of_order(values: ComplexArray, basis: ComplexArray, upper: FloatArray, n: int) -> ComplexArray:
+def poles_of_order(values: ComplexArray, basis: ComplexArray, upper: FloatArray, *, n: int) -> ComplexArray:
     """Return the n roots of the common denominator of the responses (n_f, n_responses), over the top frequency."""
     numerator = np.linalg.qr(real_rows(basis[:, :n + EXTRA - 1]))[0]
     normal = np.zeros((n + 1, n + 1))

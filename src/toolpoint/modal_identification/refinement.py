@@ -110,7 +110,7 @@ class Fit:
         return (np.swapaxes(vector, -1, -2) @ variance @ vector).sum(axis=(1, 2, 3))
 
 
-def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit:
+def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> Fit:
     """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there."""
     m, (outputs, inputs) = poles.size, weight.shape
     base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
@@ -135,10 +135,10 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, weig
                np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
-def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray) -> Fit | None:
+def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> Fit | None:
     """Return the fit of `evaluated`, or None where two modes are so nearly one that their shapes cannot be told apart."""
     try:
-        return evaluated(data, poles, participation, weight)
+        return evaluated(data, poles, participation, weight=weight)
     except np.linalg.LinAlgError:
         return None
 
@@ -214,7 +214,7 @@ def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
     return (information + information.T) / 2, gradient
 
 
-def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight: FloatArray,
+def refined(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray,
             tolerance: float = 1e-3) -> Fit:
     """Return the converged fit with fixed weights: Gauss-Newton with a Levenberg-Marquardt guard.
 
@@ -222,7 +222,7 @@ def refined(data: Data, poles: ComplexArray, participation: ComplexArray, weight
     one gains less than `tolerance` in half a chi-squared (1 moves all unknowns by about one standard deviation).
     """
     lead = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
-    fit = evaluated(data, poles / data.scale, participation / lead, weight)
+    fit = evaluated(data, poles / data.scale, participation / lead, weight=weight)
     guard = 0.0
     for _ in range(MOST_STEPS):
         step = _step(fit, guard)
@@ -277,7 +277,7 @@ def _moved(data: Data, fit: Fit, step: FloatArray) -> Fit | None:
     if (np.abs(poles) > 1.1).any() or (np.abs(poles) < 0.9 * data.frf.omega[0] / data.scale).any():
         return None
     factors = (change[:, 2::2] + 1j * change[:, 3::2]).T
-    return solvable(data, poles, fit.participation + factors, fit.weight)
+    return solvable(data, poles, fit.participation + factors, weight=fit.weight)
 
 
 def with_weight(fit: Fit, weight: FloatArray) -> Fit:

@@ -40,7 +40,7 @@ class Significance:
 
 
 def significance(modes: Modes, plus: str | int, minus: str | int,
-                 directions: Iterable[str] = ("x", "y", "z")) -> Significance:
+                 *, directions: Iterable[str] = ("x", "y", "z")) -> Significance:
     """Return how much each mode moves point `plus` against point `minus` (tool and table).
 
     Unscaled modes are compared by their shapes relative to the rms of each; the peaks then have no unit.

@@ -26,7 +26,7 @@ class Residues:
     quality: FloatArray
 
 
-def residues(frf: Frf, poles: ComplexArray, lower: bool = True, upper: bool = True) -> Residues:
+def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool = True) -> Residues:
     """Return the residues of all responses for common poles (rad/s, free of the window's decay), each on its own.
 
     Poles that coincide cannot be told apart by residues alone; a method with participation factors is needed for them.

@@ -126,7 +126,7 @@ def _blocks(record: Record, force_at: int, others: list[int], block: int, rules:
     if pulse >= block:
         fail("duration", f"{block / record.sample_rate:.2g} s", f"must exceed the {pulse / record.sample_rate:.2g} s of the "
              "force pulse by far", "take one over the line spacing that is wanted")
-    hits = judged(hits, record, force_at, others, block, rules, final)
+    hits = judged(hits, record, force_at, others=others, block=block, rules=rules, final=final)
     decaying = exponential(block, record.sample_rate, final)[0]
     result: list[tuple[Hit, FloatArray, FloatArray]] = []
     for hit in hits:

@@ -61,7 +61,7 @@ def shaker_test(
         fail("band", f"{low:g} .. {high:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
     spectra = _transformed(record, starts, block, window, keep)
     worth = independent_blocks(starts.size, window, step) if excitation == "random" else float(starts.size)
-    means = averaged(frequency[keep], spectra[:, :, forces], spectra[:, :, others], worth, estimator == "H2")
+    means = averaged(frequency[keep], spectra[:, :, forces], spectra[:, :, others], blocks=worth, full=estimator == "H2")
     together = multiple_coherence(means)[:, :, None] if starts.size > len(forces) else None
     coherence = None if together is None else np.repeat(together, len(forces), axis=2)
     return Frf(frequency[keep], responses(means, estimator), tuple(record.channels[i] for i in others),

@@ -69,7 +69,7 @@ def _spread(points: FloatArray, weights: FloatArray) -> None:
 
 
 def iterative_closest_point(
-    source: ArrayLike, target: ArrayLike, start: FloatArray | None = None, iterations: int = 100, tolerance: float = 1e-10
+    source: ArrayLike, target: ArrayLike, start: FloatArray | None = None, *, iterations: int = 100, tolerance: float = 1e-10
 ) -> Registration:
     """Return the registration of points without known correspondence (ICP, nearest neighbours).
 

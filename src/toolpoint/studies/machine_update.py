@@ -47,7 +47,7 @@ class MachineSystems:
 
     def system(self, values: Mapping[str, float]) -> SecondOrderSystem:
         """Return the system with these values by path."""
-        return assemble(self.machine.with_values(values), self.pose, self.outputs, self.inputs, modal_damping=False)
+        return assemble(self.machine.with_values(values), self.pose, self.outputs, inputs=self.inputs, modal_damping=False)
 
     def derivatives(self, values: Mapping[str, float], names: Sequence[str]) -> MatrixDerivatives:
         """Return the exact derivatives of the matrices at these values."""
@@ -270,10 +270,10 @@ def _stages(task: Problem) -> list[Problem]:
 def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> Fit:
     stages = _stages(task)
     if len(stages) == 1:
-        return fit_with_restarts(stages[0], method, limit, least, restarts=restarts)
+        return fit_with_restarts(stages[0], method, limit, least_influence=least, restarts=restarts)
     # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
     # would make every stiffness look far better known than it is.
-    found = None if limit is None else identifiability(stages[-2], None, limit, least)
+    found = None if limit is None else identifiability(stages[-2], None, limit, least_influence=least)
     free = task.names if found is None else found.identifiable
     start = float((task.evaluated(task.start).values ** 2).sum())
     result = _first(stages[0], method, limit, least, free, restarts)
@@ -284,7 +284,7 @@ def _staged(task: Problem, method: LeastSquares | None, limit: float | None, lea
             result = fit(stage, method, free=free, start=result.x)
             evaluations += result.evaluations
         # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
-        now = None if limit is None else identifiability(rest[0], result.x, limit, least)
+        now = None if limit is None else identifiability(rest[0], result.x, limit, least_influence=least)
         if now is None or set(now.identifiable) == set(free):
             break
         free = now.identifiable
@@ -300,12 +300,12 @@ def _first(
 ) -> Fit:
     if any(t.frf is not None for t in task.targets):
         return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
-    inner = None if limit is None else identifiability(task, None, limit, least)
+    inner = None if limit is None else identifiability(task, None, limit, least_influence=least)
     some = tuple(n for n in free if inner is None or n in inner.identifiable)
     result = fit_with_restarts(task, method, free=some, restarts=restarts)
     if limit is None or not result.converged:
         return result
-    again = identifiability(task, result.x, limit, least).identifiable
+    again = identifiability(task, result.x, limit, least_influence=least).identifiable
     if set(again) <= set(some):
         return result
     more = fit(task, method, free=(*some, *(n for n in again if n not in some)), start=result.x)

@@ -108,7 +108,7 @@ def correlate(
     everything = eigen.undamped(assemble(machine, pose, measured.dofs))
     top = 1.5 * float(measured.frequency.max())
     predicted = everything.selected([i for i, f in enumerate(everything.frequency) if f <= top] or [0])
-    pairs = correlation.paired(measured, predicted, lowest_mac, frequency_shift)
+    pairs = correlation.paired(measured, predicted, lowest_mac, frequency_shift=frequency_shift)
     values = correlation.mac(measured.shape, predicted.shape)
     edges = _bands(measured.frequency, frf) if bands is None else np.array(bands, float).reshape(-1, 2)
     result = ModelCorrelation(pairing, measured, predicted, values, pairs, None, {}, {}, edges)
@@ -177,7 +177,7 @@ def _bands(frequency: FloatArray, frf: Frf | None) -> FloatArray:
 def _with_responses(found: ModelCorrelation, machine: Machine, frf: Frf, pose: Pose | None) -> ModelCorrelation:
     lines = frf if frf.frequency[0] > 0 else frf.between(float(frf.frequency[1]), np.inf)
     measured = replace(lines, coherence=None)
-    system = assemble(machine, pose, measured.outputs, measured.inputs)
+    system = assemble(machine, pose, measured.outputs, inputs=measured.inputs)
     # In the quantity that was measured: receptance would blow up the noise of accelerations at low frequency.
     predicted = frequency_response.direct(system, measured.frequency).converted_to(measured.quantity)
     used, values = [], []

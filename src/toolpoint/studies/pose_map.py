@@ -63,7 +63,7 @@ class _Frequencies:
             return self._one_by_one(positions)
 
     def _at(self, positions: FloatArray) -> FloatArray:
-        return natural_frequencies(self.machine, dict(zip(self.names, positions.T, strict=True)), self.modes, self.path)
+        return natural_frequencies(self.machine, dict(zip(self.names, positions.T, strict=True)), self.modes, path=self.path)
 
     def _one_by_one(self, positions: FloatArray) -> dict[str, Any]:
         values, reasons = np.full((len(positions), self.modes), np.nan), []

@@ -138,7 +138,7 @@ class Fit:
 
 
 def fit(
-    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, least_influence: float = 0.02,
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, start: FloatArray | None = None,
 ) -> Fit:
     """Return the fit of a problem; parameters that the data cannot tell stay where they are and are named.
@@ -161,7 +161,9 @@ def fit(
     """
     method = method or LeastSquares()
     x0 = problem.start if start is None else np.array(start, float)
-    identifiable = None if limit is None or free is not None else identifiability(problem, x0, limit, least_influence)
+    identifiable = None
+    if limit is not None and free is None:
+        identifiable = identifiability(problem, x0, limit, least_influence=least_influence)
     names = problem.names if identifiable is None else identifiable.identifiable
     names = tuple(names if free is None else free)
     unknown = [n for n in names if n not in problem.names]

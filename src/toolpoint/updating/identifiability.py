@@ -78,7 +78,7 @@ class Identifiability:
 
 
 def identifiability(
-    problem: Problem, x: FloatArray | None = None, limit: float = 0.5, least_influence: float = 0.02
+    problem: Problem, x: FloatArray | None = None, limit: float = 0.5, *, least_influence: float = 0.02
 ) -> Identifiability:
     """Return what the data can tell about the parameters at x (the start where left out), by the rule of this module.
 

@@ -55,7 +55,7 @@ class MultiStart:
 
 
 def multi_start(
-    problem: Problem, rng: np.random.Generator, starts: int = 16, spread: float = 1.0, method: LeastSquares | None = None,
+    problem: Problem, rng: np.random.Generator, starts: int = 16, *, spread: float = 1.0, method: LeastSquares | None = None,
     limit: float | None = 0.5, least_influence: float = 0.02, free: tuple[str, ...] | None = None,
 ) -> MultiStart:
     """Return the optima found from the given start and from a Latin hypercube about it.

@@ -70,6 +70,6 @@ class Model(Protocol):
 class DirectedModel(Protocol):
     """A model that differentiates along parameters that each move several of its numbers."""
 
-    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], slopes: FloatArray
+    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], *, slopes: FloatArray
               ) -> Prediction:
         """Return the prediction with derivatives per parameter: number names[k] moves by slopes[k] with parameter owner[k]."""

@@ -169,7 +169,7 @@ def _directed(model: Model, values: dict[str, float], names: tuple[str, ...], ow
               ) -> Prediction:
     """Return the prediction with derivatives along the parameters, from those to single numbers where the model has no more."""
     if isinstance(model, DirectedModel):
-        return model.along(values, names, owner, change)
+        return model.along(values, names, owner, slopes=change)
     prediction = model(values, names)
     chain = np.zeros((len(names), max(owner) + 1))
     chain[np.arange(len(names)), list(owner)] = change

@@ -10,7 +10,7 @@ from toolpoint.vibration import SecondOrderSystem
 
 
 def direct_response(
-    lines: FloatArray, left: Array, right: Array, system: SecondOrderSystem, factors: Weighted, count: int
+    lines: FloatArray, left: Array, right: Array, *, system: SecondOrderSystem, factors: Weighted, count: int
 ) -> tuple[ComplexArray, ComplexArray | None]:
     """Return receptances (n_f, n_outputs, n_inputs) at lines (Hz) and, with `count`, derivatives (count, ...) of them."""
     w = 2 * np.pi * np.asarray(lines)[:, None, None]
@@ -37,7 +37,7 @@ def direct_response(
 
 
 def modal_response(
-    lines: FloatArray, left: Array, right: Array, modal: Modal, ratio: float
+    lines: FloatArray, left: Array, right: Array, *, modal: Modal, ratio: float
 ) -> tuple[ComplexArray, ComplexArray | None]:
     """Return the same by superposition of all modes with one damping ratio."""
     a, b = left @ modal.vectors, modal.vectors.T @ right

@@ -16,7 +16,7 @@ _BY_FREQUENCY = 3.0
 
 
 def fit_with_restarts(
-    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, least_influence: float = 0.02,
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5,
 ) -> Fit:
     """Return `fit`; where it does not explain the data, the best of up to `restarts` more, the first that does.
@@ -32,7 +32,7 @@ def fit_with_restarts(
         0 for none.
     spread : float
     """
-    first = fit(problem, method, limit, least_influence, free)
+    first = fit(problem, method, limit, least_influence=least_influence, free=free)
     assumed = problem.assumed
     if (first.converged and explained(first, assumed)) or not first.free:
         return first

@@ -82,8 +82,8 @@ class Samples:
 
 
 def sample(
-    problem: Problem, start: Fit, rng: np.random.Generator, steps: int = 2000, walkers: int | None = None, ensembles: int = 2,
-    folder: str | Path | None = None, progress: Callable[[int, int], None] | None = None,
+    problem: Problem, start: Fit, rng: np.random.Generator, *, steps: int = 2000, walkers: int | None = None,
+    ensembles: int = 2, folder: str | Path | None = None, progress: Callable[[int, int], None] | None = None,
 ) -> Samples:
     """Return samples of the posterior of the parameters that a fit has moved.
 

@@ -70,7 +70,7 @@ class Modal:
         return result
 
 
-def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, ratio: float | None) -> Prediction:
+def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, ratio: float | None) -> Prediction:
     """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `ratio` for all."""
     omega = modal.omega[:keep]
     if (omega <= 0).any():

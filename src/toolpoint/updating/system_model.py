@@ -103,9 +103,9 @@ class SystemModel:
         """Return modes and receptances at these values, with derivatives to `names`."""
         if not names:
             return self._predicted(self.systems.system(values), {}, np.zeros(0), 0)
-        return self.along(values, tuple(names), tuple(range(len(names))), np.ones(len(names)))
+        return self.along(values, tuple(names), tuple(range(len(names))), slopes=np.ones(len(names)))
 
-    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], slopes: FloatArray
+    def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], *, slopes: FloatArray
               ) -> Prediction:
         """Return the prediction with derivatives per parameter: number names[k] moves by slopes[k] with parameter owner[k]."""
         return self._predicted(self.systems.system(values), self.systems.factors(values, names, owner), slopes,
@@ -117,13 +117,13 @@ class SystemModel:
         weighted = {name: (term, term.scaled(slopes)) for name, term in factors.items()}
         modal = Modal(system, weighted, number, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
-            result = mode_prediction(system, modal, min(self.modes, system.size), self.modal_damping)
+            result = mode_prediction(system, modal, min(self.modes, system.size), ratio=self.modal_damping)
         if self.lines is None:
             return result
         left = system.output_map[[system.outputs.index(d) for d in self.outputs]]
         right = system.input_map[:, [system.inputs.index(d) for d in self.inputs]]
         if modal is not None and self.modal_damping is not None:
-            values, changes = modal_response(self.lines, left, right, modal, self.modal_damping)
+            values, changes = modal_response(self.lines, left, right, modal=modal, ratio=self.modal_damping)
         else:
-            values, changes = direct_response(self.lines, left, right, system, weighted, number)
+            values, changes = direct_response(self.lines, left, right, system=system, factors=weighted, count=number)
         return replace(result, frf=Frf(self.lines, values, self.outputs, self.inputs), frf_slopes=changes)

@@ -90,7 +90,7 @@ class Pairing:
                 f"{len(self.single_first)} + {len(self.single_second)} single)")
 
 
-def paired(first: Modes, second: Modes, lowest_mac: float = 0.5, frequency_shift: float = np.inf) -> Pairing:
+def paired(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequency_shift: float = np.inf) -> Pairing:
     """Return the one-to-one pairing with the largest sum of MAC values.
 
     Parameters

@@ -66,7 +66,7 @@ def _solved(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
 
 
 def modal(
-    modes: Modes, frequency: FloatArray, outputs: Labels = None, inputs: Labels = None, quantity: str = "receptance"
+    modes: Modes, frequency: FloatArray, outputs: Labels = None, *, inputs: Labels = None, quantity: str = "receptance"
 ) -> Frf:
     """Return the sum of the modes' responses (formulas: see `Modes`), with their residuals; batched over poses.
 

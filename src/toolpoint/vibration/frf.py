@@ -206,7 +206,7 @@ def joined(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
     return replace(first, **changes)
 
 
-def relative(frf: Frf, plus: str | int, minus: str | int, directions: Iterable[str] = ("x", "y", "z")) -> Frf:
+def relative(frf: Frf, plus: str | int, minus: str | int, *, directions: Iterable[str] = ("x", "y", "z")) -> Frf:
     """Return the responses of point `plus` relative to point `minus` under equal and opposite forces.
 
     With T = [I, -I] over the two points' directions, G = T H T^T: what a cutting process between tool and table sees.

@@ -149,7 +149,7 @@ def physical(system: SecondOrderSystem, outputs: str = "displacement") -> StateS
 
 
 def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequence[Dof | str] | None = None,
-          kind: str = "displacement") -> StateSpace:
+          *, kind: str = "displacement") -> StateSpace:
     """Return real, mass-normalised viscous modes as states (amplitude, rate), two for each mode.
 
     The upper residual enters as feed-through D of the displacement; a lower residual cannot be represented and is refused.

@@ -15,7 +15,7 @@ _CONDITION = 1e6
 
 
 def exact(
-    system: StateSpace, inputs: FloatArray, sample_rate: float, hold: str = "first", start: FloatArray | None = None
+    system: StateSpace, inputs: FloatArray, sample_rate: float, *, hold: str = "first", start: FloatArray | None = None
 ) -> FloatArray:
     r"""Return the outputs, shape (n_samples, n_outputs), to inputs of shape (n_samples, n_inputs).
 
@@ -64,7 +64,7 @@ def _states(phi: FloatArray, drive: FloatArray, first: FloatArray) -> FloatArray
     return ((vectors[:, upper] * np.where(multipliers[upper].imag > 0, 2.0, 1.0)) @ modal).real.T
 
 
-def modal_superposition(modes: Modes, forces: Record, outputs: tuple[Dof | str, ...], kind: str = "displacement") -> Record:
+def modal_superposition(modes: Modes, forces: Record, outputs: tuple[Dof | str, ...], *, kind: str = "displacement") -> Record:
     """Return the response of real modes to recorded forces, forces linear between samples.
 
     Parameters
@@ -79,7 +79,7 @@ def modal_superposition(modes: Modes, forces: Record, outputs: tuple[Dof | str, 
         ``displacement`` or ``velocity``.
     """
     one_of("kind", kind, ("displacement", "velocity"))
-    system = modal(modes, forces.channels, outputs, kind)
+    system = modal(modes, forces.channels, outputs, kind=kind)
     values = exact(system, forces.samples, forces.sample_rate)
     labels = tuple(label if isinstance(label, Dof) else Dof.parse(label) for label in outputs)
     return Record(values, forces.sample_rate, labels, (kind,) * len(labels), start=forces.start)

@@ -69,7 +69,7 @@ class Structure:
         tool = {} if tool is None else tool
         places = list(dict.fromkeys(str(d) for d in (*boundaries.values(), *tool.values())))
         system = modal(modes, list(dict.fromkeys(str(d) for d in boundaries.values())), places,
-                       "displacement and velocity")
+                       kind="displacement and velocity")
         attach = {key: Attachment(str(d), str(d), "d" + str(d)) for key, d in boundaries.items()}
         return cls(system, attach, {key: str(d) for key, d in tool.items()})
 
