@@ -11,7 +11,7 @@ from importlib import resources
 import numpy as np
 
 from toolpoint.io.yaml import machine_file
-from toolpoint.joint_identification import MassProperties
+from toolpoint.joint_identification import ComponentMass
 from toolpoint.machine.model import Machine
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.hammer import hammer_test
@@ -63,8 +63,8 @@ def masses(model: Machine) -> dict:
         else:
             square = np.array(body.shape.size) ** 2
             inertia = body.mass / 12 * np.diag(square.sum() - square)
-        parts.setdefault(RIDES_ON[name], []).append(MassProperties(body.mass, centre, inertia))
-    return {name: MassProperties.joined(one) for name, one in parts.items()}
+        parts.setdefault(RIDES_ON[name], []).append(ComponentMass(body.mass, centre, inertia))
+    return {name: ComponentMass.joined(one) for name, one in parts.items()}
 
 
 def noisy(truth: Modes, share: float, rng: np.random.Generator, known: bool = True) -> Modes:

@@ -9,8 +9,8 @@ from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError
 from toolpoint.joint_identification import (
     ClosestPoint,
+    ComponentMass,
     FiniteRotation,
-    MassProperties,
     SmallMotion,
     identify_joints,
 )
@@ -182,7 +182,7 @@ def test_stiffness_of_a_hinged_body_in_closed_form():
     turn = np.array([vectors[0], vectors.sum(axis=0)])
     shape = np.concatenate([tf.point_velocity(at[i]) @ basis * turn[i // 10] for i in at])
     modes = Modes(np.sqrt(values) / (2 * np.pi), 0.01, shape, [Dof(i, way) for i in at for way in WAYS])
-    masses = {name: MassProperties(m[i], [r, 0, 0], j[i] * np.eye(3)) for i, name in enumerate(("first", "second"))}
+    masses = {name: ComponentMass(m[i], [r, 0, 0], j[i] * np.eye(3)) for i, name in enumerate(("first", "second"))}
     parts = {"first": list(range(10)), "second": list(range(10, 20))}
     result = identify_joints(modes, at, parts, chain=("ground", "first", "second"), masses=masses)
     np.testing.assert_allclose([joint.stiffness[0] for joint in result.joints], k, rtol=1e-6)
@@ -190,8 +190,8 @@ def test_stiffness_of_a_hinged_body_in_closed_form():
 
 def test_joined_masses_of_two_halves_are_those_of_the_whole():
     box = lambda size, mass: mass / 12 * np.diag((np.array(size) ** 2).sum() - np.array(size) ** 2)
-    halves = [MassProperties(5, [x, 0, 0], box([1, 1, 1], 5)) for x in (-0.5, 0.5)]
-    whole = MassProperties.joined(halves)
+    halves = [ComponentMass(5, [x, 0, 0], box([1, 1, 1], 5)) for x in (-0.5, 0.5)]
+    whole = ComponentMass.joined(halves)
     assert whole.mass == 10
     np.testing.assert_allclose(whole.inertia, box([2, 1, 1], 10))
 
@@ -199,7 +199,7 @@ def test_joined_masses_of_two_halves_are_those_of_the_whole():
 def made_chain(stiff, rng):
     """Modes of one body (uniform box) on a spherical joint at the origin with a full rotational stiffness (3, 3)."""
     centre, inertia = np.array([0.1, 0.2, 0.8]), np.diag([30.0, 25.0, 12.0])
-    body = MassProperties(100.0, centre, inertia)
+    body = ComponentMass(100.0, centre, inertia)
     values, vectors = np.linalg.eigh(np.linalg.solve(np.linalg.cholesky(body.matrix[3:, 3:]), np.linalg.solve(
         np.linalg.cholesky(body.matrix[3:, 3:]), stiff).T))
     turn = np.linalg.solve(np.linalg.cholesky(body.matrix[3:, 3:]).T, vectors)
@@ -243,8 +243,8 @@ def test_beside_a_general_joint_the_others_get_their_stiffness():
     rng = np.random.default_rng(12)
     first = np.hstack([turns(np.array([0.0, 0, 0]), X, Y, Z), slides(X)])
     second = turns(np.array([0.1, 0.2, 1.0]), Y)
-    masses = {"first": MassProperties(80.0, [0.1, 0.0, 0.5], np.diag([9.0, 8.0, 6.0])),
-              "second": MassProperties(30.0, [0.0, 0.4, 1.3], np.diag([2.0, 3.0, 2.5]))}
+    masses = {"first": ComponentMass(80.0, [0.1, 0.0, 0.5], np.diag([9.0, 8.0, 6.0])),
+              "second": ComponentMass(30.0, [0.0, 0.4, 1.3], np.diag([2.0, 3.0, 2.5]))}
     jacobian = {"first": np.hstack([first, np.zeros((6, 1))]), "second": np.hstack([first, second])}
     mass = sum(j.T @ masses[name].matrix @ j for name, j in jacobian.items())
     root = rng.normal(size=(4, 4))

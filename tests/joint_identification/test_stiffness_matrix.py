@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from toolpoint._check import ToolpointError
-from toolpoint.joint_identification import MassProperties, identify_joints
+from toolpoint.joint_identification import ComponentMass, identify_joints
 from toolpoint.machine import assemble, build
 from toolpoint.machine.description import BodyDescription, InertiaDescription
 from toolpoint.spatial import transform as tf
@@ -19,7 +19,7 @@ BODIES = {"first": (40.0, (0.1, 0.2, 0.5), (3.0, 4.0, 5.0)), "second": (25.0, (0
 
 def case(rng, f, share=0.002, modes=None, repeated=None):
     """Two bodies on a joint of f free twists with a full matrix and a hinge; (result arguments, free twists, matrix)."""
-    masses = {name: MassProperties(m, at, np.diag(i)) for name, (m, at, i) in BODIES.items()}
+    masses = {name: ComponentMass(m, at, np.diag(i)) for name, (m, at, i) in BODIES.items()}
     first = np.linalg.qr(rng.normal(size=(6, 6)))[0][:, :f]
     second = np.array([0.0, 1.2, 0.0, 1.0, 0.0, 0.0])[:, None]
     jacobian = {"first": np.hstack([first, np.zeros((6, 1))]), "second": np.hstack([first, second])}
@@ -92,5 +92,5 @@ def test_too_few_modes_do_not_decide():
 
 def test_wrong_masses_do_not_go_unseen():
     arguments, masses, _, _ = case(np.random.default_rng(5), 6)
-    wrong = {**masses, "first": MassProperties(40.0, (0.1, -0.8, 0.5), np.diag([3.0, 1.0, 3.5]))}
+    wrong = {**masses, "first": ComponentMass(40.0, (0.1, -0.8, 0.5), np.diag([3.0, 1.0, 3.5]))}
     assert any("unexplained" in d or "not positive" in d for d in found(arguments, wrong).joint("first").doubts)

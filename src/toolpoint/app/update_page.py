@@ -16,7 +16,7 @@ from toolpoint.plot.figures.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
 from toolpoint.studies.machine_update import Agreement, MachineUpdate
-from toolpoint.updating import Fit
+from toolpoint.updating import ParameterFit
 from toolpoint.updating.sampler import Samples
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
@@ -45,7 +45,7 @@ def page(before: Machine, found: MachineUpdate, measured: Sequence[Measurement],
     return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
 
 
-def as_assumed(fit: Fit) -> Fit:
+def as_assumed(fit: ParameterFit) -> ParameterFit:
     """Return a fit with the covariance that the assumed deviations give, as samples see it, not scaled by the misfit."""
     if not fit.scaled or not fit.reduced_chi_square > 0:
         return fit

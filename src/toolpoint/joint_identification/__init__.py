@@ -6,8 +6,18 @@ from toolpoint.joint_identification.grouping import Grouping, grouped
 from toolpoint.joint_identification.identify import JointIdentification, identify_joints
 from toolpoint.joint_identification.joint_fit import Criterion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion
-from toolpoint.joint_identification.stiffness import MassProperties
+from toolpoint.joint_identification.stiffness import ComponentMass
 
 __all__ = [
-    "ClosestPoint", "Criterion", "FiniteRotation", "Grouping", "JointEstimate", "JointIdentification", "MassProperties",
-    "RigidMotion", "SmallMotion", "grouped", "identify_joints"]
+    "ClosestPoint",
+    "ComponentMass",
+    "Criterion",
+    "FiniteRotation",
+    "Grouping",
+    "JointEstimate",
+    "JointIdentification",
+    "RigidMotion",
+    "SmallMotion",
+    "grouped",
+    "identify_joints",
+]

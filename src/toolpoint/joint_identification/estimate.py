@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.joint_fit import Fit
+from toolpoint.joint_identification.joint_fit import JointFit
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 
@@ -155,7 +155,7 @@ class JointEstimate:
         return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {at} mm, {self.status})"
 
 
-def estimated(motion: RelativeMotion, fits: list[Fit], doubts: tuple[str, ...]) -> JointEstimate:
+def estimated(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[str, ...]) -> JointEstimate:
     """Return the joint of the best fit in machine coordinates, with the uncertainty of its parameters carried over."""
     fit = fits[0]
     point, axis = fit.chart.place(fit.theta)
@@ -169,7 +169,7 @@ def estimated(motion: RelativeMotion, fits: list[Fit], doubts: tuple[str, ...]) 
         free_twists(motion, fit, frame, names=names), fit.probability, tuple(other.kind for other in fits[1:]), doubts=doubts)
 
 
-def free_twists(motion: RelativeMotion, fit: Fit, frame: FloatArray, *, names: tuple[str, ...]) -> FloatArray:
+def free_twists(motion: RelativeMotion, fit: JointFit, frame: FloatArray, *, names: tuple[str, ...]) -> FloatArray:
     """Return the free twists (6, f) about the origin: along and about the joint frame's axes, or a general basis."""
     if fit.kind == "general":
         basis = about(motion.centre, motion.size) @ fit.chart.basis(fit.theta)
@@ -210,7 +210,7 @@ def _undetermined(kind: str, frame: FloatArray, axis: FloatArray) -> FloatArray:
     return (axis * _sign(axis))[None] if kind in ("hinge", "cylindrical") else np.zeros((0, 3))
 
 
-def _slopes(fit: Fit) -> tuple[FloatArray, FloatArray]:
+def _slopes(fit: JointFit) -> tuple[FloatArray, FloatArray]:
     """Return the derivatives of (point, axis) to the parameters, each (3, n), by central differences."""
     n, step = len(fit.theta), 1e-6
     slopes = np.zeros((6, n))

@@ -41,7 +41,7 @@ class Grouping:
 
 
 @dataclass(frozen=True, eq=False)
-class _Data:
+class _PointMotions:
     """Rows (p, 3, 6), values and weights (p, 3, k), normal matrices (p, k, 6, 6), right sides (p, k, 6) of all points."""
 
     at: FloatArray
@@ -91,7 +91,7 @@ def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None
     return _result(data, clusters, limit, names, modes.count)
 
 
-def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _Data:
+def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _PointMotions:
     at = positions_of(points, names)
     local = (at - at.mean(axis=0)) / np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
     values = columns(modes.shape)
@@ -114,10 +114,10 @@ def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point
         used[p] += 1
     normal = np.einsum("pri,prk,prj->pkij", rows, weights, rows)
     right = np.einsum("pri,prk,prk->pki", rows, weights, shown)
-    return _Data(local, rows, shown, weights, normal, right, used * values.shape[1])
+    return _PointMotions(local, rows, shown, weights, normal, right, used * values.shape[1])
 
 
-def _seeds(data: _Data, least: int) -> list[IndexArray]:
+def _seeds(data: _PointMotions, least: int) -> list[IndexArray]:
     seeds = []
     _, near = cKDTree(data.at).query(data.at, k=least)
     for members in np.asarray(near):
@@ -129,7 +129,7 @@ def _seeds(data: _Data, least: int) -> list[IndexArray]:
     return seeds
 
 
-def _scale(data: _Data, seeds: list[IndexArray]) -> float:
+def _scale(data: _PointMotions, seeds: list[IndexArray]) -> float:
     """Return by how much the noise exceeds its stated variance, from the better half of the neighbourhoods, at least 1."""
     ratio = []
     for members in seeds:
@@ -138,7 +138,7 @@ def _scale(data: _Data, seeds: list[IndexArray]) -> float:
     return max(1.0, float(np.quantile(ratio, 0.3)))
 
 
-def _misfit(data: _Data, members: IndexArray) -> tuple[FloatArray, FloatArray]:
+def _misfit(data: _PointMotions, members: IndexArray) -> tuple[FloatArray, FloatArray]:
     """Return for every point (chi2 against the motion of the members, variance of the prediction over its own)."""
     normal = data.normal[members].sum(axis=0)
     spread = np.linalg.pinv(normal, rcond=1e-13, hermitian=True)
@@ -151,7 +151,7 @@ def _misfit(data: _Data, members: IndexArray) -> tuple[FloatArray, FloatArray]:
     return (error**2 * data.weights / widened).sum(axis=(1, 2)), extra.max(axis=(1, 2))
 
 
-def _grown(data: _Data, seed: IndexArray, limit: FloatArray, free: BoolArray) -> IndexArray:
+def _grown(data: _PointMotions, seed: IndexArray, limit: FloatArray, free: BoolArray) -> IndexArray:
     """Return the points that move with a seed: step by step those predicted well enough to be tested."""
     members = np.asarray(seed)
     for _ in range(60):
@@ -168,7 +168,7 @@ def _grown(data: _Data, seed: IndexArray, limit: FloatArray, free: BoolArray) ->
     return np.sort(members)
 
 
-def _clusters(data: _Data, seeds: list[IndexArray], limit: FloatArray, least: int) -> list[IndexArray]:
+def _clusters(data: _PointMotions, seeds: list[IndexArray], limit: FloatArray, least: int) -> list[IndexArray]:
     free, clusters = np.ones(len(data.at), bool), []
     while free.sum() >= least:
         best = np.zeros(0, int)
@@ -188,7 +188,7 @@ def _clusters(data: _Data, seeds: list[IndexArray], limit: FloatArray, least: in
     return clusters
 
 
-def _result(data: _Data, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
+def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, names: list[Point], count: int) -> Grouping:
     size = [float(np.sqrt((data.values[members] ** 2).mean())) for members in clusters]
     clusters = [clusters[i] for i in np.argsort(size)]
     labels = [f"part {i + 1}" for i in range(len(clusters))]

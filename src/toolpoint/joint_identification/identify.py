@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimated
-from toolpoint.joint_identification.joint_fit import Criterion, Fit, candidates, settled, stacked
+from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settled, stacked
 from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
@@ -23,13 +23,13 @@ from toolpoint.joint_identification.motion_errors import (
 )
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
-from toolpoint.joint_identification.stiffness import MassProperties, stiffnesses
+from toolpoint.joint_identification.stiffness import ComponentMass, stiffnesses
 from toolpoint.joint_identification.strangers import strangers
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
 
-class Method(Protocol):
+class MotionMethod(Protocol):
     """A way to find the twists of a component: `SmallMotion`, `FiniteRotation` or `ClosestPoint`."""
 
     def twists(self, part: Component) -> FloatArray:
@@ -83,8 +83,8 @@ class JointIdentification:
 
 def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
-    *, chain: Sequence[str] | Mapping[str, str], method: Method | None = None, criterion: Criterion | None = None,
-    masses: Mapping[str, MassProperties] | None = None, coordinate_deviation: float = 0.0,
+    *, chain: Sequence[str] | Mapping[str, str], method: MotionMethod | None = None, criterion: Criterion | None = None,
+    masses: Mapping[str, ComponentMass] | None = None, coordinate_deviation: float = 0.0,
 ) -> JointIdentification:
     """Return the joints of a machine from its measured mode shapes, with nobody choosing.
 
@@ -169,7 +169,7 @@ def _with_errors(parts: Mapping[str, Component], motions: Mapping[str, RigidMoti
     return {name: with_errors(part, alone[name], correlation, deviation=deviation) for name, part in parts.items()}
 
 
-def _twists(method: Method, part: Component) -> FloatArray | None:
+def _twists(method: MotionMethod, part: Component) -> FloatArray | None:
     return None if isinstance(method, SmallMotion) else method.twists(part)
 
 
@@ -225,7 +225,7 @@ def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], c
     return result
 
 
-def _doubts(motion: RelativeMotion, fits: list[Fit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
+def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
     fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
     if fit.chart.freedoms > 0 and fit.chart.freedoms >= independent:
@@ -250,4 +250,4 @@ def _order_doubt(tree: Mapping[str, str], parts: Mapping[str, Component], motion
     return [f"the chain needs {given} freedoms, {order} only {fewest}: check the order of the chain"]
 
 
-__all__ = ["JointIdentification", "Method", "identify_joints"]
+__all__ = ["JointIdentification", "MotionMethod", "identify_joints"]

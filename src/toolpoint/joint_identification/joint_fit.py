@@ -22,7 +22,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.kinds import Chart, charts, general
+from toolpoint.joint_identification.kinds import FreedomChart, charts, general
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 
@@ -51,10 +51,10 @@ class Criterion:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class JointFit:
     """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit."""
 
-    chart: Chart
+    chart: FreedomChart
     theta: FloatArray
     covariance: FloatArray
     gain: FloatArray
@@ -98,7 +98,7 @@ def stacked(motion: RelativeMotion, criterion: Criterion) -> Stack:
     return Stack(local, root, whole[each, :, each], motion.freedom)
 
 
-def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
+def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
     """Return the kinds that pass with the fewest freedoms, the one with the fewest parameters first; else a general one."""
     for f in range(7):
         span = _span(stack, f)
@@ -114,7 +114,7 @@ def candidates(stack: Stack, criterion: Criterion) -> list[Fit]:
     raise AssertionError("six freedoms explain every motion")
 
 
-def settled(motion: RelativeMotion, criterion: Criterion, fit: Fit) -> Fit:
+def settled(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> JointFit:
     """Return the fit of the kind that was decided for, with no more of the floor than its misfit asks for."""
     least, most = min(_NO_FLOOR, criterion.floor), criterion.floor
     result = _with_floor(motion, least, fit)
@@ -128,11 +128,11 @@ def settled(motion: RelativeMotion, criterion: Criterion, fit: Fit) -> Fit:
     return result
 
 
-def _with_floor(motion: RelativeMotion, floor: float, fit: Fit) -> Fit:
+def _with_floor(motion: RelativeMotion, floor: float, fit: JointFit) -> JointFit:
     return fitted(stacked(motion, Criterion(floor=floor)), fit.chart, fit.theta)
 
 
-def _at_infinity(fit: Fit) -> bool:
+def _at_infinity(fit: JointFit) -> bool:
     """Return whether a joint is so far away that its rotation cannot be told from a translation.
 
     A hinge at infinity is a slide: the test is whether the inverse of its distance differs from zero by four standard
@@ -166,7 +166,7 @@ def _span(stack: Stack, f: int) -> FloatArray:
     return np.asarray(np.linalg.qr(span)[0])
 
 
-def fitted(stack: Stack, chart: Chart, start: FloatArray | None = None) -> Fit:
+def fitted(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -> JointFit:
     """Return the fit of one kind."""
     count = len(stack.twists)
 
@@ -186,7 +186,7 @@ def fitted(stack: Stack, chart: Chart, start: FloatArray | None = None) -> Fit:
     chance = 1.0
     if freedom > 0:
         chance = float(stats.f.sf(chi2 / freedom, freedom, max(stack.freedom, 1)))
-    return Fit(chart, theta, covariance, gain, chi2, freedom, chance)
+    return JointFit(chart, theta, covariance, gain, chi2, freedom, chance)
 
 
 def projected(stack: Stack, basis: FloatArray) -> FloatArray:

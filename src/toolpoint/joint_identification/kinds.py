@@ -34,7 +34,7 @@ PARAMETERS = {"locked": 0, "slide": 2, "hinge": 4, "cylindrical": 4, "universal"
 
 
 @dataclass(frozen=True, eq=False)
-class Chart:
+class FreedomChart:
     """A kind near a start.
 
     `basis` maps the parameters (n,) to the free twists (6, freedoms); `place` maps them to (point, direction), where
@@ -48,12 +48,12 @@ class Chart:
     place: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
 
 
-def charts(span: FloatArray) -> list[Chart]:
+def charts(span: FloatArray) -> list[FreedomChart]:
     """Return the special kinds with as many freedoms as `span` (6, f) has columns, started from it."""
     return [_chart(kind, span) for kind, freedoms in FREEDOMS.items() if freedoms == span.shape[1]]
 
 
-def general(span: FloatArray) -> Chart:
+def general(span: FloatArray) -> FreedomChart:
     """Return the chart of all subspaces of f twists near `span` (6, f), orthonormal columns: f (6 - f) parameters."""
     full = np.linalg.qr(np.hstack([span, np.eye(6)]))[0][:, :6]
     f = span.shape[1]
@@ -65,14 +65,14 @@ def general(span: FloatArray) -> Chart:
     def place(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
         return _nearest_point(basis(theta)), np.zeros(3)
 
-    return Chart("general", f, f * (6 - f), basis, place)
+    return FreedomChart("general", f, f * (6 - f), basis, place)
 
 
-def _chart(kind: str, span: FloatArray) -> Chart:
+def _chart(kind: str, span: FloatArray) -> FreedomChart:
     if kind == "spherical":
         return _spherical(_nearest_point(span))
     if kind == "locked":
-        return Chart(kind, 0, 0, lambda _: np.zeros((6, 0)), lambda _: (np.zeros(3), np.zeros(3)))
+        return FreedomChart(kind, 0, 0, lambda _: np.zeros((6, 0)), lambda _: (np.zeros(3), np.zeros(3)))
     turns = np.linalg.svd(span[3:])
     slides = np.linalg.svd(span[:3])
     if kind == "slide":
@@ -111,9 +111,9 @@ def _turned(direction: FloatArray) -> Callable[[FloatArray], FloatArray]:
     return at
 
 
-def _directed(kind: str, start: FloatArray, basis: Callable[[FloatArray], FloatArray]) -> Chart:
+def _directed(kind: str, start: FloatArray, basis: Callable[[FloatArray], FloatArray]) -> FreedomChart:
     at = _turned(start)
-    return Chart(kind, FREEDOMS[kind], 2, lambda t: basis(at(t)), lambda t: (np.zeros(3), at(t)))
+    return FreedomChart(kind, FREEDOMS[kind], 2, lambda t: basis(at(t)), lambda t: (np.zeros(3), at(t)))
 
 
 def _planar(normal: FloatArray) -> FloatArray:
@@ -123,7 +123,7 @@ def _planar(normal: FloatArray) -> FloatArray:
     return result
 
 
-def _axial(kind: str, start: FloatArray, point: FloatArray) -> Chart:
+def _axial(kind: str, start: FloatArray, point: FloatArray) -> FreedomChart:
     at, across = _turned(start), _normals(start)
 
     def place(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -135,20 +135,20 @@ def _axial(kind: str, start: FloatArray, point: FloatArray) -> Chart:
         turn = np.concatenate([np.cross(p, d), d])[:, None]
         return turn if kind == "hinge" else np.hstack([turn, np.concatenate([d, np.zeros(3)])[:, None]])
 
-    return Chart(kind, FREEDOMS[kind], 4, basis, place)
+    return FreedomChart(kind, FREEDOMS[kind], 4, basis, place)
 
 
-def _universal(normal: FloatArray, point: FloatArray) -> Chart:
+def _universal(normal: FloatArray, point: FloatArray) -> FreedomChart:
     at = _turned(normal)
 
     def basis(theta: FloatArray) -> FloatArray:
         return rotations(_normals(at(theta[3:])), point + theta[:3])
 
-    return Chart("universal", 2, 5, basis, lambda t: (point + t[:3], at(t[3:])))
+    return FreedomChart("universal", 2, 5, basis, lambda t: (point + t[:3], at(t[3:])))
 
 
-def _spherical(point: FloatArray) -> Chart:
-    return Chart("spherical", 3, 3, lambda t: rotations(np.eye(3), point + t), lambda t: (point + t, np.zeros(3)))
+def _spherical(point: FloatArray) -> FreedomChart:
+    return FreedomChart("spherical", 3, 3, lambda t: rotations(np.eye(3), point + t), lambda t: (point + t, np.zeros(3)))
 
 
 def rotations(directions: FloatArray, point: FloatArray) -> FloatArray:

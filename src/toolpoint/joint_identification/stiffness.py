@@ -19,7 +19,7 @@ from scipy import stats
 from toolpoint._check import FloatArray, fail, floats, positive, symmetric
 from toolpoint.joint_identification import stiffness_matrix
 from toolpoint.joint_identification.estimate import JointEstimate, free_twists, joint_frame
-from toolpoint.joint_identification.joint_fit import Fit
+from toolpoint.joint_identification.joint_fit import JointFit
 from toolpoint.joint_identification.measured import Component, about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion
@@ -30,7 +30,7 @@ _Weights = tuple[FloatArray, list[FloatArray]]
 
 
 @dataclass(frozen=True, eq=False)
-class MassProperties:
+class ComponentMass:
     """`mass` (kg), `centre` (3,) of mass (m) and `inertia` (3, 3) about it (kg m^2), all in the machine frame."""
 
     mass: float
@@ -53,7 +53,7 @@ class MassProperties:
         return np.block([[self.mass * np.eye(3), -self.mass * k], [self.mass * k, self.inertia - self.mass * k @ k]])
 
     @classmethod
-    def joined(cls, parts: Sequence[MassProperties]) -> MassProperties:
+    def joined(cls, parts: Sequence[ComponentMass]) -> ComponentMass:
         """Return the mass properties of several bodies that ride rigidly together."""
         mass = float(sum(part.mass for part in parts))
         centre = np.sum([part.mass * np.asarray(part.centre) for part in parts], axis=0) / mass
@@ -68,7 +68,7 @@ class MassProperties:
 
 
 @dataclass(frozen=True, eq=False)
-class _Data:
+class _Equations:
     """What the stiffness is computed from, and how the joints' parameters follow from the twists."""
 
     omega: FloatArray
@@ -79,12 +79,12 @@ class _Data:
     whole: FloatArray
     matrices: FloatArray
     relatives: tuple[RelativeMotion, ...]
-    fits: tuple[Fit, ...]
+    fits: tuple[JointFit, ...]
 
 
 def stiffnesses(
     modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, relatives: Sequence[RelativeMotion],
-    joints: Sequence[JointEstimate], fits: Sequence[Fit], masses: Mapping[str, MassProperties],
+    joints: Sequence[JointEstimate], fits: Sequence[JointFit], masses: Mapping[str, ComponentMass],
 ) -> list[JointEstimate]:
     """Return the joints with the stiffness of every freedom and its standard deviation.
 
@@ -93,7 +93,7 @@ def stiffnesses(
     """
     _check(modes, parts, joints, masses)
     names = tuple(parts)
-    data = _Data(
+    data = _Equations(
         modes.omega, tuple((joint.parent, joint.child) for joint in joints), names,
         np.stack([motions[name].twist.T for name in names]), np.stack([motions[name].covariance for name in names]),
         np.stack([motions[name].whole for name in names]),
@@ -105,7 +105,7 @@ def stiffnesses(
 
 
 def _check(modes: Modes, parts: Mapping[str, Component], joints: Sequence[JointEstimate],
-           masses: Mapping[str, MassProperties]) -> None:
+           masses: Mapping[str, ComponentMass]) -> None:
     missing = [name for name in parts if name not in masses]
     if missing:
         fail("masses", f"none for {missing}", "must be given for every component")
@@ -138,7 +138,8 @@ def _with(joints: Sequence[JointEstimate], value: FloatArray, deviation: FloatAr
     return result
 
 
-def _with_matrices(data: _Data, joints: Sequence[JointEstimate], value: FloatArray, weights: _Weights, covariance: FloatArray
+def _with_matrices(data: _Equations, joints: Sequence[JointEstimate], value: FloatArray, weights: _Weights,
+                   covariance: FloatArray
                    ) -> list[JointEstimate]:
     """Return the joints, general ones with their matrix where the data decide it."""
     lines, result = _lines(data, data.twists, data.omega), list(joints)
@@ -157,7 +158,7 @@ def _with_matrices(data: _Data, joints: Sequence[JointEstimate], value: FloatArr
     return result
 
 
-def _bases(data: _Data, thetas: Sequence[FloatArray]) -> list[FloatArray]:
+def _bases(data: _Equations, thetas: Sequence[FloatArray]) -> list[FloatArray]:
     result = []
     for motion, fit, theta in zip(data.relatives, data.fits, thetas, strict=True):
         frame, names = joint_frame(fit.kind, fit.chart.place(theta)[1])
@@ -171,7 +172,7 @@ def _bases(data: _Data, thetas: Sequence[FloatArray]) -> list[FloatArray]:
     return result
 
 
-def _jacobians(data: _Data, bases: Sequence[FloatArray]) -> FloatArray:
+def _jacobians(data: _Equations, bases: Sequence[FloatArray]) -> FloatArray:
     """Return the maps (n_components, 6, n) from all joint coordinates to the twist of every component."""
     total = sum(base.shape[1] for base in bases)
     starts = np.cumsum([0, *(base.shape[1] for base in bases)])
@@ -187,11 +188,11 @@ def _jacobians(data: _Data, bases: Sequence[FloatArray]) -> FloatArray:
     return result
 
 
-def _general(data: _Data) -> list[int]:
+def _general(data: _Equations) -> list[int]:
     return [j for j, fit in enumerate(data.fits) if fit.kind == "general"]
 
 
-def _lines(data: _Data, twists: FloatArray, omega: FloatArray) -> stiffness_matrix.Lines:
+def _lines(data: _Equations, twists: FloatArray, omega: FloatArray) -> stiffness_matrix.Lines:
     """Return the coordinates of all joints, the forces on them and their noise, for these twists."""
     jacobians = _jacobians(data, _bases(data, [_theta(data, twists, j) for j in range(len(data.fits))]))
     q, spread = _coordinates(data, jacobians, twists)
@@ -200,7 +201,8 @@ def _lines(data: _Data, twists: FloatArray, omega: FloatArray) -> stiffness_matr
     return stiffness_matrix.Lines(q, square[:, None] * (q @ mass), spread, slice(0, q.shape[1]), mass, square)
 
 
-def _blocks(data: _Data, lines: stiffness_matrix.Lines, weights: _Weights) -> list[tuple[stiffness_matrix.Lines, FloatArray]]:
+def _blocks(data: _Equations, lines: stiffness_matrix.Lines, weights: _Weights) -> list[
+        tuple[stiffness_matrix.Lines, FloatArray]]:
     """Return the lines of every general joint and their weights."""
     ends = np.cumsum([0, *(fit.chart.freedoms for fit in data.fits)])
     parts = [slice(int(ends[j]), int(ends[j + 1])) for j in _general(data)]
@@ -208,7 +210,7 @@ def _blocks(data: _Data, lines: stiffness_matrix.Lines, weights: _Weights) -> li
     return list(zip(blocks, weights[1], strict=True))
 
 
-def _value(data: _Data, twists: FloatArray, omega: FloatArray, weights: _Weights | None) -> tuple[FloatArray, _Weights]:
+def _value(data: _Equations, twists: FloatArray, omega: FloatArray, weights: _Weights | None) -> tuple[FloatArray, _Weights]:
     """Return (stiffnesses (n,) followed by the upper triangles of matrices, weights), weights found where none are given."""
     lines = _lines(data, twists, omega)
     k, weight = _diagonal(lines, None if weights is None else weights[0])
@@ -238,7 +240,7 @@ def _diagonal(lines: stiffness_matrix.Lines, weights: FloatArray | None) -> tupl
     return k, weight
 
 
-def _misfit(data: _Data, value: FloatArray, weights: _Weights) -> FloatArray:
+def _misfit(data: _Equations, value: FloatArray, weights: _Weights) -> FloatArray:
     """Return for every freedom the share of omega^2 M q that k q leaves; 0 where noise explains it or it is below 5 %."""
     lines, weight = _lines(data, data.twists, data.omega), weights[0]
     chi2 = (weight.T * (lines.force - value[:lines.q.shape[1]] * lines.q) ** 2).sum(axis=0)
@@ -247,7 +249,7 @@ def _misfit(data: _Data, value: FloatArray, weights: _Weights) -> FloatArray:
     return np.where((share > 0.05) & (chance < 1e-6), share, 0.0)
 
 
-def _theta(data: _Data, twists: FloatArray, joint: int) -> FloatArray:
+def _theta(data: _Equations, twists: FloatArray, joint: int) -> FloatArray:
     """Return the parameters of a joint for changed twists, to first order."""
     parent, child = data.tree[joint]
     fit, motion = data.fits[joint], data.relatives[joint]
@@ -257,7 +259,7 @@ def _theta(data: _Data, twists: FloatArray, joint: int) -> FloatArray:
     return fit.theta + np.einsum("pkj,kj->p", fit.gain, local)
 
 
-def _coordinates(data: _Data, jacobians: FloatArray, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _coordinates(data: _Equations, jacobians: FloatArray, twists: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the joint coordinates (k, n) of every mode and their covariance (k, n, n)."""
     weight = np.linalg.inv(data.covariance)
     normal = np.einsum("cia,ckij,cjb->kab", jacobians, weight, jacobians)
@@ -266,7 +268,7 @@ def _coordinates(data: _Data, jacobians: FloatArray, twists: FloatArray) -> tupl
     return np.einsum("kab,kb->ka", spread, right), spread
 
 
-def _covariance(data: _Data, weights: _Weights, modes: Modes) -> FloatArray:
+def _covariance(data: _Equations, weights: _Weights, modes: Modes) -> FloatArray:
     # Differences at the same weights: with them free, matrices would be a nonlinear search for every step.
     value = _value(data, data.twists, data.omega, weights)[0]
     slope = np.zeros((len(value), *data.twists.shape))

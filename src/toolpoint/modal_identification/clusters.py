@@ -17,14 +17,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.modal_identification.refinement import Fit
+from toolpoint.modal_identification.refinement import PoleFit
 from toolpoint.vibration.dof import Dof
 
 FEW_POINTS = 10
 CERTAIN = 3.0
 
 
-def widening(fit: Fit, outputs: Sequence[Dof]) -> FloatArray:
+def widening(fit: PoleFit, outputs: Sequence[Dof]) -> FloatArray:
     """Return the factor on the covariance of every pole, at least 1, (n_modes,); 1 where points are few or show nothing."""
     names = {point: i for i, point in enumerate(dict.fromkeys(dof.point for dof in outputs))}
     if len(names) < FEW_POINTS:

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.band import noise_of
 from toolpoint.modal_identification.basis import pole_terms, real_rows
-from toolpoint.modal_identification.refinement import Data, Fit
+from toolpoint.modal_identification.refinement import Data, PoleFit
 
 LEAST_GAIN = 3.0
 FLOOR = 1e-4
@@ -24,7 +24,7 @@ class Candidate:
     gain: float
 
 
-def search(data: Data, fit: Fit, left: ComplexArray, *, at: complex | None = None) -> Candidate | None:
+def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None = None) -> Candidate | None:
     """Return the pole that would explain most of the residual, or None where nothing but noise is left.
 
     Trial poles with the median damping of the fit are laid over the band a half width apart (or one at `at`). The gain
@@ -62,7 +62,7 @@ def _grid(data: Data, ratio: float) -> ComplexArray:
     return natural * (-ratio + 1j * np.sqrt(1 - ratio**2))
 
 
-def _floor(data: Data, fit: Fit, left: ComplexArray) -> FloatArray:
+def _floor(data: Data, fit: PoleFit, left: ComplexArray) -> FloatArray:
     """Return the noise power of every sampled response, at least that of a ten-thousandth of its rms."""
     flat = left.reshape(left.shape[0], -1)
     noise = (noise_of(flat.real) ** 2 + noise_of(flat.imag) ** 2) / 2

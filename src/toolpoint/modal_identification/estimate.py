@@ -10,9 +10,9 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
 from toolpoint.modal_identification.clusters import widening
 from toolpoint.modal_identification.completion import search
-from toolpoint.modal_identification.identification import Model
+from toolpoint.modal_identification.identification import ModalModel
 from toolpoint.modal_identification.outside import economical, pole_covariance
-from toolpoint.modal_identification.refinement import Data, Fit, evaluated, refined, solvable
+from toolpoint.modal_identification.refinement import Data, PoleFit, evaluated, refined, solvable
 from toolpoint.modal_identification.scaling import driving_points, scaled
 from toolpoint.modal_identification.stabilization import LARGEST_DAMPING
 from toolpoint.modal_identification.twins import without_twins
@@ -39,7 +39,7 @@ class Estimate:
     """
 
     data: Data
-    fit: Fit
+    fit: PoleFit
     excess: float
     spread: float = 1.0
     wider: FloatArray | None = None
@@ -77,7 +77,7 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, ref
     return Estimate(data, replace(fit, information=information), excess, spread, wider)
 
 
-def _sifted(data: Data, fit: Fit) -> Fit:
+def _sifted(data: Data, fit: PoleFit) -> PoleFit:
     """Return the fit with its poles as they are, less twins of one mode and modes without evidence."""
     fit = evaluated(data, *without_twins(fit), weight=fit.weight)
     fit = evaluated(data, fit.poles, fit.participation, weight=_noise(data, fit))
@@ -85,7 +85,7 @@ def _sifted(data: Data, fit: Fit) -> Fit:
     return evaluated(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight) if keep.any() else fit
 
 
-def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
+def _completed(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
     """Return the fit with modes that the orders missed but the residual shows, one after the other."""
     for _ in range(MOST_ADDED):
         before = search(data, fit, residual(data, fit))
@@ -105,7 +105,7 @@ def _completed(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
     return fit
 
 
-def _plausible(data: Data, fit: Fit) -> np.ndarray:
+def _plausible(data: Data, fit: PoleFit) -> np.ndarray:
     """Return for every mode whether it lies within the band and is not damped beyond what a structure is."""
     size = np.abs(fit.poles) * data.scale
     slack = 0.01 * size
@@ -117,7 +117,7 @@ def _evidence_limit(outputs: int) -> float:
     return float(2 * outputs + 10 * np.sqrt(4 * outputs) + 25)
 
 
-def _refined_twice(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
+def _refined_twice(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
     # The noise of each response is read off its residual: after the first pass it is known well enough for weights.
     for tolerance in (TOLERANCE,) if stated is not None else (ROUGH, TOLERANCE):
         weight = stated if stated is not None else _noise(data, fit)
@@ -125,7 +125,7 @@ def _refined_twice(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
     return fit
 
 
-def _noise(data: Data, fit: Fit) -> FloatArray:
+def _noise(data: Data, fit: PoleFit) -> FloatArray:
     """Return one over the standard deviation of the real and imaginary part of the residual of each response."""
     inputs, count = fit.participation.shape
     freedom = max(data.values.shape[0] - data.outside.shape[1] - 2 * count / inputs, 1.0)
@@ -158,7 +158,7 @@ def _stated(frf: Frf, line_weight: FloatArray) -> FloatArray | None:
     return 1 / np.sqrt(np.maximum(np.maximum(level, FLOOR**2 * rms2), np.finfo(float).tiny))
 
 
-def _noise_of_lines(data: Data, fit: Fit) -> FloatArray | None:
+def _noise_of_lines(data: Data, fit: PoleFit) -> FloatArray | None:
     """Return the weight of every line where the noise of the residual clearly varies over the band, else None.
 
     The noise is the third difference of the residual over a sixteenth of the band: what the model misses is smooth and
@@ -179,11 +179,11 @@ def _noise_of_lines(data: Data, fit: Fit) -> FloatArray | None:
     return 1 / np.sqrt(np.clip(relative, 1e-3, 1e3))
 
 
-def residual(data: Data, fit: Fit) -> ComplexArray:
+def residual(data: Data, fit: PoleFit) -> ComplexArray:
     """Return measured less synthesised responses over their noise, for SAMPLED outputs at most, (n_f, n_o, n_i)."""
     model = synthesised(data, fit)
     some = np.unique(np.linspace(0, fit.weight.shape[0] - 1, SAMPLED).astype(int))
-    part = Model(model.terms, model.coefficients[:, some])
+    part = ModalModel(model.terms, model.coefficients[:, some])
     return (data.frf.values[:, some] - part.values()) * data.line_weight[:, None, None] * fit.weight[some]
 
 
@@ -207,7 +207,7 @@ def shared(left: ComplexArray) -> float:
     return total
 
 
-def synthesised(data: Data, fit: Fit) -> Model:
+def synthesised(data: Data, fit: PoleFit) -> ModalModel:
     """Return the model of a fit."""
     terms = (pole_terms(data.p, fit.poles) * data.factor[:, None, None]).reshape(data.p.size, -1)
     residue = fit.shape[:, None, :] * fit.participation
@@ -216,10 +216,10 @@ def synthesised(data: Data, fit: Fit) -> Model:
     inner -= (data.outside.T @ real_rows(terms)) @ parts.reshape(parts.shape[0], -1)
     outside = data.outside[:data.p.size] + 1j * data.outside[data.p.size:]
     every = np.concatenate([terms, outside], axis=1) / data.line_weight[:, None]
-    return Model(np.asarray(every, complex), np.concatenate([parts, inner.reshape(-1, *parts.shape[1:])]))
+    return ModalModel(np.asarray(every, complex), np.concatenate([parts, inner.reshape(-1, *parts.shape[1:])]))
 
 
-def _pruned(data: Data, fit: Fit, stated: FloatArray | None) -> Fit:
+def _pruned(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
     """Return the fit without modes that the data give no evidence for, the weakest taken out first."""
     limit = _evidence_limit(fit.weight.shape[0])
     while fit.poles.size > 1:
@@ -265,7 +265,7 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
         shape_variance=wider[rank] * diagonal * gain**2 if with_covariance else None, notes=data.frf.notes)
 
 
-def covariance(data: Data, fit: Fit) -> FloatArray:
+def covariance(data: Data, fit: PoleFit) -> FloatArray:
     """Return the covariance of (frequency in Hz, damping ratio) of every mode, shape (n_modes, 2, 2)."""
     variance = pole_covariance(fit)
     result = np.empty((fit.poles.size, 2, 2))
@@ -277,7 +277,7 @@ def covariance(data: Data, fit: Fit) -> FloatArray:
     return result
 
 
-def _residual_terms(data: Data, fit: Fit) -> tuple[ComplexArray, ComplexArray]:
+def _residual_terms(data: Data, fit: PoleFit) -> tuple[ComplexArray, ComplexArray]:
     """Return lower and upper residual (receptance, lower / s^2 + upper) nearest to all terms outside the band."""
     model = synthesised(data, fit)
     q = data.outside.shape[1]

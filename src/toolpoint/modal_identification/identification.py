@@ -16,7 +16,7 @@ from toolpoint.vibration.modes import Modes
 
 
 @dataclass(frozen=True, eq=False)
-class Model:
+class ModalModel:
     """Responses of identified modes and of the terms outside the band, on the lines that were identified.
 
     `terms` (n_f, n) complex are the functions of frequency, `coefficients` (n, n_outputs, n_inputs) their real factors.
@@ -67,7 +67,7 @@ class Identification:
 
     modes: Modes
     frf: Frf
-    model: Model
+    model: ModalModel
     quality: FloatArray
     mode_quality: FloatArray
     method: str
@@ -143,7 +143,7 @@ class Identification:
                 f"{len(self.advice)} remarks)")
 
 
-def mode_quality(frf: Frf, model: Model, modes: Modes) -> FloatArray:
+def mode_quality(frf: Frf, model: ModalModel, modes: Modes) -> FloatArray:
     """Return the share of energy explained within the half-power width of each mode (three lines at least)."""
     result = np.empty(modes.count)
     scale = np.maximum(np.sqrt((np.abs(frf.values) ** 2).mean(axis=0)), np.finfo(float).tiny)

@@ -19,7 +19,7 @@ from toolpoint.modal_identification.plscf import poles_of_orders
 from toolpoint.modal_identification.rational_fraction import RationalFraction
 from toolpoint.modal_identification.resonances import resonances
 from toolpoint.modal_identification.selection import selected
-from toolpoint.modal_identification.start import Method, Start
+from toolpoint.modal_identification.start import PoleMethod, Start
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
@@ -65,13 +65,13 @@ def _weight(frf: Frf) -> FloatArray | None:
     return None if (mean <= 0).any() else 1 / np.sqrt(mean)
 
 
-METHODS: dict[str, Method] = {
+METHODS: dict[str, PoleMethod] = {
     "refined": PolyReference(), "plscf": PolyReference(refine=False), "lscf": CommonDenominator(),
     "lsce": ComplexExponential(), "era": Realization(), "global rfp": RationalFraction(),
     "circle fit": CircleFit(), "quadrature": Quadrature()}
 
 
-def identify(frf: Frf, method: str | Method = "refined", band: tuple[float, float] | None = None) -> Identification:
+def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, float] | None = None) -> Identification:
     """Return the modes within a band, found without user input, with confidence and fit quality.
 
     Parameters
@@ -99,7 +99,7 @@ def identify(frf: Frf, method: str | Method = "refined", band: tuple[float, floa
     return _identified(inside, chosen, dead)
 
 
-def _identified(inside: Frf, chosen: Method, dead: list[str]) -> Identification:
+def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identification:
     start = chosen.start(inside)
     if start.poles.size == 0:
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",

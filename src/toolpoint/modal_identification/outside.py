@@ -22,7 +22,7 @@ from scipy.stats import chi2
 
 from toolpoint._check import FloatArray
 from toolpoint.modal_identification.basis import pole_terms, real_rows
-from toolpoint.modal_identification.refinement import Data, Fit, free_parameters, informative, refined
+from toolpoint.modal_identification.refinement import Data, PoleFit, free_parameters, informative, refined
 
 RESPONSES_PER_TERM = 4
 MARGIN = 1.1
@@ -41,7 +41,7 @@ class _Shared:
     patterns: FloatArray
 
 
-def economical(data: Data, fit: Fit, spread: float) -> tuple[Data, Fit, FloatArray]:
+def economical(data: Data, fit: PoleFit, spread: float) -> tuple[Data, PoleFit, FloatArray]:
     """Return data, fit and information with as few terms outside the band as the responses show; unchanged where none can go.
 
     The information is that of the poles, less than the fit's where modes look like the part outside. `spread`: as many
@@ -62,7 +62,7 @@ def economical(data: Data, fit: Fit, spread: float) -> tuple[Data, Fit, FloatArr
     return data, fit, fit.information
 
 
-def _shared(data: Data, fit: Fit) -> _Shared:
+def _shared(data: Data, fit: PoleFit) -> _Shared:
     terms = (pole_terms(data.p, fit.poles) * data.factor[:, None, None]).reshape(data.p.size, -1)
     inner = data.outside.T @ data.values.reshape(data.values.shape[0], -1)
     inner = inner - (data.outside.T @ real_rows(terms)) @ _residues(fit)
@@ -70,19 +70,19 @@ def _shared(data: Data, fit: Fit) -> _Shared:
     return _Shared(inner, left, size, right)
 
 
-def _residues(fit: Fit) -> FloatArray:
+def _residues(fit: PoleFit) -> FloatArray:
     """Return the real and imaginary parts of all residues, (2 n_modes, n_responses)."""
     residue = fit.shape[:, None, :] * fit.participation
     return np.stack([residue.real, residue.imag], axis=-1).reshape(-1, 2 * fit.poles.size).T
 
 
-def _reduced(data: Data, fit: Fit, shared: _Shared, kept: int) -> Data:
+def _reduced(data: Data, fit: PoleFit, shared: _Shared, kept: int) -> Data:
     free = shared.functions[:, kept:]
     gone = ((free.T @ (data.outside.T @ data.values.reshape(data.values.shape[0], -1))) ** 2).sum(axis=0)
     return replace(data, outside=data.outside @ shared.functions[:, :kept], power=data.power + gone.reshape(data.power.shape))
 
 
-def _blended(trial: Fit, full: Fit, patterns: FloatArray) -> FloatArray:
+def _blended(trial: PoleFit, full: PoleFit, patterns: FloatArray) -> FloatArray:
     """Return the information of the reduced fit, less what modes of the same response pattern as the rest cannot gain."""
     weighted = _residues(trial) * trial.weight.reshape(-1)
     energy = (weighted**2).sum(axis=1).reshape(-1, 2).sum(axis=1)
@@ -92,7 +92,7 @@ def _blended(trial: Fit, full: Fit, patterns: FloatArray) -> FloatArray:
     return trial.information * np.outer(apart, apart) + full.information * np.outer(alike, alike)
 
 
-def _agree(full: Fit, trial: Fit, spread: float) -> bool:
+def _agree(full: PoleFit, trial: PoleFit, spread: float) -> bool:
     """Return whether no mode has moved by more than its gain in certainty allows."""
     wide, narrow = spread * pole_covariance(full), spread * pole_covariance(trial)
     moved = np.stack([(trial.poles - full.poles).real, (trial.poles - full.poles).imag], axis=-1)
@@ -104,7 +104,7 @@ def _agree(full: Fit, trial: Fit, spread: float) -> bool:
     return bool(statistic.max() < chi2.isf(LEVEL / full.poles.size, 2))
 
 
-def pole_covariance(fit: Fit) -> FloatArray:
+def pole_covariance(fit: PoleFit) -> FloatArray:
     """Return the covariance of (Re s, Im s) of every mode in units of `Data.scale`, (n_modes, 2, 2)."""
     free = free_parameters(fit)
     matrix = fit.information[np.ix_(free, free)]

@@ -75,7 +75,7 @@ class Data:
 
 
 @dataclass(frozen=True, eq=False)
-class Fit:
+class PoleFit:
     """Poles (in units of `Data.scale`), participation (n_inputs, n_modes), shapes, and what they explain.
 
     `weight` (n_outputs, n_inputs) is sqrt(2) over the standard deviation of the noise, `squares` the sum of squared
@@ -110,7 +110,7 @@ class Fit:
         return (np.swapaxes(vector, -1, -2) @ variance @ vector).sum(axis=(1, 2, 3))
 
 
-def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> Fit:
+def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
     """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there."""
     m, (outputs, inputs) = poles.size, weight.shape
     base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
@@ -131,11 +131,11 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, w
     parts = _Parts(gram, turned, left, _tangents(residues, shape), square, inverse)
     information, slopes = _gauss_newton(parts)
     scores = slopes.reshape(outputs, m, -1)[:, :, :2]
-    return Fit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
+    return PoleFit(poles, participation, weight, shape[:, ::2] + 1j * shape[:, 1::2],
                np.maximum(data.power - explained, 0.0), information, slopes.sum(axis=0), inverse, scores)
 
 
-def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> Fit | None:
+def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit | None:
     """Return the fit of `evaluated`, or None where two modes are so nearly one that their shapes cannot be told apart."""
     try:
         return evaluated(data, poles, participation, weight=weight)
@@ -215,7 +215,7 @@ def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
 
 
 def refined(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray,
-            tolerance: float = 1e-3) -> Fit:
+            tolerance: float = 1e-3) -> PoleFit:
     """Return the converged fit with fixed weights: Gauss-Newton with a Levenberg-Marquardt guard.
 
     `poles` in rad/s; `participation` (n_inputs, n_modes) of any scale, its largest factor is kept fixed. Steps end when
@@ -241,7 +241,7 @@ def refined(data: Data, poles: ComplexArray, participation: ComplexArray, *, wei
     return fit
 
 
-def free_parameters(fit: Fit) -> np.ndarray:
+def free_parameters(fit: PoleFit) -> np.ndarray:
     """Return the indices of the non-linear unknowns less the participation factor of each mode that is held at one."""
     inputs, m = fit.participation.shape
     lead = np.argmax(np.abs(fit.participation), axis=0)
@@ -255,7 +255,7 @@ def informative(matrix: FloatArray) -> FloatArray:
     return np.where(square > 1e-24 * square.max(), np.sqrt(np.maximum(square, 0.0)), np.inf)
 
 
-def _step(fit: Fit, guard: float) -> FloatArray:
+def _step(fit: PoleFit, guard: float) -> FloatArray:
     free = free_parameters(fit)
     matrix = fit.information[np.ix_(free, free)]
     diagonal = informative(matrix)
@@ -269,7 +269,7 @@ def _step(fit: Fit, guard: float) -> FloatArray:
     return step
 
 
-def _moved(data: Data, fit: Fit, step: FloatArray) -> Fit | None:
+def _moved(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
     change = step.reshape(fit.poles.size, -1)
     poles = fit.poles + change[:, 0] + 1j * change[:, 1]
     if (poles.imag <= 0).any() or (np.abs(poles.real) > 0.5 * np.abs(poles)).any():
@@ -280,6 +280,6 @@ def _moved(data: Data, fit: Fit, step: FloatArray) -> Fit | None:
     return solvable(data, poles, fit.participation + factors, weight=fit.weight)
 
 
-def with_weight(fit: Fit, weight: FloatArray) -> Fit:
+def with_weight(fit: PoleFit, weight: FloatArray) -> PoleFit:
     """Return the fit with other weights (not solved again)."""
     return replace(fit, weight=weight)

@@ -21,7 +21,7 @@ class Start:
     notes: tuple[str, ...] = ()
 
 
-class Method(Protocol):
+class PoleMethod(Protocol):
     """A way to find poles; `refine` says whether they are refined afterwards."""
 
     @property

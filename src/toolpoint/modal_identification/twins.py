@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import ComplexArray
-from toolpoint.modal_identification.refinement import Fit
+from toolpoint.modal_identification.refinement import PoleFit
 
 NEAR = 0.3
 WEAK = 0.1
 
 
-def without_twins(fit: Fit) -> tuple[ComplexArray, ComplexArray]:
+def without_twins(fit: PoleFit) -> tuple[ComplexArray, ComplexArray]:
     """Return poles and participation with every group of nearly equal poles reduced to the rank of its residue.
 
     Poles within 0.3 half widths form a group. The singular values of the sum of their residues say how many modes there

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.joint_identification import JointEstimate, JointIdentification, MassProperties
+from toolpoint.joint_identification import ComponentMass, JointEstimate, JointIdentification
 from toolpoint.machine.build import build, mass_properties
 from toolpoint.machine.description import (
     BodyDescription,
@@ -21,10 +21,10 @@ from toolpoint.studies.model_correlation import correlate, with_measured_points
 from toolpoint.vibration import Modes
 
 
-def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, MassProperties]:
+def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, ComponentMass]:
     """Return the mass properties of components, given in the machine frame, as joint identification takes them."""
     found = {name: mass_properties(body) for name, body in bodies.items()}
-    return {name: MassProperties(one.mass, one.centre, one.inertia) for name, one in found.items()}
+    return {name: ComponentMass(one.mass, one.centre, one.inertia) for name, one in found.items()}
 
 
 def machine_of(

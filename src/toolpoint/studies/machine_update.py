@@ -13,9 +13,9 @@ from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.updating import (
     AffineSystem,
-    Fit,
     LeastSquares,
     Parameter,
+    ParameterFit,
     Prediction,
     Problem,
     SystemModel,
@@ -114,7 +114,7 @@ class MachineUpdate:
     """Result: the updated `machine`, the `fit`, its `problem`, and the agreement of every set of targets before and after."""
 
     machine: Machine
-    fit: Fit
+    fit: ParameterFit
     problem: Problem
     all_before: tuple[Agreement, ...]
     all_after: tuple[Agreement, ...]
@@ -267,7 +267,7 @@ def _stages(task: Problem) -> list[Problem]:
     return result
 
 
-def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> Fit:
+def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> ParameterFit:
     stages = _stages(task)
     if len(stages) == 1:
         return fit_with_restarts(stages[0], method, limit, least_influence=least, restarts=restarts)
@@ -297,7 +297,7 @@ def _staged(task: Problem, method: LeastSquares | None, limit: float | None, lea
 
 def _first(
     task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int
-) -> Fit:
+) -> ParameterFit:
     if any(t.frf is not None for t in task.targets):
         return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
     inner = None if limit is None else identifiability(task, None, limit, least_influence=least)

@@ -9,138 +9,29 @@ Problem Theory, 2005, ch. 3.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import chi2
 
-from toolpoint._check import BoolArray, FloatArray, count, fail, one_of, positive
-from toolpoint.updating import fit_report
+from toolpoint._check import BoolArray, FloatArray, fail, positive
+from toolpoint.updating.fit_methods import Bayesian, LeastSquares, Regularised
 from toolpoint.updating.identifiability import Identifiability, identifiability
-from toolpoint.updating.parameter import Parameter
-from toolpoint.updating.prediction import Prediction
+from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 from toolpoint.updating.residuals import Residuals
 from toolpoint.updating.solver import Solver
 
-ALGORITHMS = ("trf", "dogbox", "lm")
-LOSSES = ("linear", "soft_l1", "huber", "cauchy")
 _STATIONARY = 1e-3
 _UNEXPLAINED = 10.0
 _IMPROBABLE = 1e-6
 
 
-@dataclass(frozen=True)
-class LeastSquares:
-    """Weighted least squares. algorithm: ``trf``, ``dogbox`` (bounded) or ``lm``; loss: ``linear`` or a robust one."""
-
-    algorithm: str = "trf"
-    loss: str = "linear"
-    evaluations: int = 200
-    tolerance: float = 1e-9
-
-    def __post_init__(self) -> None:
-        one_of("algorithm", self.algorithm, ALGORITHMS)
-        one_of("loss", self.loss, LOSSES)
-        count("evaluations", self.evaluations)
-        positive("tolerance", self.tolerance, 0.1)
-        if self.algorithm == "lm" and self.loss != "linear":
-            fail("loss", self.loss, "lm knows only 'linear'", "use algorithm='trf'")
-
-
-@dataclass(frozen=True)
-class Regularised(LeastSquares):
-    """Least squares with a pull towards the start: strength 1 counts a change by e (a scale) as one standard deviation."""
-
-    strength: float = 1.0
-
-
-@dataclass(frozen=True)
-class Bayesian(LeastSquares):
-    """Maximum of the posterior with every parameter's normal prior, and Laplace's covariance about it."""
-
-
-@dataclass(frozen=True, eq=False)
-class Fit:
-    """Result of a fit.
-
-    parameters : as given; x : (n,) coordinates found, zero for those left alone; values : all numbers of the model, SI, links
-    included; free : names of those moved; left_alone : name to reason; covariance : (n_free, n_free) of x; chi_square : of the
-    data; prior_cost : of the prior or the regularisation; converged : whether it is a minimum; status : in words, with what to
-    try next; residuals : at the result; identifiability : at the start; weights : what the weights come from, in words.
-    """
-
-    parameters: tuple[Parameter, ...]
-    x: FloatArray
-    values: dict[str, float]
-    free: tuple[str, ...]
-    left_alone: dict[str, str]
-    covariance: FloatArray
-    scaled: bool
-    chi_square: float
-    start_chi_square: float
-    prior_cost: float
-    converged: bool
-    status: str
-    evaluations: int
-    method: LeastSquares
-    residuals: Residuals
-    identifiability: Identifiability | None = None
-    at_bounds: tuple[str, ...] = ()
-    weights: tuple[str, ...] = ()
-
-    @property
-    def predictions(self) -> tuple[Prediction, ...]:
-        """What every model predicts at the result."""
-        return self.residuals.predictions
-
-    @property
-    def n_data(self) -> int:
-        """Number of residuals of the data."""
-        return int(self.residuals.values.size)
-
-    @property
-    def reduced_chi_square(self) -> float:
-        """Chi-square per degree of freedom; not a number where there is none."""
-        freedom = self.n_data - len(self.free)
-        return self.chi_square / freedom if freedom > 0 else float("nan")
-
-    @property
-    def standard_error(self) -> dict[str, float]:
-        """Standard error of every free parameter, SI."""
-        at = {p.name: i for i, p in enumerate(self.parameters)}
-        sd = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
-        return {n: float(s * abs(self.parameters[at[n]].slope(float(self.x[at[n]]))))
-                for n, s in zip(self.free, sd, strict=True)}
-
-    @property
-    def correlations(self) -> FloatArray:
-        """Correlation matrix of the free parameters, (n_free, n_free)."""
-        sd = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
-        return np.asarray(self.covariance / np.outer(sd, sd))
-
-    def interval(self, name: str, factor: float = 1.959964) -> tuple[float, float]:
-        """Return the 95 % interval of a free parameter, SI; symmetric on the scale that it moves on."""
-        if name not in self.free:
-            fail("name", repr(name), f"must be of the free parameters {', '.join(self.free)}")
-        k = [p.name for p in self.parameters].index(name)
-        half = factor * float(np.sqrt(self.covariance[self.free.index(name), self.free.index(name)]))
-        return self.parameters[k].at(float(self.x[k]) - half), self.parameters[k].at(float(self.x[k]) + half)
-
-    def report(self, least_correlation: float = 0.1) -> str:
-        """Return the fit report as text, in the manner of lmfit."""
-        return fit_report.text(self, least_correlation)
-
-    def __repr__(self) -> str:
-        return (f"Fit({len(self.free)} of {len(self.parameters)} parameters free, {self.n_data} data, "
-                f"chi-square {self.start_chi_square:.4g} -> {self.chi_square:.4g}, {self.status})")
-
-
 def fit(
     problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, start: FloatArray | None = None,
-) -> Fit:
+) -> ParameterFit:
     """Return the fit of a problem; parameters that the data cannot tell stay where they are and are named.
 
     Parameters
@@ -210,7 +101,7 @@ def _solved(solver: Solver, method: LeastSquares) -> object:
 def _finished(
     solver: Solver, result: OptimizeResult, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
     reasons: dict[str, str], evaluations: int,
-) -> Fit:
+) -> ParameterFit:
     problem, free = solver.problem, np.asarray(result.x)
     x, (last, values, jacobian) = solver.full(free), solver.residuals_at(free)
     low, high = solver.bounds()
@@ -222,7 +113,7 @@ def _finished(
     freedom = last.values.size - len(names)
     scaled = problem.assumed and not isinstance(method, Bayesian) and freedom > 0
     scaled = scaled and not (problem.measured and chi < freedom)  # an assumption too wide makes no measurement better
-    fitted = Fit(
+    fitted = ParameterFit(
         problem.parameters, x, problem.values(x), names, reasons,
         covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
         float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, identifiable,
@@ -240,7 +131,7 @@ def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float
     return float((residual**2).sum() - ((residual + inner @ step) ** 2).sum())
 
 
-def _judged(fitted: Fit, problem: Problem, gain: float, result: OptimizeResult) -> Fit:
+def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: OptimizeResult) -> ParameterFit:
     limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
     stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
     converged = bool(stationary and np.isfinite(fitted.chi_square))
@@ -261,7 +152,7 @@ def _judged(fitted: Fit, problem: Problem, gain: float, result: OptimizeResult) 
     return replace(fitted, converged=converged, status="; ".join(words))
 
 
-def explained(result: Fit, assumed: bool) -> bool:
+def explained(result: ParameterFit, assumed: bool) -> bool:
     """Whether chi-square is one that the data's deviations allow.
 
     Measured deviations: its probability of being exceeded is at least 1e-6. Assumed ones: at most 10 per degree of freedom.
@@ -281,8 +172,8 @@ def _weights(problem: Problem) -> tuple[str, ...]:
 def _unmoved(
     problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
     reasons: dict[str, str],
-) -> Fit:
+) -> ParameterFit:
     chi = float((first.values**2).sum())
-    return Fit(problem.parameters, x, problem.values(x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
+    return ParameterFit(problem.parameters, x, problem.values(x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
                False, "NOT converged: no parameter can be told by the data, nothing was moved; measure more modes or "
                "responses, or raise the limit", 1, method, first, identifiable, weights=_weights(problem))

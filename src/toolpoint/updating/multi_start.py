@@ -9,8 +9,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, positive
-from toolpoint.updating.fit import Fit, LeastSquares, fit
+from toolpoint.updating.fit import fit
+from toolpoint.updating.fit_methods import LeastSquares
 from toolpoint.updating.identifiability import identifiability
+from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
 
@@ -18,7 +20,7 @@ from toolpoint.updating.problem import Problem
 class Optimum:
     """One optimum: its `fit`, and the `starts` (0 is the given one) that led to it."""
 
-    fit: Fit
+    fit: ParameterFit
     starts: tuple[int, ...]
 
 
@@ -30,7 +32,7 @@ class MultiStart:
     failures: dict[int, str]
 
     @property
-    def best(self) -> Fit:
+    def best(self) -> ParameterFit:
         """The fit with the least chi-square; its status says how many optima are as good."""
         return self.optima[0].fit
 
@@ -121,11 +123,11 @@ def _points(
     return points
 
 
-def _cost(result: Fit) -> float:
+def _cost(result: ParameterFit) -> float:
     return result.chi_square + result.prior_cost
 
 
-def _distinct(fits: dict[int, Fit]) -> tuple[Optimum, ...]:
+def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
     """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
     optima: list[Optimum] = []
     for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):

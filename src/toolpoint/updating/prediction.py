@@ -59,7 +59,7 @@ class Prediction:
     frf_slopes: ComplexArray | None = None
 
 
-class Model(Protocol):
+class PredictionModel(Protocol):
     """Anything that predicts: `names` are the numbers to whose change the derivatives are asked for; none where empty."""
 
     def __call__(self, values: Mapping[str, float], names: Sequence[str]) -> Prediction:

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of
 from toolpoint.updating.parameter import Coordinates, Parameter, checked
-from toolpoint.updating.prediction import DirectedModel, Model, Prediction, ShapeSlopes
+from toolpoint.updating.prediction import DirectedModel, Prediction, PredictionModel, ShapeSlopes
 from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, joined
 from toolpoint.updating.targets import Targets
 
@@ -36,11 +36,12 @@ class Problem:
     """
 
     def __init__(
-        self, model: Model | Sequence[Model], parameters: Sequence[Parameter], targets: Targets | Sequence[Targets],
+        self, model: PredictionModel | Sequence[PredictionModel], parameters: Sequence[Parameter],
+        targets: Targets | Sequence[Targets],
         sensitivities: str = "exact", frequency_weight: float = FREQUENCY_WEIGHT,
     ) -> None:
         self.targets = (targets,) if isinstance(targets, Targets) else tuple(targets)
-        self.models: tuple[Model, ...] = (
+        self.models: tuple[PredictionModel, ...] = (
             (model,) * len(self.targets) if callable(model) else tuple(model))
         if not self.targets or len(self.models) != len(self.targets):
             fail("targets", f"{len(self.targets)} for {len(self.models)} models", "must be one for each model, at least one")
@@ -53,7 +54,7 @@ class Problem:
         self._last: tuple[bytes, Residuals] | None = None
 
     @property
-    def model(self) -> Model:
+    def model(self) -> PredictionModel:
         """The first model."""
         return self.models[0]
 
@@ -96,7 +97,7 @@ class Problem:
         """Return the first model's prediction at x, without derivatives."""
         return self.models[0](self.values(x), ())
 
-    def _each(self, call: Callable[[Model], Prediction]) -> tuple[Prediction, ...]:
+    def _each(self, call: Callable[[PredictionModel], Prediction]) -> tuple[Prediction, ...]:
         """Return the prediction of every model; one that is there several times is asked once."""
         known: dict[int, Prediction] = {}
         for model in self.models:
@@ -165,7 +166,8 @@ class Problem:
         return f"Problem({len(self.parameters)} parameters, {self.sensitivities} sensitivities, {sets})"
 
 
-def _directed(model: Model, values: dict[str, float], names: tuple[str, ...], owner: tuple[int, ...], change: FloatArray
+def _directed(model: PredictionModel, values: dict[str, float], names: tuple[str, ...], owner: tuple[int, ...],
+              change: FloatArray
               ) -> Prediction:
     """Return the prediction with derivatives along the parameters, from those to single numbers where the model has no more."""
     if isinstance(model, DirectedModel):

@@ -9,7 +9,9 @@ import numpy as np
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.updating.fit import Fit, LeastSquares, explained, fit
+from toolpoint.updating.fit import explained, fit
+from toolpoint.updating.fit_methods import LeastSquares
+from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
 _BY_FREQUENCY = 3.0
@@ -18,7 +20,7 @@ _BY_FREQUENCY = 3.0
 def fit_with_restarts(
     problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5,
-) -> Fit:
+) -> ParameterFit:
     """Return `fit`; where it does not explain the data, the best of up to `restarts` more, the first that does.
 
     The first restart pairs modes by frequency to get near and then by MAC: from a wrong start strongly coupled shapes may
@@ -55,7 +57,7 @@ def fit_with_restarts(
 
 
 def _starts(
-    problem: Problem, first: Fit, restarts: int, spread: float, method: LeastSquares | None
+    problem: Problem, first: ParameterFit, restarts: int, spread: float, method: LeastSquares | None
 ) -> Iterator[FloatArray]:
     at = [problem.names.index(n) for n in first.free]
     low, high = problem.bounds
@@ -85,5 +87,5 @@ def _ways(problem: Problem) -> tuple[Problem | None, ...]:
     return other, other.with_targets(alone), None
 
 
-def _cost(result: Fit) -> float:
+def _cost(result: ParameterFit) -> float:
     return result.chi_square + result.prior_cost

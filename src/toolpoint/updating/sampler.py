@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail
-from toolpoint.updating.fit import Fit
+from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
 _CHUNK = 25
@@ -82,7 +82,7 @@ class Samples:
 
 
 def sample(
-    problem: Problem, start: Fit, rng: np.random.Generator, *, steps: int = 2000, walkers: int | None = None,
+    problem: Problem, start: ParameterFit, rng: np.random.Generator, *, steps: int = 2000, walkers: int | None = None,
     ensembles: int = 2, folder: str | Path | None = None, progress: Callable[[int, int], None] | None = None,
 ) -> Samples:
     """Return samples of the posterior of the parameters that a fit has moved.
@@ -153,7 +153,8 @@ class _Density:
 class _Run:
     """One ensemble: its chain (steps, walkers, n), kept in a file of plain arrays where a path is given."""
 
-    def __init__(self, density: _Density, start: Fit, rng: np.random.Generator, walkers: int, path: Path | None) -> None:
+    def __init__(self, density: _Density, start: ParameterFit, rng: np.random.Generator, walkers: int,
+                 path: Path | None) -> None:
         self.path, n = path, len(density.at)
         self.sampler = _emcee().EnsembleSampler(walkers, n, density)
         # emcee draws from a generator of the old kind.
