@@ -172,7 +172,8 @@ def two_drives() -> float:
 
     from toolpoint.drives import DriveAxis, Servo, build_plant, two_mass_axis
 
-    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, 400.0, RATIO, 1.2e8, 6e3, motor_damping=0.01)) for name in "xy"]
+    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, 400.0, RATIO, stiffness=1.2e8, damping=6e3,
+                                                 motor_damping=0.01)) for name in "xy"]
     return speed(Servo(build_plant(axes), (controller(), controller())), benchmark_command(1.0), 1, 10)
 
 

@@ -44,7 +44,8 @@ def lugre(coulomb: float = 338.9, ratio: float = 1.2, stiffness: float = 1e7, ve
 
 def benchmark_plant(law: FrictionLaw, frame_scale: float = 0.4704, masses: tuple[float, float] = (400.0, 354.8)) -> Plant:
     """Two axes with dq motors on the frame: 54 states with two LuGre bristles (52 in the linear part)."""
-    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, mass, RATIO, 1.2e8, 6e3, motor_damping=0.01, guide_friction=law))
+    axes = [DriveAxis(name, MOTOR, two_mass_axis(0.008, mass, RATIO, stiffness=1.2e8, damping=6e3, motor_damping=0.01,
+                                                 guide_friction=law))
             for name, mass in zip("xy", masses, strict=True)]
     return build_plant(axes, frame(frame_scale))
 
@@ -64,7 +65,8 @@ def benchmark_servo(law: FrictionLaw | None = None, frame_scale: float = 0.4704)
 
 def benchmark_command(duration: float = 1.0, angle: float = 0.0):
     """Circle of 10 mm at 4000 mm/min, starting at the origin."""
-    return circle(0.010, 4 / 60, 1e-3, duration, (-0.010 * np.cos(angle), -0.010 * np.sin(angle)), angle)
+    return circle(0.010, 4 / 60, 1e-3, duration=duration, center=(-0.010 * np.cos(angle), -0.010 * np.sin(angle)),
+                  start_angle=angle)
 
 
 def smooth(law: LuGre) -> Viscous:

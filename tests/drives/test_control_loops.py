@@ -34,7 +34,8 @@ from toolpoint.drives.program.command import constant_velocity, rest, step
 
 def p2_servo(inverter=None, law=None):
     """A single axis with all three loops; the parameters are chosen, the thesis' are not at hand."""
-    axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, motor_damping=0.01,
+    axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, stiffness=1.2e8, damping=6e3,
+                                                     motor_damping=0.01,
                                                 guide_friction=law))
     c = Controller(PositionLoop(50.0, 1e-3), VelocityLoop(1.5, 0.02, 250e-6), cases.RATIO,
                    CurrentLoop.from_bandwidth(cases.MOTOR, 500.0), inverter=inverter or Inverter(320.0))

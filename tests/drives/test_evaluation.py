@@ -42,7 +42,7 @@ def test_contour_error_on_an_arc_is_the_radial_error():
     angle = np.linspace(0.1, 4 * np.pi - 0.1, 500)
     error = 1e-6 * np.sin(7 * angle)
     points = (0.01 + error)[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    found = contour_error(path, points, 0.01 * angle + 1e-4, 1e-3)
+    found = contour_error(path, points, 0.01 * angle + 1e-4, window=1e-3)
     np.testing.assert_allclose(found.length, np.abs(error), atol=1e-15)
     np.testing.assert_allclose(found.signed, -error, atol=1e-15)
     np.testing.assert_allclose(found.progress, 0.01 * angle, atol=1e-12)
@@ -53,7 +53,7 @@ def test_contour_error_at_a_corner_and_on_a_crossing_path():
     square = polyline(np.array([[0, 0], [1, 0], [1, 1], [0.5, -1.0]]), 0.1)
     s = np.array([1.0, 0.7, 2.0 + np.hypot(0.5, 2) * 0.6])
     points = np.array([[1.02, -0.02], [0.7, 0.01], square.at(s[2:])[0, :2] + [1e-4, 0]])
-    found = contour_error(square, points, s, 0.1)
+    found = contour_error(square, points, s, window=0.1)
     assert found.length[0] == pytest.approx(np.hypot(0.02, 0.02))
     np.testing.assert_allclose(found.foot[0, :2], [1, 0], atol=1e-12)
     assert found.length[1] == pytest.approx(0.01)
@@ -133,7 +133,7 @@ def test_filters():
 
 
 def test_tuning_keeps_margins_and_the_notch_helps():
-    axis = DriveAxis("x", TorqueMotor(), two_mass_axis(0.01, 500.0, 2.5e-3, 1.5e8, 2e4))
+    axis = DriveAxis("x", TorqueMotor(), two_mass_axis(0.01, 500.0, 2.5e-3, stiffness=1.5e8, damping=2e4))
     control = Controller(PositionLoop(10.0, 1e-3), VelocityLoop(0.1, 0.05, 250e-6, delay=1), 2.5e-3)
     start = Servo(build_plant([axis]), (control,))
     plain = tune(start, notches=0)

@@ -24,7 +24,8 @@ from toolpoint.vibration.state_space import hold_matrices
 
 
 def screw_axis(nut=0.3):
-    return ball_screw_axis(0.01, Coupling(5e3), BallScrew(0.04, 0.02, 0.8), 300.0, nut, 5e8, None, 4e8)
+    return ball_screw_axis(0.01, Coupling(5e3), BallScrew(0.04, 0.02, 0.8), table_mass=300.0, nut_position=nut,
+                           front_bearing=5e8, end_bearing=None, nut=4e8)
 
 
 PLANTS = {

@@ -37,7 +37,8 @@ def chain(law):
 
     K_C 2e4 N m/rad, K_S 3e8 and K_T 3e8 N/m, motor 0.008, screw 0.002 kg m2, 15 kg are chosen: the paper gives none.
     """
-    return four_dof_axis(0.008, 0.002, 15.0, None, R_L, (2e4, 1.0), (3e8, 2e4), (3e8, 2e4), guide_damping=500.0,
+    return four_dof_axis(0.008, 0.002, 15.0, table_mass=None, lead_ratio=R_L, coupling=(2e4, 1.0), bearing=(3e8, 2e4),
+                         nut=(3e8, 2e4), guide_damping=500.0,
                          shaft_friction=law)
 
 
@@ -95,7 +96,7 @@ def test_line_and_arc_path_gives_torque_and_contour_error(servos):
         result = simulate(servo, command, every=4)
         progress = np.interp(result.time, command.time, np.concatenate(
             [[0], np.cumsum(np.linalg.norm(np.diff(command.position, axis=0), axis=1))]))
-        found = {k: contour_error(path, result.output(k), np.minimum(progress, path.lengths.sum()), 3e-3)
+        found = {k: contour_error(path, result.output(k), np.minimum(progress, path.lengths.sum()), window=3e-3)
                  for k in ("scale", "table", "tool")}
         worst[name] = 1e6 * found["tool"].length.max()
         torque = np.abs(result.signal("torque_set")).max(axis=0)

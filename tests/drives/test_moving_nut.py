@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -31,9 +33,9 @@ SCREW, COUPLING = BallScrew(0.025, 0.010, 1.2), Coupling(2e4, 2.0)
 
 def servo_at(nuts, motor=None, law=None, weight=300.0):
     """Axes with a slender screw between bearing (3e8 N/m) and nut (4e8 N/m)."""
-    axes = [DriveAxis(n, motor or TorqueMotor(), ball_screw_axis(0.006, COUPLING, SCREW, weight, float(p), 3e8, None, 4e8,
-                                                            motor_damping=0.01, bearing_damping=2e4, nut_damping=2e4,
-                                                            guide_friction=law)) for n, p in zip("xy", nuts, strict=False)]
+    chain = partial(ball_screw_axis, 0.006, COUPLING, SCREW, table_mass=weight, front_bearing=3e8, nut=4e8,
+                    motor_damping=0.01, bearing_damping=2e4, nut_damping=2e4, guide_friction=law)
+    axes = [DriveAxis(n, motor or TorqueMotor(), chain(nut_position=float(p))) for n, p in zip("xy", nuts, strict=False)]
     current = None if motor is None else CurrentLoop.from_bandwidth(cases.MOTOR, 500.0)
     c = Controller(PositionLoop(30.0, 1e-3, 1.0), VelocityLoop(0.8, 0.03, 250e-6), SCREW.ratio, current)
     return Servo(build_plant(axes), (c,) * len(axes))

@@ -37,7 +37,7 @@ def bristled(law):
 
 def servo(inertia, name):
     laws = (friction_variants(X)[name], friction_variants(Y)[name])
-    axes = [DriveAxis(n, TorqueMotor(), rigid_axis(inertia, R_L, 0.0, bristled(law))) for n, law in zip("xy", laws)]
+    axes = [DriveAxis(n, TorqueMotor(), rigid_axis(inertia, R_L, 0.0, friction=bristled(law))) for n, law in zip("xy", laws)]
     c = Controller(PositionLoop(60.0, 1e-4), VelocityLoop(GAIN, 0.0766 / 3.8282, 1e-4), R_L)
     return Servo(build_plant(axes), (c, c))
 
@@ -45,7 +45,7 @@ def servo(inertia, name):
 @pytest.mark.parametrize(("name", "expected"), [("literal", 46.0), ("F_c = F_s/1.5", 70.0), ("Coulomb", 88.0)])
 def test_quadrant_glitches(name, expected):
     """R 50 mm at 4000 mm/min, J 0.01 kg m2: circular deviation within 10 %."""
-    result = simulate(servo(0.01, name), circle(0.05, 4 / 60, 1e-4, 9.6, (-0.05, 0.0)), every=10)
+    result = simulate(servo(0.01, name), circle(0.05, 4 / 60, 1e-4, duration=9.6, center=(-0.05, 0.0)), every=10)
     points = result.output("scale")[result.time > 4.8] + [0.05, 0.0]
     assert 1e6 * circular_test(points, 0.05).deviation == pytest.approx(expected, rel=0.10)
 

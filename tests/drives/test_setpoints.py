@@ -27,7 +27,7 @@ def test_profile_ends_where_it_must(extra, start, end):
     from toolpoint.drives.program.jerk_profile import speed_change
 
     length = speed_change(v0, v1, LIMITS)[2] + extra
-    profile = seven_phase(length, LIMITS, v0, v1)
+    profile = seven_phase(length, LIMITS, v0, end_speed=v1)
     last = profile.sample(np.array([profile.duration]))[0]
     np.testing.assert_allclose(last[:2], [length, v1], atol=1e-9)
     t = np.linspace(0, profile.duration, 2001)
@@ -43,7 +43,7 @@ def test_ten_thousand_random_moves_keep_limits():
     for _ in range(10_000):
         limits = [JerkLimits(*(10 ** rng.uniform([-1.5, 0, 1], [0, 1, 2.5]))) for _ in range(2)]
         start, end = rng.uniform(-0.2, 0.2, (2, 2))
-        report = check_limits(straight_move(start, end, limits, 2e-3), limits)
+        report = check_limits(straight_move(start, end, limits, sample_time=2e-3), limits)
         worst = max(worst, report.share.max())
         assert report.kept, report
     assert worst > 0.99
@@ -189,7 +189,7 @@ def test_path_lengths_and_points():
 
 def test_bad_set_points():
     with pytest.raises(ToolpointError, match="at least"):
-        seven_phase(1e-6, LIMITS, 0.5, 0.0)
+        seven_phase(1e-6, LIMITS, 0.5, end_speed=0.0)
     with pytest.raises(ToolpointError, match="gap"):
         Path([0, 0], [[0, 0, 0], [1, 0, 0]], [[0.5, 0, 0], [2, 0, 0]], np.zeros((2, 3)), [0, 0], [[0, 1]] * 2, [1, 1],
              [False] * 2)

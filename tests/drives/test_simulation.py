@@ -149,7 +149,8 @@ def test_hundreds_of_structural_states():
     for n in (200, 20):
         modes = Modes(f[:n], np.full(n, 0.02), shape[:, :n], ("base:+x", "tool:+x"))
         frame = Structure.from_modes(modes, {"x.base": "base:+x"}, {"x": "tool:+x"})
-        axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 6e3, guide_friction=cases.lugre()))
+        axis = DriveAxis("x", cases.MOTOR, two_mass_axis(0.008, 300.0, cases.RATIO, stiffness=1.2e8, damping=6e3,
+                                                         guide_friction=cases.lugre()))
         c = cases.controller()
         made.append(simulate(Servo(build_plant([axis], frame), (c,)), constant_velocity(0.02, 1e-3, 0.05)))
     np.testing.assert_allclose(made[0].outputs, made[1].outputs, rtol=1e-7, atol=1e-9)
@@ -177,7 +178,7 @@ def test_radius_loss_and_following_error():
     axes = [DriveAxis(n, TorqueMotor(), rigid_axis(0.001, 1e-3)) for n in "xy"]
     c = Controller(PositionLoop(60.0, 1e-5), VelocityLoop(60.0, np.inf, 1e-5), 1e-3)
     servo = Servo(build_plant(axes), (c, c))
-    result = simulate(servo, circle(0.05, 4 / 60, 1e-5, 1.5, (-0.05, 0.0)), every=100)
+    result = simulate(servo, circle(0.05, 4 / 60, 1e-5, duration=1.5, center=(-0.05, 0.0)), every=100)
     radius = np.hypot(*(result.output("scale")[result.time > 1] + [0.05, 0]).T)
     assert 1e6 * (0.05 - radius.mean()) == pytest.approx(12.341, rel=0.01)
     ramp = simulate(servo, constant_velocity(np.array([0.05, 0.0]), 1e-5, 1.0), every=100)
@@ -236,7 +237,8 @@ def test_feed_drive_library_axis():
 def test_ball_screw_static_stiffness(position):
     """Force at the table, motor held: bearing, rod, nut in series with the torsion seen through the lead."""
     screw, coupling = BallScrew(0.04, 0.02, 0.8), Coupling(5e3)
-    axis = ball_screw_axis(0.01, coupling, screw, 300.0, position, 5e8, None, 4e8)
+    axis = ball_screw_axis(0.01, coupling, screw, table_mass=300.0, nut_position=position, front_bearing=5e8,
+                           end_bearing=None, nut=4e8)
     keep = [i for i, n in enumerate(axis.coordinates) if n not in ("motor", "base")]
     force = axis.vector({"table": 1.0})[keep]
     compliance = force @ np.linalg.solve(axis.stiffness[np.ix_(keep, keep)], force)
@@ -247,7 +249,7 @@ def test_ball_screw_static_stiffness(position):
 
 def test_motor_inertia_of_a_chain():
     screw = BallScrew(0.04, 0.02, 0.8)
-    axis = ball_screw_axis(0.01, Coupling(5e3, inertia=1e-3), screw, 300.0, 0.4, 5e8)
+    axis = ball_screw_axis(0.01, Coupling(5e3, inertia=1e-3), screw, table_mass=300.0, nut_position=0.4, front_bearing=5e8)
     expected = 0.011 + 7850 * np.pi * 0.8 * 0.04**4 / 32 + 300 * screw.ratio**2
     assert axis.motor_inertia == pytest.approx(expected, rel=1e-9)
 
@@ -260,7 +262,7 @@ def test_preloaded_nut_opens_and_backlash_plays():
     assert nut.force(outside) - nut.force(outside - 1e-6) == pytest.approx(1e8 * 1e-6)
     play = Contact.with_backlash(1e8, 2e-5)
     assert play.force(0.9e-5) == 0.0
-    axis = two_mass_axis(0.01, 100.0, 1e-3, 1.0, 5e3, play=play)
+    axis = two_mass_axis(0.01, 100.0, 1e-3, stiffness=1.0, damping=5e3, play=play)
     # A force of 100 N on the table with the motor free: the pair accelerates together after the gap closes.
     result = simulate_free_motion(build_plant([DriveAxis("x", TorqueMotor(), axis)]), np.full((20000, 1), 100.0), 1e-5)
     acceleration = result.output("table", "x")[-1] * 2 / result.time[-1] ** 2
@@ -283,9 +285,10 @@ def test_reaction_on_a_structure_keeps_momentum():
 
 
 def test_rack_and_four_dof_chain():
-    rack = rack_axis(0.01, 500.0, 0.03, 10.0, 5e7, 1e4, backlash=1e-5)
+    rack = rack_axis(0.01, 500.0, 0.03, gear_ratio=10.0, stiffness=5e7, damping=1e4, backlash=1e-5)
     assert rack.lead == pytest.approx(0.003)
-    chain = four_dof_axis(0.01, 0.002, 20.0, 400.0, 1.5915e-3, (2e4, 2.0), (2e8, 1e4), (3e8, 1e4))
+    chain = four_dof_axis(0.01, 0.002, 20.0, table_mass=400.0, lead_ratio=1.5915e-3, coupling=(2e4, 2.0), bearing=(2e8, 1e4),
+                          nut=(3e8, 1e4))
     assert len(chain.free) == 4
     assert chain.motor_inertia == pytest.approx(0.012 + 400 * 1.5915e-3**2, rel=1e-9)
     assert chain.natural_frequencies[0] == pytest.approx(0.0, abs=1e-2)

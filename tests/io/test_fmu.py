@@ -42,7 +42,8 @@ needs_compiler = pytest.mark.skipif(not any(map(shutil.which, ("cc", "gcc", "cla
 
 
 def torque_servo(law=None, play=None, resolution=0.0):
-    axis = DriveAxis("x axis", TorqueMotor(), two_mass_axis(0.008, 300.0, cases.RATIO, 1.2e8, 2e4, motor_damping=0.01,
+    axis = DriveAxis("x axis", TorqueMotor(), two_mass_axis(0.008, 300.0, cases.RATIO, stiffness=1.2e8, damping=2e4,
+                                                            motor_damping=0.01,
                                                        shaft_friction=law, play=play))
     control = Controller(PositionLoop(40.0, 1e-3, inertia_feedforward=0.008, friction_feedforward=0.3),
                          VelocityLoop(1.5, 0.02, 250e-6, filters=(notch(300.0, 0.3, 0.2), low_pass(1500.0)), delay=1,

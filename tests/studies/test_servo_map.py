@@ -25,7 +25,8 @@ TOOLS = {"x": "tool:+x", "y": "tool:+y"}
 
 def chain():
     """Motor, coupling, screw and nut between the structure's base and table; values chosen."""
-    return four_dof_axis(0.008, 0.002, 15.0, None, LEAD, (2e4, 1.0), (3e8, 2e4), (3e8, 2e4), guide_damping=500.0)
+    return four_dof_axis(0.008, 0.002, 15.0, table_mass=None, lead_ratio=LEAD, coupling=(2e4, 1.0), bearing=(3e8, 2e4),
+                         nut=(3e8, 2e4), guide_damping=500.0)
 
 
 def servo_of(structure):

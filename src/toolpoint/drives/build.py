@@ -82,7 +82,7 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
     m, ratio = axis.mechanics, travel_per_angle(axis.mechanics)
     shaft, guide = build_friction(axis.friction), build_friction(axis.guide_friction)
     if m.kind == "rigid":
-        return rigid_axis(_given(m, "inertia"), ratio, m.motor_damping, shaft)
+        return rigid_axis(_given(m, "inertia"), ratio, m.motor_damping, friction=shaft)
     if m.kind == "linear-motor":
         return linear_motor_axis(_given(m, "table_mass"), m.guide_damping, guide)
     if m.kind == "rack":

@@ -116,7 +116,8 @@ def drive_experiment(
     travelled = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(command.position, axis=0), axis=1))])
     progress_m = np.minimum(np.interp(result.time, command.time, travelled), route.lengths.sum())
     origin = command.position[0]
-    errors = {name: contour_error(route, _in_space(result.output(name) + origin), progress_m, _WINDOW) for name in PLACES}
+    errors = {name: contour_error(route, _in_space(result.output(name) + origin), progress_m,
+                                  window=_WINDOW) for name in PLACES}
     test = None if circle is None else _second_turn(result, origin, progress_m, *circle)
     return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test)
 

@@ -29,7 +29,7 @@ def structure_of(drives: DriveDescription, machine: Machine | None, pose: Mappin
             raise ToolpointError(f"machine: missing; axis {ends} of the drive file ends at points of a machine")
         return None
     free, boundaries, tools = free_machine(drives, machine)
-    return structure_at(free, pose, boundaries, tools)
+    return structure_at(free, pose, ends=boundaries, tools=tools)
 
 
 def free_machine(drives: DriveDescription, machine: Machine) -> tuple[Machine, dict[str, str], dict[str, str]]:
@@ -44,7 +44,7 @@ def free_machine(drives: DriveDescription, machine: Machine) -> tuple[Machine, d
     return free, boundaries, {name: end.tool for name, end in ends.items()}
 
 
-def structure_at(machine: Machine, pose: Mapping[str, float] | None, ends: Mapping[str, str], tools: Mapping[str, str]
+def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Mapping[str, str], tools: Mapping[str, str]
                  ) -> Structure:
     """Return the machine's modes at a pose as the structure that the drives push against.
 

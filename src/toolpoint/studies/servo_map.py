@@ -151,7 +151,7 @@ def map_servo(
     failures: dict[int, str] = {}
     for i, pose in enumerate(poses):
         try:
-            rows.append(_figures(build(structure_at(machine, pose, ends, tools)), circle))
+            rows.append(_figures(build(structure_at(machine, pose, ends=ends, tools=tools)), circle))
         except ToolpointError as error:
             failures[i] = str(error)
             rows.append(None)
@@ -207,7 +207,7 @@ def circle_deviation(servo: Servo, radius: float, feed: float) -> float:
     The command starts at the full feed, so the first turn is not judged; a third axis and more stand still.
     """
     turn = 2 * np.pi * radius / feed
-    plane = circle_command(radius, feed, servo.controllers[0].position.sample_time, 2 * turn, (-radius, 0.0))
+    plane = circle_command(radius, feed, servo.controllers[0].position.sample_time, duration=2 * turn, center=(-radius, 0.0))
     axes = len(servo.controllers)
     if axes < 2:
         fail("axes", f"{axes}", "must be at least two for a circle")

@@ -36,7 +36,7 @@ class ContourError:
         return f"ContourError(largest {1e6 * e.max():.4g} um, root mean square {1e6 * np.sqrt((e**2).mean()):.4g} um)"
 
 
-def contour_error(path: Path, points: FloatArray, progress: FloatArray, window: float) -> ContourError:
+def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, window: float) -> ContourError:
     """Return the contour error of points, each projected on the part of the path near its commanded place.
 
     Parameters

@@ -27,7 +27,7 @@ class CircularTest:
 
 
 def circular_test(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0),
-                  method: str = "least squares") -> CircularTest:
+                  *, method: str = "least squares") -> CircularTest:
     """Return the quantities of a circular test.
 
     Parameters
@@ -54,9 +54,9 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
 
     if method == "minimum zone":
         scale = max(separation(middle), 1e-12)
-        found = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
+        narrowest = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
                          method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
-        middle = middle + scale * found.x
+        middle = middle + scale * narrowest.x
     nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)
     whole = middle + start
     return CircularTest((float(whole[0]), float(whole[1])), float(np.sqrt(fit[2] + fit[:2] @ fit[:2])),
@@ -75,7 +75,7 @@ def circular_hysteresis(forward: FloatArray, backward: FloatArray, center: tuple
     return float(np.abs(radii[0] - radii[1]).max())
 
 
-def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0), half_width: float = 20.0
+def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0), *, half_width: float = 20.0
                    ) -> FloatArray:
     """Return the quadrant peaks at 0, 90, 180, 270 deg, m: outward excess of the radius within `half_width` deg of the
     reversal over the median of the whole turn (positive outward)."""

@@ -65,8 +65,8 @@ class BallScrew:
 
 
 def ball_screw_axis(
-    motor_inertia: float, coupling: Coupling, screw: BallScrew, table_mass: float, nut_position: float,
-    front_bearing: float, end_bearing: float | None = None, nut: Contact | float = 1e9, *,
+    motor_inertia: float, coupling: Coupling, screw: BallScrew, *, table_mass: float, nut_position: float,
+    front_bearing: float, end_bearing: float | None = None, nut: Contact | float = 1e9,
     motor_damping: float = 0.0, bearing_damping: float = 0.0, nut_damping: float = 0.0, guide_damping: float = 0.0,
     guide_friction: FrictionLaw | None = None, screw_friction: FrictionLaw | None = None,
     saddle: tuple[float, float, float] | None = None,
@@ -118,21 +118,21 @@ def _rotation(chain: MassChain, rotor: float, damping: float, coupling: Coupling
     chain.inertia("front", coupling.inertia / 2)
     chain.spring({"motor": 1, "front": -1}, coupling.stiffness, coupling.damping)
     chain.spring({"motor": 1}, 0.0, damping)
-    for one, other, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
+    for before, behind, part in (("front", "middle", x), ("middle", "end", screw.length - x)):
         j = cylinder_inertia(screw.diameter, part, screw.density)
         k = torsional_stiffness(screw.diameter, part, screw.shear_modulus)
-        chain.inertia(one, j / 2)
-        chain.inertia(other, j / 2)
-        chain.spring({one: 1, other: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
+        chain.inertia(before, j / 2)
+        chain.inertia(behind, j / 2)
+        chain.spring({before: 1, behind: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * j / 2))
 
 
 def _axial(chain: MassChain, screw: BallScrew, x: float, front: float, end: float | None, damping: float) -> None:
     positive("front_bearing", front)
-    for one, other, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
+    for before, behind, part in (("x_front", "x_middle", x), ("x_middle", "x_end", screw.length - x)):
         m, k = screw.mass * part / screw.length, screw.rod_stiffness / part
-        chain.inertia(one, m / 2)
-        chain.inertia(other, m / 2)
-        chain.spring({one: 1, other: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * m / 2))
+        chain.inertia(before, m / 2)
+        chain.inertia(behind, m / 2)
+        chain.spring({before: 1, behind: -1}, k, 2 * screw.damping_ratio * math.sqrt(k * m / 2))
     chain.spring({"x_front": 1, "base": -1}, front, damping)
     if end is not None:
         chain.spring({"x_end": 1, "base": -1}, positive("end_bearing", end), damping)
@@ -155,8 +155,8 @@ def _friction(guide: FrictionLaw | None, screw: FrictionLaw | None) -> tuple[Rub
 
 
 def four_dof_axis(
-    motor_inertia: float, screw_inertia: float, screw_mass: float, table_mass: float | None, lead_ratio: float,
-    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[float, float], *,
+    motor_inertia: float, screw_inertia: float, screw_mass: float, *, table_mass: float | None, lead_ratio: float,
+    coupling: tuple[float, float], bearing: tuple[float, float], nut: tuple[float, float],
     motor_damping: float = 0.0, guide_damping: float = 0.0, shaft_friction: FrictionLaw | None = None,
     guide_friction: FrictionLaw | None = None,
 ) -> Mechanics:

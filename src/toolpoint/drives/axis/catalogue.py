@@ -19,7 +19,7 @@ def torsional_stiffness(diameter: float, length: float, shear_modulus: float = S
     return math.pi * shear_modulus * positive("diameter", diameter)**4 / (32 * positive("length", length))
 
 
-def axial_stiffness(diameter: float, length: float, position: float, mounting: str = "fixed-free",
+def axial_stiffness(diameter: float, length: float, position: float, *, mounting: str = "fixed-free",
                     modulus: float = STEEL_MODULUS) -> float:
     """Return the axial stiffness of a screw at the nut, N/m.
 

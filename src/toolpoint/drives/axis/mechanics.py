@@ -147,6 +147,8 @@ class MassChain:
         self.stiffness += stiffness * np.outer(v, v)
         self.damping += damping * np.outer(v, v)
 
-    def build(self, **parts: object) -> Mechanics:
-        """Return the Mechanics."""
-        return Mechanics(self.coordinates, self.mass, self.damping, self.stiffness, **parts)  # type: ignore[arg-type]
+    def build(self, *, motor: Row, table: Row, scale: Row, lead: float, boundaries: tuple[str, ...] = ("base",),
+              friction: tuple[Rub, ...] = (), contacts: tuple[Play, ...] = ()) -> Mechanics:
+        """Return the mechanics of the masses and springs added so far."""
+        return Mechanics(self.coordinates, self.mass, self.damping, self.stiffness, motor, table, scale, lead, boundaries,
+                         friction, contacts)

@@ -49,7 +49,7 @@ class SynchronousMotor:
         return np.array([self.resistance, self.inductance_d, self.inductance_q, self.flux, self.pole_pairs])
 
     @classmethod
-    def from_catalogue(cls, torque_constant_rms: float, resistance_line: float, inductance_line: float, pole_pairs: int
+    def from_catalogue(cls, torque_constant_rms: float, resistance_line: float, inductance_line: float, *, pole_pairs: int
                        ) -> SynchronousMotor:
         """Return the motor from catalogue values: N m/A(rms), ohm and H between two lines (star), pole pairs.
 

@@ -277,6 +277,6 @@ class _Assembly:
         terms = [(p * lq / ld * unit[at], speed, currents[1]), (-p * ld / lq * unit[at + 1], speed, currents[0])]
         if ld != lq:
             terms.append((1.5 * p * (ld - lq) * torque, currents[0], currents[1]))
-        for column, one, other in terms:
+        for column, *pair in terms:
             self.bilinear.append(column)
-            self.factors.append((one, other))
+            self.factors.append((pair[0], pair[1]))

@@ -8,7 +8,7 @@ from toolpoint.drives.friction.contact import Contact
 from toolpoint.drives.friction.laws import FrictionLaw
 
 
-def rigid_axis(inertia: float, lead_ratio: float, damping: float = 0.0, friction: FrictionLaw | None = None) -> Mechanics:
+def rigid_axis(inertia: float, lead_ratio: float, damping: float = 0.0, *, friction: FrictionLaw | None = None) -> Mechanics:
     """Return an axis of one inertia J (kg m2, at the motor) with travel r (m/rad), damping N m s/rad, friction N m."""
     chain = MassChain(("motor",))
     chain.inertia("motor", positive("inertia", inertia))
@@ -19,7 +19,7 @@ def rigid_axis(inertia: float, lead_ratio: float, damping: float = 0.0, friction
 
 
 def two_mass_axis(
-    motor_inertia: float, table_mass: float, lead_ratio: float, stiffness: float, damping: float = 0.0, *,
+    motor_inertia: float, table_mass: float, lead_ratio: float, *, stiffness: float, damping: float = 0.0,
     motor_damping: float = 0.0, guide_friction: FrictionLaw | None = None, shaft_friction: FrictionLaw | None = None,
     play: Contact | None = None,
 ) -> Mechanics:
@@ -40,8 +40,8 @@ def two_mass_axis(
                       boundaries=("base",), friction=tuple(rubs), contacts=() if play is None else (Play(row, play),))
 
 
-def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, gear_ratio: float, stiffness: float,
-              damping: float = 0.0, *, backlash: float = 0.0, motor_damping: float = 0.0,
+def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, *, gear_ratio: float, stiffness: float,
+              damping: float = 0.0, backlash: float = 0.0, motor_damping: float = 0.0,
               guide_friction: FrictionLaw | None = None) -> Mechanics:
     """Return a rack and pinion: travel per motor angle = pinion radius / gear ratio; mesh and gear stiffness at the rack.
 
@@ -49,7 +49,7 @@ def rack_axis(motor_inertia: float, table_mass: float, pinion_radius: float, gea
     """
     ratio = positive("pinion_radius", pinion_radius) / positive("gear_ratio", gear_ratio)
     play = Contact.with_backlash(stiffness, backlash) if backlash > 0 else None
-    return two_mass_axis(motor_inertia, table_mass, ratio, stiffness, damping, motor_damping=motor_damping,
+    return two_mass_axis(motor_inertia, table_mass, ratio, stiffness=stiffness, damping=damping, motor_damping=motor_damping,
                          guide_friction=guide_friction, play=play)
 
 

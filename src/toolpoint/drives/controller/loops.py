@@ -290,8 +290,8 @@ def check_stable(servo: Servo) -> ServoLoops:
     ToolpointError
         Names the innermost unstable loop, its largest multiplier and the gain margin found by bisection.
     """
-    found = compute_loops(servo)
-    for number, level in enumerate((found.current, found.velocity, found.position)):
+    levels = compute_loops(servo)
+    for number, level in enumerate((levels.current, levels.velocity, levels.position)):
         # Below the position loop the table's rigid position integrates: a multiplier of one is no instability there.
         if level.radius > 1.0 + (1e-7 if number < 2 else 0.0):
             factor = _critical(servo, number)
@@ -299,7 +299,7 @@ def check_stable(servo: Servo) -> ServoLoops:
             fail(f"{level.name} loop", f"unstable: largest multiplier {level.radius:.4f} per sample, {note}",
                  "must be stable before a simulation", f"multiply its gain by less than {factor:.3g}" if factor > 0 else
                  "check signs, lead and the inner loops")
-    return found
+    return levels
 
 
 def _critical(servo: Servo, number: int) -> float:

@@ -47,10 +47,11 @@ class CurrentLoop:
         _delay("CurrentLoop.delay", self.delay)
 
     @classmethod
-    def from_bandwidth(cls, motor: SynchronousMotor, bandwidth: float, **others: float) -> CurrentLoop:
+    def from_bandwidth(cls, motor: SynchronousMotor, bandwidth: float, *, sample_time: float = 125e-6, delay: int = 1,
+                       decoupling: bool = True, limit: float = 60.0) -> CurrentLoop:
         """Return the loop of pole cancellation: gain = w L_q, integral = w R with w = 2 pi bandwidth (Hz)."""
         w = 2 * np.pi * positive("bandwidth", bandwidth)
-        return cls(w * motor.inductance_q, w * motor.resistance, motor, **others)  # type: ignore[arg-type]
+        return cls(w * motor.inductance_q, w * motor.resistance, motor, sample_time, delay, decoupling, limit)
 
 
 @dataclass(frozen=True)

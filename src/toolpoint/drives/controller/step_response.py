@@ -24,7 +24,7 @@ class StepFigures:
                 f"overshoot {100 * self.overshoot:.3g} %, steady error {self.steady_error:.3g})")
 
 
-def step_figures(time: FloatArray, response: FloatArray, height: float, start: float = 0.0, band: float = 0.02
+def step_figures(time: FloatArray, response: FloatArray, height: float, *, start: float = 0.0, band: float = 0.02
                  ) -> StepFigures:
     """Return the figures of the response to a step of `height` given at `start` (s).
 

@@ -52,11 +52,11 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
             break
         best, used = trial, [*used, at]
     best = _position(best, axis, peak_db)
-    found = compute_loops(best)
-    f = _grid(found.position)
-    closed = found.position.closed_response(f, axis)
-    ok = found.stable
-    return Tuning(best, found.velocity.margins(axis), found.position.margins(axis), float(np.abs(closed).max()),
+    levels = compute_loops(best)
+    f = _grid(levels.position)
+    closed = levels.position.closed_response(f, axis)
+    ok = levels.stable
+    return Tuning(best, levels.velocity.margins(axis), levels.position.margins(axis), float(np.abs(closed).max()),
                   bandwidth(f, closed), tuple(used), "margins kept" if ok else "unstable: ask for larger margins")
 
 

@@ -71,9 +71,9 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
     for factor in (1.0, 0.3, 3.0, 10.0):
         first = np.array(guess)
         first[2:-1] *= factor
-        found = least_squares(residual, np.maximum(first, 1e-12), x_scale=scale,
+        fit = least_squares(residual, np.maximum(first, 1e-12), x_scale=scale,
                               bounds=(1e-15, np.inf), xtol=1e-14, ftol=1e-14, gtol=1e-14)
-        best = found if best is None or found.cost < best.cost else best
+        best = fit if best is None or fit.cost < best.cost else best
     assert best is not None
     free = max(v.size - len(guess), 1)
     jacobian = np.asarray(best.jac)
@@ -116,7 +116,7 @@ class Plausibility:
                 f"critical feed {60e3 * self.critical_feed:.3g} mm/min)")
 
 
-def check_plausibility(law: _Law, loop_gain: float, lead: float, warn: bool = True) -> Plausibility:
+def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool = True) -> Plausibility:
     """Return the report of a friction law on the motor shaft in a velocity loop of gain `loop_gain` (N m s/rad).
 
     Below the critical speed dF/dv + loop gain < 0: no constant speed is stable there, the axis sticks and slips.

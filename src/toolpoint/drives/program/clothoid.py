@@ -52,8 +52,8 @@ class Blend:
         before, after = _normed(self.corner - self.start), _normed(self.end - self.corner)
         c, s = np.cos(self.turn)[:, None], np.sin(self.turn)[:, None]
 
-        def pick(one: FloatArray, other: FloatArray) -> FloatArray:
-            return np.where(first[:, None], one, other)
+        def pick(in_first: FloatArray, in_second: FloatArray) -> FloatArray:
+            return np.where(first[:, None], in_first, in_second)
 
         return ((pick(self.start, self.end), pick(before, -after), pick((after - c * before) / s, (c * after - before) / s)),
                 2 * np.where(first, share, 1 - share), np.where(first, 1.0, -1.0))
@@ -71,7 +71,7 @@ def half_lengths(turn: FloatArray, tolerance: float, longest: FloatArray) -> tup
     return half, half * reach
 
 
-def steady_speed(turn: FloatArray, half: FloatArray, acceleration: float, jerk: float) -> FloatArray:
+def steady_speed(turn: FloatArray, half: FloatArray, acceleration: float, *, jerk: float) -> FloatArray:
     """Return the constant speed (m/s) at which a blend keeps |a| = v^2 k and |j| = v^3 sqrt(k'^2 + k^4) within limits."""
     top = turn / half
     return np.minimum(np.sqrt(acceleration / top), np.cbrt(jerk / np.hypot(top / half, top**2)))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -25,8 +25,8 @@ class Command:
 
     position: FloatArray
     sample_time: float
-    velocity: FloatArray = None  # type: ignore[assignment]
-    acceleration: FloatArray = None  # type: ignore[assignment]
+    velocity: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    acceleration: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -38,7 +38,7 @@ class Command:
         before = position
         for name in ("velocity", "acceleration"):
             value = getattr(self, name)
-            if value is None:
+            if not np.size(value):
                 value = np.gradient(before, self.sample_time, axis=0) if len(before) > 1 else np.zeros_like(before)
             before = floats(f"Command.{name}", value, position.shape)
             put(self, name, before)
@@ -77,7 +77,7 @@ class Command:
         return f"Command({self.position.shape[1]} axes, {self.duration:.4g} s, every {1e3 * self.sample_time:g} ms)"
 
 
-def circle(radius: float, feed: float, sample_time: float, duration: float, center: tuple[float, float] = (0.0, 0.0),
+def circle(radius: float, feed: float, sample_time: float, *, duration: float, center: tuple[float, float] = (0.0, 0.0),
            start_angle: float = 0.0, direction: int = 1) -> Command:
     """Return a circle in two axes at constant feed (m/s) for `duration` s, exact velocities and accelerations.
 
@@ -91,7 +91,7 @@ def circle(radius: float, feed: float, sample_time: float, duration: float, cent
                    -radius * w * w * unit)
 
 
-def step(height: float | FloatArray, sample_time: float, duration: float, at: float = 0.0) -> Command:
+def step(height: float | FloatArray, sample_time: float, duration: float, *, at: float = 0.0) -> Command:
     """Return a position step of every axis (m) at time `at` (s); velocity and acceleration commands are zero."""
     heights = np.atleast_1d(np.asarray(height, float))
     n = count("samples", round(duration / sample_time) + 1, 2)

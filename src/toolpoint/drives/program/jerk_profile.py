@@ -62,7 +62,7 @@ def speed_change(start: float, end: float, limits: JerkLimits) -> tuple[float, f
     return t1, t2, 0.5 * (start + end) * (2 * t1 + t2)
 
 
-def seven_phase(length: float, limits: JerkLimits, start_speed: float = 0.0, end_speed: float = 0.0) -> SevenPhase:
+def seven_phase(length: float, limits: JerkLimits, start_speed: float = 0.0, *, end_speed: float = 0.0) -> SevenPhase:
     """Return the fastest motion over `length` (m) with zero acceleration at both ends.
 
     At rest at both ends and with every limit reached its duration is L/v + v/a + a/j.

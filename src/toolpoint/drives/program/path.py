@@ -187,16 +187,16 @@ def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> 
     radius = trim / half
     before, after = path.tangents(k, np.ones(k.size)), path.tangents(k + 1, np.zeros(k.size))
     corner = path.end[k]
-    one, two = corner - trim[:, None] * before, corner + trim[:, None] * after
+    first, last = corner - trim[:, None] * before, corner + trim[:, None] * after
     rows = np.arange(k.size)
     cross = (before[rows, plane[k, 0]] * after[rows, plane[k, 1]] - before[rows, plane[k, 1]] * after[rows, plane[k, 0]])
     inward = (after - before) / np.linalg.norm(after - before, axis=1, keepdims=True)
     start, end = path.start.copy(), path.end.copy()
-    end[k], start[k + 1] = one, two
+    end[k], start[k + 1] = first, last
     trimmed = replace(path, kind=path.kind) if k.size == 0 else None
     if trimmed is not None:
         return trimmed
-    arcs = {"kind": np.full(k.size, ARC), "start": one, "end": two,
+    arcs = {"kind": np.full(k.size, ARC), "start": first, "end": last,
             "center": corner + (radius / np.cos(turn[k] / 2))[:, None] * inward, "sweep": np.sign(cross) * turn[k],
             "plane": plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
             "line": path.line[k]}

@@ -100,7 +100,7 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
     top = np.minimum(np.minimum(route.feed, limits.speed), np.sqrt(normal * route.radius))
     steady = route.kind == CLOTHOID
     half = length[steady] / 2
-    top[steady] = np.minimum(top[steady], steady_speed(route.sweep[steady], half, normal, limits.jerk))
+    top[steady] = np.minimum(top[steady], steady_speed(route.sweep[steady], half, normal, jerk=limits.jerk))
     junction = np.zeros(n + 1)
     if n > 1:
         meets = (route.turns() <= straight) & ~route.stop[:-1]
@@ -122,7 +122,7 @@ def _soften_where_quicker(path: Path, tolerance: float, limits: JerkLimits, stra
         return path
     line = np.minimum(lengths[k], lengths[k + 1])
     half, trim = half_lengths(turn[k], tolerance, 0.49 * line)
-    slow = steady_speed(turn[k], half, limits.acceleration, limits.jerk)
+    slow = steady_speed(turn[k], half, limits.acceleration, jerk=limits.jerk)
     speed = np.minimum(np.minimum(path.feed[k], path.feed[k + 1]), limits.speed)
     speed = np.minimum(speed, _reached(line / 2, limits))
     slow = np.minimum(slow, speed)
@@ -166,7 +166,7 @@ def smooth_command(command: Command, window: float) -> Command:
     return Command(parts[0], command.sample_time, parts[1], parts[2])
 
 
-def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], sample_time: float) -> Command:
+def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], *, sample_time: float) -> Command:
     """Return the fastest straight rest-to-rest move within the limits of every axis.
 
     The limits along the line are the smallest limit_i/|direction_i|: the axes move in step.

@@ -104,12 +104,12 @@ def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
     pair = np.flatnonzero((poles.imag > 0) & (cosine > _DEFECTIVE))
     real = np.flatnonzero((poles.imag == 0) & (cosine > _DEFECTIVE))
     real = real[:real.size - real.size % 2]
-    one = np.hstack([right[:, pair].real, right[:, real[0::2]].real])
-    two = np.hstack([right[:, pair].imag, right[:, real[1::2]].real])
+    first = np.hstack([right[:, pair].real, right[:, real[0::2]].real])
+    second = np.hstack([right[:, pair].imag, right[:, real[1::2]].real])
     seen = np.hstack([left[:, pair].real, left[:, pair].imag, left[:, real].real])
-    n, core = len(poles), len(poles) - 2 * one.shape[1]
+    n, core = len(poles), len(poles) - 2 * first.shape[1]
     unseen = np.linalg.qr(seen, mode="complete").Q[:, n - core:]
-    basis = np.hstack([unseen, one, two])
+    basis = np.hstack([unseen, first, second])
     return scale @ basis, np.linalg.solve(scale @ basis, np.eye(n)), core
 
 

@@ -189,6 +189,26 @@ def read(reading, direct, x, w, y):
 
 
 @njit(cache=True, nogil=True)
+def begin(start, matrices, laws, motion, s, w):
+    """Write the scalars and the laws' values at the start; the coordinates become those less shift w."""
+    add_columns(matrices.scalars, motion.coordinates, s)
+    if start == 0:
+        start_scalars(laws.records, laws.products, s, motion.laws, w)
+        motion.values[0], motion.values[1] = w, w
+    w[:] = motion.values[0]
+    add_columns(matrices.shift, -w, motion.coordinates)
+
+
+@njit(cache=True, nogil=True)
+def all_finite(values):
+    """Return whether no value is infinite or not a number: one test of their sum."""
+    total = 0.0
+    for i in range(values.size):
+        total += values[i]
+    return np.isfinite(total)
+
+
+@njit(cache=True, nogil=True)
 def run(start, steps, matrices, laws, control, motion, histories):
     """Advance the servo from step `start` by `steps`; returns the number whose implicit equations did not converge.
 
@@ -199,19 +219,12 @@ def run(start, steps, matrices, laws, control, motion, histories):
     counts, load, every = control.counts, control.load, histories.every
     scalars, gain, shift, jump = matrices.scalars, matrices.gain, matrices.shift, matrices.jump
     records, products, states, x = laws.records, laws.products, motion.laws, motion.coordinates
-    axes, wide = load.shape[1], matrices.inputs.shape[0]
-    new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(wide)
+    axes = load.shape[1]
+    new, u, drive = np.zeros(x.size), np.zeros(2 * axes), np.zeros(matrices.inputs.shape[0])
     s, w, y = np.zeros(scalars.shape[1]), np.zeros(shift.shape[0]), np.zeros(matrices.reading.shape[1])
     free, trial, voltage = np.zeros(scalars.shape[1]), states.copy(), np.zeros(2)
-    switched, held_laws = False, np.any(jump != 0.0)
-    for i in range(control.parameters.size):
-        switched = switched or control.parameters[i].six_pulse != 0
-    add_columns(scalars, x, s)
-    if start == 0:
-        start_scalars(records, products, s, states, w)
-        motion.values[0], motion.values[1] = w, w
-    w[:] = motion.values[0]
-    add_columns(shift, -w, x)
+    switched, held_laws = np.any(control.parameters.six_pulse != 0), np.any(jump != 0.0)
+    begin(start, matrices, laws, motion, s, w)
     read(matrices.reading, matrices.direct, x, w, y)
     failed, before = 0, motion.values[1].copy()
     for at in range(start, start + steps):
@@ -240,10 +253,7 @@ def run(start, steps, matrices, laws, control, motion, histories):
         following = at + 1
         if switched or following % counts[0] == 0 or following % every == 0:
             read(matrices.reading, matrices.direct, x, w, y)
-            total = 0.0
-            for i in range(y.size):
-                total += y[i]
-            if not np.isfinite(total):
+            if not all_finite(y):
                 failed = -following
                 break
     if steps % 2:

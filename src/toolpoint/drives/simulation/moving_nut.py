@@ -123,11 +123,11 @@ def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: Float
         if along[0] <= 0:
             fail("start", f"nut of axis {axis} would reach {along[0]:g} m", "must stay above zero",
                  "start further from the bearing")
-        made = []
+        steps = []
         for where in along:
             there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])
             check_stable(there)
-            made.append(step_matrices(there.plant, step, dense=True))
+            steps.append(step_matrices(there.plant, step, dense=True))
         places.append(along)
-        changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in made]) for name in _BLENDED})
+        changes.append({name: np.array([getattr(m, name) - getattr(reference, name) for m in steps]) for name in _BLENDED})
     return _Grid(reference, tuple(places), tuple(changes))

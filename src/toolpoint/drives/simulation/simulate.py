@@ -187,12 +187,12 @@ def prepare(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1
     if abs(m.step - step) > 1e-12 * step:
         fail("matrices", f"step {m.step:g} s", f"must be {step:g} s")
     steps = round((command.duration if duration is None else duration) / step) + 1
-    control = control_arrays(servo, command, substeps, excitation, load)
+    control = control_arrays(servo, command, substeps, excitation=excitation, load=load)
     return Prepared(servo, command, m, steps, law_arrays(servo.plant), control, motion_arrays(servo.plant, m, start),
                     empty_histories(servo.plant, steps, every))
 
 
-def control_arrays(servo: Servo, command: Command, substeps: int = 1, excitation: Excitation | None = None,
+def control_arrays(servo: Servo, command: Command, substeps: int = 1, *, excitation: Excitation | None = None,
                    load: FloatArray | None = None) -> ControlArrays:
     """Return the controllers at rest, with their set points, excitation and load."""
     axes = len(servo.plant.axes)

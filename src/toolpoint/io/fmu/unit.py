@@ -164,7 +164,7 @@ def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
 
 def _compiled(folder: Path, identifier: str) -> Path:
     """Return the library of this platform."""
-    compiler = next((found for found in map(shutil.which, ("cc", "gcc", "clang")) if found), None)
+    compiler = next((path for path in map(shutil.which, ("cc", "gcc", "clang")) if path), None)
     where = _FOLDERS.get(sys.platform)
     if compiler is None or where is None or platform.machine().lower() not in ("x86_64", "amd64"):
         fail("fmu", f"no C compiler for {sys.platform} on {platform.machine()}", "must be cc, gcc or clang on x86-64",
@@ -172,8 +172,8 @@ def _compiled(folder: Path, identifier: str) -> Path:
     out = folder / where[0] / (identifier + where[1])
     out.parent.mkdir()
     flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"]
-    made = subprocess.run([compiler, *flags, "-o", str(out), str(folder / "servo.c"), "-lm"], capture_output=True, text=True,
-                          check=False)
-    if made.returncode:
-        raise ToolpointError(f"fmu: {compiler} failed: {made.stderr.strip()[:400]}")
+    command = [compiler, *flags, "-o", str(out), str(folder / "servo.c"), "-lm"]
+    compilation = subprocess.run(command, capture_output=True, text=True, check=False)
+    if compilation.returncode:
+        raise ToolpointError(f"fmu: {compiler} failed: {compilation.stderr.strip()[:400]}")
     return out

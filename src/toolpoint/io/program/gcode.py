@@ -65,7 +65,7 @@ def read(path: str | Path, rapid_feed: float = 0.5, start: tuple[float, float, f
         text = path.read_text(encoding="utf-8-sig", errors="replace")
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    return parse(text, rapid_feed, start, str(path))
+    return parse(text, rapid_feed, start, name=str(path))
 
 
 def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
@@ -74,7 +74,7 @@ def read_path(path: str | Path, rapid_feed: float = 0.5) -> DrivePath:
 
 
 def parse(text: str, rapid_feed: float = 0.5, start: tuple[float, float, float] = (0.0, 0.0, 0.0),
-          name: str = "program", arc_tolerance: float = 1e-5) -> Program:
+          *, name: str = "program", arc_tolerance: float = 1e-5) -> Program:
     """Return the segments of a program.
 
     Parameters
@@ -135,9 +135,9 @@ class _State:
         text = text.rstrip()
         if not text or text.lstrip()[0] in "%/":
             return
-        found = self.split(number, text)
-        if found is not None:
-            self.block(number, found)
+        words = self.split(number, text)
+        if words is not None:
+            self.block(number, words)
 
     def split(self, number: int, text: str) -> list[tuple[str, str, float, int]] | None:
         """Return the words of a line: letter, AC/IC or nothing, value, column."""

@@ -20,19 +20,19 @@ _POINTS = 6000
 
 def enlarged_path(errors: dict[str, ContourError], factor: float = 50.0, title: str = "") -> go.Figure:
     """Return the commanded path and, for each name, the path with its contour error drawn `factor` times enlarged (mm)."""
-    made = figure(title, 640)
+    chart = figure(title, 640)
     first = next(iter(errors.values()))
     step = max(1, len(first.foot) // _POINTS)
-    made.add_scatter(x=1e3 * first.foot[::step, 0], y=1e3 * first.foot[::step, 1], name="command", mode="lines",
+    chart.add_scatter(x=1e3 * first.foot[::step, 0], y=1e3 * first.foot[::step, 1], name="command", mode="lines",
                      line={"color": "rgba(127,127,127,0.7)", "width": 1, "dash": "dash"})
     for k, (name, error) in enumerate(errors.items()):
         points = 1e3 * error.enlarged(factor)[::step]
-        made.add_scatter(x=points[:, 0], y=points[:, 1], name=f"{plain(name)}, error x {factor:g}", mode="lines",
+        chart.add_scatter(x=points[:, 0], y=points[:, 1], name=f"{plain(name)}, error x {factor:g}", mode="lines",
                          line={"color": COLOURS[k % len(COLOURS)], "width": 1.5}, customdata=1e6 * error.length[::step],
                          hovertemplate="%{customdata:.2f} µm")
-    made.update_xaxes(title_text="x, mm", constrain="domain")
-    made.update_yaxes(title_text="y, mm", scaleanchor="x")
-    return made
+    chart.update_xaxes(title_text="x, mm", constrain="domain")
+    chart.update_yaxes(title_text="y, mm", scaleanchor="x")
+    return chart
 
 
 def histories(result: ServoResult, errors: dict[str, ContourError]) -> dict[str, go.Figure]:
@@ -45,15 +45,15 @@ def histories(result: ServoResult, errors: dict[str, ContourError]) -> dict[str,
     charts = {"Contour error": (contour, "Contour error, µm")}
     for words, name, factor, unit in (("Torque", "torque_set", 1.0, "Torque set point, N m"),
                                       ("Following error", "following_error", 1e6, "Following error, µm")):
-        made = figure("", 340)
+        chart = figure("", 340)
         for k, axis in enumerate(result.axes):
-            made.add_scatter(x=time, y=factor * result.signal(name, axis)[::step], name=axis,
+            chart.add_scatter(x=time, y=factor * result.signal(name, axis)[::step], name=axis,
                              line={"color": COLOURS[k % len(COLOURS)]})
-        charts[words] = (made, unit)
-    for made, unit in charts.values():
-        made.update_xaxes(title_text="Time, s")
-        made.update_yaxes(title_text=unit)
-    return {words: made for words, (made, _) in charts.items()}
+        charts[words] = (chart, unit)
+    for chart, unit in charts.values():
+        chart.update_xaxes(title_text="Time, s")
+        chart.update_yaxes(title_text=unit)
+    return {words: chart for words, (chart, _) in charts.items()}
 
 
 def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
@@ -62,17 +62,17 @@ def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
 
     top = 0.5 / float(level.closed.sample_time or 1.0)
     f = np.geomspace(top * 1e-4, 0.99 * top, 600)
-    made = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
-    made.update_layout(figure(f"{level.name} loop, axis {plain(name)}", 480).layout)
+    chart = make_subplots(2, 1, shared_xaxes=True, vertical_spacing=0.06)
+    chart.update_layout(figure(f"{level.name} loop, axis {plain(name)}", 480).layout)
     for k, (words, values) in enumerate((("open", level.open_response(f, axis)), ("closed", level.closed_response(f, axis)))):
         line = {"color": COLOURS[k]}
-        made.add_scatter(x=f, y=20 * np.log10(np.maximum(np.abs(values), 1e-12)), name=words, line=line, row=1, col=1)
-        made.add_scatter(x=f, y=_phase(values), name=words, line=line, showlegend=False, row=2, col=1)
-    made.update_xaxes(type="log", title_text="Frequency, Hz", row=2, col=1)
-    made.update_xaxes(type="log", row=1, col=1)
-    made.update_yaxes(title_text="Magnitude, dB", row=1, col=1)
-    made.update_yaxes(title_text="Phase, °", row=2, col=1)
-    return made
+        chart.add_scatter(x=f, y=20 * np.log10(np.maximum(np.abs(values), 1e-12)), name=words, line=line, row=1, col=1)
+        chart.add_scatter(x=f, y=_phase(values), name=words, line=line, showlegend=False, row=2, col=1)
+    chart.update_xaxes(type="log", title_text="Frequency, Hz", row=2, col=1)
+    chart.update_xaxes(type="log", row=1, col=1)
+    chart.update_yaxes(title_text="Magnitude, dB", row=1, col=1)
+    chart.update_yaxes(title_text="Phase, °", row=2, col=1)
+    return chart
 
 
 def _phase(values: ComplexArray) -> FloatArray:
