@@ -26,7 +26,7 @@ import p1_case as p1
 
 from toolpoint.joint_identification import identify_joints
 from toolpoint.joint_identification.finite_motion import meeting_point, relative_bisector_axes
-from toolpoint.joint_identification.grouping import grouped
+from toolpoint.joint_identification.grouping import group_points
 from toolpoint.joint_identification.measured import component
 from toolpoint.vibration import Modes, frequency_response
 
@@ -110,7 +110,7 @@ def run(model, share, seeds) -> dict:
         rows.append(judged(result))
         plain.append(naive(quadrature_shapes(frf, modes), case))
         taken.append(naive(modes, case))
-        found = {frozenset(points) for points in grouped(modes, case.points).components.values()}
+        found = {frozenset(points) for points in group_points(modes, case.points).components.values()}
         groups += found == {frozenset(points) for points in case.components.values()}
     return {**summary(rows), "grouped alone": groups / seeds, "cpu s": cpu / seeds,
             "source": naive_summary(plain), "source on our shapes": naive_summary(taken)}

@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint.io.yaml import machine_file
 from toolpoint.modal_identification.identify import identify
 from toolpoint.signals.hammer import hammer_test
-from toolpoint.signals.setups import assembled
+from toolpoint.signals.setups import join_setups
 from toolpoint.studies.virtual_test import Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof
 
@@ -25,7 +25,7 @@ def main() -> float:
     tests = [hammer_test(hammer_records(truth, struck, [Dof(p, d) for d in ("+x", "+y", "+z")], rng, None, imperfect), 4.0,
                          highest=150) for p in points.places]
     print(tests[0].status)
-    found = identify(assembled([test.frf for test in tests]), band=(5, 150))
+    found = identify(join_setups([test.frf for test in tests]), band=(5, 150))
     print(found.table())
     return float(100 * np.abs(found.modes.frequency / truth.frequency - 1).max())
 

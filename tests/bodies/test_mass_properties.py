@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from toolpoint.bodies import MassProperties, mesh, shapes
-from toolpoint.bodies.inertia import combined, without
+from toolpoint.bodies.inertia import combine, without
 from toolpoint.spatial import transform as tf
 
 sizes = st.lists(st.floats(0.05, 3), min_size=3, max_size=3)
@@ -23,7 +23,7 @@ def box_mesh(size):
 def test_mesh_of_a_box_anywhere_is_the_box(size, xi):
     nodes, faces = box_mesh(np.array(size))
     t = tf.exponential(np.array(xi))
-    found = mesh.mass_properties(tf.moved(t, nodes), faces, 7200.0)
+    found = mesh.mass_properties(tf.move(t, nodes), faces, 7200.0)
     expected = shapes.box(size, 7200.0).moved(t)
     assert found.mass == pytest.approx(expected.mass, rel=1e-9)
     np.testing.assert_allclose(found.centre, expected.centre, atol=1e-9)
@@ -59,7 +59,7 @@ def test_meshes_that_bound_no_solid_are_refused(change, message):
 
 def test_stl_corners_become_nodes():
     nodes, faces = box_mesh(np.ones(3))
-    merged_nodes, merged_faces = mesh.merged(nodes[faces])
+    merged_nodes, merged_faces = mesh.merge_corners(nodes[faces])
     assert len(merged_nodes) == 8
     assert mesh.mass_properties(merged_nodes, merged_faces, 2.0).mass == pytest.approx(2.0)
 
@@ -69,7 +69,7 @@ def test_tube_is_cylinder_without_its_core():
     rest = without(shapes.cylinder(0.2, 0.5, 7800.0), shapes.cylinder(0.1, 0.5, 7800.0))
     assert tube.mass == pytest.approx(rest.mass)
     np.testing.assert_allclose(tube.inertia, rest.inertia, rtol=1e-12)
-    whole = combined(tube, shapes.cylinder(0.1, 0.5, 7800.0))
+    whole = combine(tube, shapes.cylinder(0.1, 0.5, 7800.0))
     np.testing.assert_allclose(whole.inertia, shapes.cylinder(0.2, 0.5, 7800.0).inertia, rtol=1e-12)
 
 

@@ -15,7 +15,7 @@ from toolpoint.joint_identification import ComponentMass
 from toolpoint.machine.model import Machine
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.hammer import hammer_test
-from toolpoint.signals.setups import assembled
+from toolpoint.signals.setups import join_setups
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.virtual_test import Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
@@ -57,7 +57,7 @@ def masses(model: Machine) -> dict:
     """Return the mass properties of the three components, boxes uniform."""
     parts: dict = {}
     for name, body in model.description.bodies.items():
-        centre = tf.moved(model.body_frames[model.link(name)], np.array(body.centre)[None])[0]
+        centre = tf.move(model.body_frames[model.link(name)], np.array(body.centre)[None])[0]
         if body.inertia is not None:
             inertia = body.inertia.tensor
         else:
@@ -102,4 +102,4 @@ def from_blows(truth: Modes, share: float, rng: np.random.Generator) -> Modes:
         labels = [Dof(point, way) for way in ("+x", "+y", "+z")]
         record = hammer_records(truth, struck, labels, rng, None, Imperfections(noise=share))
         parts.append(hammer_test(record, 4.0, highest=150).frf)
-    return identified(assembled(parts))
+    return identified(join_setups(parts))

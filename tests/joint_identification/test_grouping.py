@@ -8,7 +8,7 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import identify_joints
-from toolpoint.joint_identification.grouping import grouped
+from toolpoint.joint_identification.grouping import group_points
 from toolpoint.vibration import Dof
 
 
@@ -25,7 +25,7 @@ def parts_of(grouping):
 def test_components_of_the_published_machine(case, share):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToolpointWarning)
-        found = grouped(p1.noisy(case.truth, share, np.random.default_rng(1)), case.points)
+        found = group_points(p1.noisy(case.truth, share, np.random.default_rng(1)), case.points)
     assert parts_of(found) == {frozenset(points) for points in case.components.values()}
     # Named from the one that moves least: along the chain, here.
     assert [len(points) for points in found.components.values()] == [
@@ -34,7 +34,7 @@ def test_components_of_the_published_machine(case, share):
 
 def test_grouped_components_give_the_joints(case):
     modes = p1.noisy(case.truth, 0.01, np.random.default_rng(2))
-    found = grouped(modes, case.points)
+    found = group_points(modes, case.points)
     result = identify_joints(modes, case.points, found.components, chain=("ground", *found.components))
     assert [joint.kind for joint in result.joints] == ["spherical", "hinge", "universal"]
 
@@ -43,7 +43,7 @@ def test_points_that_the_data_do_not_decide_are_marked(case):
     """With one mode and much noise the parts move alike near their joints."""
     modes = p1.noisy(case.truth.selected([0]), 0.3, np.random.default_rng(3))
     with pytest.warns(ToolpointWarning, match="grouping"):
-        found = grouped(modes, case.points)
+        found = group_points(modes, case.points)
     assert found.notes
 
 
@@ -54,12 +54,12 @@ def test_faulty_channel_is_left_out(case):
     shape[modes.dofs.index(Dof(bad, "+y"))] *= -1
     from dataclasses import replace
     with pytest.warns(ToolpointWarning, match="move with no part"):
-        found = grouped(replace(modes, shape=shape), case.points)
+        found = group_points(replace(modes, shape=shape), case.points)
     assert found.left_out == (bad,)
 
 
 def test_noise_must_be_known(case):
     with pytest.raises(ToolpointError, match="noise"):
-        grouped(case.truth, case.points)
-    found = grouped(case.truth, case.points, noise=0.01)
+        group_points(case.truth, case.points)
+    found = group_points(case.truth, case.points, noise=0.01)
     assert len(found.components) == 3

@@ -9,7 +9,7 @@ from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError
 from toolpoint.joint_identification import Criterion, identify_joints
 from toolpoint.joint_identification.chain import pair
-from toolpoint.joint_identification.joint_fit import candidates, settled, stacked
+from toolpoint.joint_identification.joint_fit import candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.measured import component
 from toolpoint.joint_identification.motion_errors import column_correlation
 from toolpoint.joint_identification.rigid_motion import rigid_motion
@@ -117,8 +117,8 @@ def test_a_motion_below_the_floor_widens_the_interval_only_where_it_is_there(mod
     local = rng.normal(size=found.twist.shape) * np.array([1, 1, 1, 0, 0, 0])[:, None]
     found = replace(found, twist=found.twist + moved * found.motion * local)
     criterion = Criterion()
-    decided = candidates(stacked(found, criterion), criterion)[0]
-    narrow = settled(found, criterion, decided)
+    decided = candidates(stack_twists(found, criterion), criterion)[0]
+    narrow = settle_floor(found, criterion, decided)
     spread = np.sqrt(np.trace(narrow.covariance) / np.trace(decided.covariance))
     assert decided.kind == narrow.kind == "hinge"
     assert spread < 0.3 if moved == 0 else 0.3 < spread <= 1.001

@@ -76,7 +76,7 @@ def test_axis_jacobian_is_the_derivative_of_the_forward_kinematics():
     pose, h = {"Z": 0.1, "B": 0.4}, 1e-6
     jacobian = machine.chain.jacobian(pose, 1, (0.8, 0, 1.1))[0]
     for k, name in enumerate(("Z", "B")):
-        there, back = (tf.moved(machine.chain.displacements({**pose, name: pose[name] + s * h})[0, 1],
+        there, back = (tf.move(machine.chain.displacements({**pose, name: pose[name] + s * h})[0, 1],
                                 np.array([[0.8, 0, 1.1]]))[0] for s in (1, -1))
         np.testing.assert_allclose(jacobian[:3, k], (there - back) / (2 * h), atol=1e-8)
 

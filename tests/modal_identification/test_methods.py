@@ -24,7 +24,7 @@ from toolpoint.modal_identification import (
 )
 from toolpoint.modal_identification.circle_fit import circle
 from toolpoint.modal_identification.indicators import peaks
-from toolpoint.modal_identification.scaling import driving_points, factored, scaled
+from toolpoint.modal_identification.scaling import driving_points, factor_rank_one, scale_shapes
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frequency_response import modal
 
@@ -148,9 +148,9 @@ def test_several_driving_points_are_used_together_and_signs_count():
     points = driving_points(outputs, inputs)
     assert [(p.row, p.column, p.sign) for p in points] == [(0, 0, -1.0), (5, 1, 1.0)]
     residue = np.outer(truth, [-truth[0], truth[5]])
-    shape, participation, share = factored(residue)
+    shape, participation, share = factor_rank_one(residue)
     assert share < 1e-12
-    shape, participation, usable = scaled(shape, participation, points)
+    shape, participation, usable = scale_shapes(shape, participation, points)
     assert usable
     assert np.allclose(shape * np.sign((shape / truth).real), truth)
     assert np.allclose(np.outer(shape, participation), residue)

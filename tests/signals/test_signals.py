@@ -12,15 +12,15 @@ from signals.hammer_case import DURATION, MODES, RATE, pulse, struck, truth
 from toolpoint import Frf, Record, ToolpointError, ToolpointWarning
 from toolpoint.signals import (
     HitRules,
-    assembled,
     by_reciprocity,
-    calibrated,
+    calibrate,
     coherences,
     hammer_test,
+    join_setups,
     shaker_test,
 )
 from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, without_mass
-from toolpoint.signals.estimators import averaged, responses
+from toolpoint.signals.estimators import average, responses
 from toolpoint.signals.windows import independent_blocks
 from toolpoint.vibration.frequency_response import modal
 from toolpoint.vibration.time_response import modal_superposition
@@ -187,7 +187,7 @@ def test_h2_with_several_inputs_is_exact_without_noise():
     rng = np.random.default_rng(0)
     true = rng.standard_normal((5, 3, 2)) + 1j * rng.standard_normal((5, 3, 2))
     force = rng.standard_normal((20, 5, 2)) + 1j * rng.standard_normal((20, 5, 2))
-    means = averaged(np.arange(5.0), force, np.einsum("foi,bfi->bfo", true, force), full=True)
+    means = average(np.arange(5.0), force, np.einsum("foi,bfi->bfo", true, force), full=True)
     for name in ("H1", "H2", "Hv"):
         assert np.allclose(responses(means, name), true)
 
@@ -264,17 +264,17 @@ def exact_frf(outputs, inputs):
 def test_roving_set_ups_are_assembled():
     whole = exact_frf(None, ["1:+x"])
     parts = [whole.selected([i]) for i in (2, 0, 1)]
-    back = assembled(parts)
+    back = join_setups(parts)
     assert [str(dof) for dof in back.outputs] == ["3:+x", "1:+x", "2:+x"]
     assert np.array_equal(back.selected(whole.outputs).values, whole.values)
-    hammer = assembled([exact_frf(["1:+x"], [f"{i}:+x"]) for i in (1, 2, 3)])
+    hammer = join_setups([exact_frf(["1:+x"], [f"{i}:+x"]) for i in (1, 2, 3)])
     assert np.allclose(by_reciprocity(hammer).values, whole.values)
     with pytest.raises(ToolpointError, match="missing"):
-        assembled([whole.selected([0]), exact_frf(["2:+x"], ["3:+x"])])
+        join_setups([whole.selected([0]), exact_frf(["2:+x"], ["3:+x"])])
     with pytest.raises(ToolpointError, match="other frequency lines"):
-        assembled([whole, exact_frf(["2:+x"], ["1:+x"]).between(30, 200)])
+        join_setups([whole, exact_frf(["2:+x"], ["1:+x"]).between(30, 200)])
     louder = Frf(whole.frequency, 1.3 * whole.values, whole.outputs, whole.inputs, "accelerance")
-    assert any("differ by" in note for note in assembled([whole, louder]).notes)
+    assert any("differ by" in note for note in join_setups([whole, louder]).notes)
 
 
 def test_reciprocity_and_driving_points():
@@ -300,11 +300,11 @@ def test_the_mass_of_the_sensor_is_taken_out():
 
 def test_volts_become_si():
     record = Record(np.ones((4, 2)), 10.0, ["1:+x", "1:+x"], ("voltage", "voltage 2"))
-    found = calibrated(record, [0.01, -0.1], ("force", "acceleration"))
+    found = calibrate(record, [0.01, -0.1], ("force", "acceleration"))
     assert found.samples[0].tolist() == [100.0, -10.0]
     assert found.units == ("N", "m/s^2")
     with pytest.raises(ToolpointError, match="must not be zero"):
-        calibrated(record, [0.01, 0], ("force", "acceleration"))
+        calibrate(record, [0.01, 0], ("force", "acceleration"))
 
 
 def test_sample_rate_zero_is_refused():

@@ -88,9 +88,9 @@ def test_pure_translation_has_infinite_pitch():
 def test_registration_finds_the_motion_and_weights_count(xi, seed):
     rng = np.random.default_rng(seed)
     points, t = rng.normal(size=(12, 3)), tf.exponential(xi)
-    found = rigid(points, tf.moved(t, points))
+    found = rigid(points, tf.move(t, points))
     np.testing.assert_allclose(found.transform, t, atol=1e-9)
-    spoilt = tf.moved(t, points)
+    spoilt = tf.move(t, points)
     spoilt[4] += 5
     weights = np.ones(12)
     weights[4] = 0
@@ -101,7 +101,7 @@ def test_closest_points_without_correspondence():
     rng = np.random.default_rng(0)
     points = rng.normal(size=(60, 3))
     t = tf.exponential([0.02, -0.03, 0.01, 0.03, 0.02, -0.04])
-    found = iterative_closest_point(points, tf.moved(t, points)[rng.permutation(60)])
+    found = iterative_closest_point(points, tf.move(t, points)[rng.permutation(60)])
     np.testing.assert_allclose(found.transform, t, atol=1e-9)
     assert found.status == "converged"
 
@@ -115,9 +115,9 @@ def test_undetermined_registration_is_refused(points, message):
 
 def test_left_handed_and_stretched_matrices_are_refused():
     with pytest.raises(ValueError, match="left-handed"):
-        rotation.checked(np.diag([1, 1, -1]))
+        rotation.check_rotation(np.diag([1, 1, -1]))
     with pytest.raises(ValueError, match="nearest"):
-        rotation.checked(np.eye(3) * 1.01)
+        rotation.check_rotation(np.eye(3) * 1.01)
     np.testing.assert_allclose(rotation.nearest(np.eye(3) * 1.01), np.eye(3), atol=1e-12)
 
 

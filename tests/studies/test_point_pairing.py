@@ -19,7 +19,7 @@ def scene(angle=0.3, turn=None):
     motion = tf.transform(rot, np.array([0.1, -0.05, 0.02]))
     back = tf.inverse(motion)
     order = rng.permutation(12)
-    test = {int(k): tf.moved(back, model[f"m{k}"][None])[0] + 1e-4 * rng.normal(size=3) for k in order}
+    test = {int(k): tf.move(back, model[f"m{k}"][None])[0] + 1e-4 * rng.normal(size=3) for k in order}
     return test, model, motion
 
 

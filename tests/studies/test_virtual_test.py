@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.modal_identification.identify import identify
 from toolpoint.signals.hammer import hammer_test
-from toolpoint.signals.setups import assembled
+from toolpoint.signals.setups import join_setups
 from toolpoint.studies.virtual_test import Hammer, Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof, frequency_response
 from toolpoint.vibration.correlation import mac
@@ -50,7 +50,7 @@ def test_published_machine_from_hammer_blows_to_its_six_modes(truth):
     for point in points.places:
         record = hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng, Hammer(), Imperfections(noise=0.01))
         parts.append(hammer_test(record, 4.0, highest=150).frf)
-    found = identify(assembled(parts), band=(5, 150)).modes
+    found = identify(join_setups(parts), band=(5, 150)).modes
     assert found.count == 6
     np.testing.assert_allclose(found.frequency, modes.frequency, rtol=1e-3)
     assert np.diag(mac(found.shape_at(modes.dofs), modes.shape)).min() > 0.999
@@ -62,7 +62,7 @@ def test_force_window_and_offset_leave_the_poles_alone(truth):
     rng, struck = np.random.default_rng(0), striking_point(modes)
     parts = [hammer_test(hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng, Hammer(block=8.0)), 4.0,
                          highest=150, final=0.01).frf for point in list(points.places)[:24]]
-    found = identify(assembled(parts), band=(5, 150)).modes
+    found = identify(join_setups(parts), band=(5, 150)).modes
     np.testing.assert_allclose(found.frequency, modes.frequency, rtol=1e-6)
     np.testing.assert_allclose(found.damping_ratio, modes.damping_ratio, rtol=2e-5)
 

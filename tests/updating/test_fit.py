@@ -21,7 +21,7 @@ from toolpoint.updating import (
     identifiability,
     multi_start,
 )
-from toolpoint.updating.residuals import tracked
+from toolpoint.updating.residuals import track_modes
 from toolpoint.vibration import Modes
 
 LINES = np.linspace(5.0, 120.0, 40)
@@ -186,7 +186,7 @@ def test_modes_are_followed_through_a_crossing():
     shape = np.eye(3)[:, :2]
     measured_modes = Modes([10.0, 11.0], 0.01, shape, ("1:x", "2:x", "3:x"))
     crossed = Modes([9.0, 12.0, 30.0], 0.01, np.eye(3)[:, [1, 0, 2]], ("1:x", "2:x", "3:x"))
-    assert tracked(measured_modes, crossed).model.tolist() == [1, 0]
+    assert track_modes(measured_modes, crossed).model.tolist() == [1, 0]
 
 
 def test_multi_start_reports_two_optima_that_are_as_good():

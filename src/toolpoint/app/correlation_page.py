@@ -158,7 +158,7 @@ def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test:
     parts: list[Chart | Table | Notes | str] = [
         f"{len(pairing.pairs)} points are paired{single}: {pairing.status}.{apart}"]
     if test.geometry is not None and test.owner is None:
-        moved = {p: tf.moved(pairing.transform, np.asarray(at)[None])[0] for p, at in test.geometry.points.items()
+        moved = {p: tf.move(pairing.transform, np.asarray(at)[None])[0] for p, at in test.geometry.points.items()
                  if p in pairing.pairs or p in pairing.single}
         parts.append(Chart(point_pairs(moved, model, pairing.pairs), "Measured points carried into the frame of the model."))
         rows = [[way, *(f"{round(v, 6) + 0.0:.6f}" for v in row[:3]), f"{1e3 * row[3]:.2f}"]

@@ -83,10 +83,10 @@ def _three(values: FloatArray) -> str:
     return ", ".join(f"{v:.6g}" for v in values)
 
 
-def combined(*parts: MassProperties) -> MassProperties:
+def combine(*parts: MassProperties) -> MassProperties:
     """Return the mass properties of several bodies fixed to each other, all given in one frame."""
     if not parts:
-        fail("combined", "no parts", "must be at least one")
+        fail("combine", "no parts", "must be at least one")
     mass = sum(part.mass for part in parts)
     centre = sum((part.mass * part.centre for part in parts), np.zeros(3)) / mass
     return MassProperties(mass, centre, sum((part.about(centre) for part in parts), np.zeros((3, 3))))

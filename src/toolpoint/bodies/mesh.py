@@ -30,7 +30,7 @@ def mass_properties(nodes: ArrayLike, triangles: ArrayLike, density: float) -> M
     ToolpointError
         For an open mesh, triangles turned against each other, or a mesh turned inside out.
     """
-    points, faces = floats("nodes", nodes, (None, 3)), checked_triangles(nodes, triangles)
+    points, faces = floats("nodes", nodes, (None, 3)), check_triangles(nodes, triangles)
     centre = points.mean(axis=0)
     # Around the middle of the nodes, so that far-off coordinates cost no digits.
     a, b, c = (points[faces[:, i]] - centre for i in range(3))
@@ -47,7 +47,7 @@ def mass_properties(nodes: ArrayLike, triangles: ArrayLike, density: float) -> M
     return MassProperties(rho * volume, centre + offset, rho * (np.trace(second) * np.eye(3) - second))
 
 
-def checked_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
+def check_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
     """Return the triangles after checking that they bound a solid: closed, and all turned the same way."""
     faces = np.asarray(triangles)
     if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer) or len(faces) < 4:
@@ -71,7 +71,7 @@ def checked_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
     return faces
 
 
-def merged(corners: FloatArray) -> tuple[FloatArray, np.ndarray]:
+def merge_corners(corners: FloatArray) -> tuple[FloatArray, np.ndarray]:
     """Return nodes and triangles of triangle corners (t, 3, 3) as STL files hold them, equal corners made one."""
     nodes, index = np.unique(corners.reshape(-1, 3), axis=0, return_inverse=True)
     return nodes, index.reshape(-1, 3)

@@ -11,7 +11,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io import hdf5, mat, numpy_arrays, uff
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
 from toolpoint.io.text import frf_table
-from toolpoint.signals.setups import assembled
+from toolpoint.signals.setups import join_setups
 from toolpoint.vibration import Dof, Frf
 
 NAMING = "name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)"
@@ -157,7 +157,7 @@ _READERS: dict[str, Callable[[Path, str | None], Frf]] = {
 
 def _assembled(files: Sequence[Path], parts: Sequence[Frf], labels: dict[int, _Label]) -> Frf:
     try:
-        return assembled(parts)
+        return join_setups(parts)
     except ToolpointError as fault:
         error = re.sub(r"set-up (\d+)", lambda number: files[int(number[1])].name, str(fault))
         alone = [files[k].name for k, label in labels.items() if label.input is None or label.is_plain]

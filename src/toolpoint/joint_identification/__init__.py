@@ -2,7 +2,7 @@
 
 from toolpoint.joint_identification.estimate import JointEstimate
 from toolpoint.joint_identification.finite_motion import ClosestPoint, FiniteRotation
-from toolpoint.joint_identification.grouping import Grouping, grouped
+from toolpoint.joint_identification.grouping import Grouping, group_points
 from toolpoint.joint_identification.identify import JointIdentification, identify_joints
 from toolpoint.joint_identification.joint_fit import Criterion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion
@@ -18,6 +18,6 @@ __all__ = [
     "JointIdentification",
     "RigidMotion",
     "SmallMotion",
-    "grouped",
+    "group_points",
     "identify_joints",
 ]

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from toolpoint._check import fail
-from toolpoint.joint_identification.joint_fit import Criterion, freedoms, stacked
+from toolpoint.joint_identification.joint_fit import Criterion, freedoms, stack_twists
 from toolpoint.joint_identification.measured import Component
 from toolpoint.joint_identification.relative_motion import RelativeMotion, relative
 from toolpoint.joint_identification.rigid_motion import RigidMotion
@@ -75,7 +75,7 @@ def better_order(
     for i, j in combinations(range(len(names)), 2):
         motion = pair(names[i], names[j], parts, motions=motions)
         # One is added because the tree search reads zero as no link.
-        cost[i, j] = freedoms(stacked(motion, criterion), criterion) + 1
+        cost[i, j] = freedoms(stack_twists(motion, criterion), criterion) + 1
     best = minimum_spanning_tree(cost).tocoo()
     links = [(names[i], names[j]) for i, j in zip(best.row, best.col, strict=True)]
     places = {name: i for i, name in enumerate(names)}

@@ -155,7 +155,7 @@ class JointEstimate:
         return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {at} mm, {self.status})"
 
 
-def estimated(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[str, ...]) -> JointEstimate:
+def estimate_joint(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[str, ...]) -> JointEstimate:
     """Return the joint of the best fit in machine coordinates, with the uncertainty of its parameters carried over."""
     fit = fits[0]
     point, axis = fit.chart.place(fit.theta)

@@ -137,7 +137,7 @@ def relative_bisector_axes(parent: Component | None, child: Component, amplitude
         moved = child.at + gain * child_motion[:, :, i]
         if parent is not None and other is not None:
             before = rigid(parent.at, parent.at + gain * other[:, :, i]).transform
-            moved = tf.moved(tf.inverse(before), moved)
+            moved = tf.move(tf.inverse(before), moved)
         result.append(bisector_axis(child.at, moved))
     return tuple(result)
 

@@ -17,7 +17,7 @@ from scipy import stats
 from scipy.spatial import cKDTree
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
-from toolpoint.joint_identification.measured import Point, columns, positions_of
+from toolpoint.joint_identification.measured import Point, columns, find_positions
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 
@@ -53,7 +53,7 @@ class _PointMotions:
     count: FloatArray
 
 
-def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, least: int = 5,
+def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None = None, *, least: int = 5,
             significance: float = 1e-3) -> Grouping:
     """Return the rigid clusters of the measured points.
 
@@ -92,7 +92,7 @@ def grouped(modes: Modes, points: Mapping[Point, ArrayLike], noise: float | None
 
 
 def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point], noise: float | None) -> _PointMotions:
-    at = positions_of(points, names)
+    at = find_positions(points, names)
     local = (at - at.mean(axis=0)) / np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
     values = columns(modes.shape)
     if noise is not None:

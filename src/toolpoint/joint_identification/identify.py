@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint.joint_identification.chain import better_order, pair, parents
-from toolpoint.joint_identification.estimate import JointEstimate, estimated
-from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settled, stacked
+from toolpoint.joint_identification.estimate import JointEstimate, estimate_joint
+from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
@@ -131,9 +131,9 @@ def identify_joints(
     relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints, fits = [], []
     for motion in relatives:
-        choices = candidates(stacked(motion, criterion), criterion)
-        choices[0] = settled(motion, criterion, choices[0])
-        joints.append(estimated(motion, choices, _doubts(motion, choices, independent, flexible)))
+        choices = candidates(stack_twists(motion, criterion), criterion)
+        choices[0] = settle_floor(motion, criterion, choices[0])
+        joints.append(estimate_joint(motion, choices, _doubts(motion, choices, independent, flexible)))
         fits.append(choices[0])
     doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]
     if masses is not None:

@@ -85,7 +85,7 @@ class Stack:
     freedom: int
 
 
-def stacked(motion: RelativeMotion, criterion: Criterion) -> Stack:
+def stack_twists(motion: RelativeMotion, criterion: Criterion) -> Stack:
     """Return the relative twists about the pair's centre in displacement units, with the floor in their covariance."""
     back = np.linalg.inv(about(motion.centre, motion.size))
     local = (back @ motion.twist).T
@@ -102,19 +102,19 @@ def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
     """Return the kinds that pass with the fewest freedoms, the one with the fewest parameters first; else a general one."""
     for f in range(7):
         span = _span(stack, f)
-        fits = [fitted(stack, chart) for chart in charts(span)]
+        fits = [fit_kind(stack, chart) for chart in charts(span)]
         passing = [fit for fit in fits if fit.probability >= criterion.significance and not _at_infinity(fit)]
         passing.sort(key=lambda fit: (fit.chart.parameters, -fit.probability))
         if passing:
             return passing
         if f > 0:
-            last = fitted(stack, general(span))
+            last = fit_kind(stack, general(span))
             if last.probability >= criterion.significance or f == 6:
                 return [last]
     raise AssertionError("six freedoms explain every motion")
 
 
-def settled(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> JointFit:
+def settle_floor(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> JointFit:
     """Return the fit of the kind that was decided for, with no more of the floor than its misfit asks for."""
     least, most = min(_NO_FLOOR, criterion.floor), criterion.floor
     result = _with_floor(motion, least, fit)
@@ -129,7 +129,7 @@ def settled(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> Join
 
 
 def _with_floor(motion: RelativeMotion, floor: float, fit: JointFit) -> JointFit:
-    return fitted(stacked(motion, Criterion(floor=floor)), fit.chart, fit.theta)
+    return fit_kind(stack_twists(motion, Criterion(floor=floor)), fit.chart, fit.theta)
 
 
 def _at_infinity(fit: JointFit) -> bool:
@@ -150,7 +150,7 @@ def _at_infinity(fit: JointFit) -> bool:
 def freedoms(stack: Stack, criterion: Criterion) -> int:
     """Return the fewest freedoms whose general joint passes."""
     for f in range(6):
-        if fitted(stack, general(_span(stack, f))).probability >= criterion.significance:
+        if fit_kind(stack, general(_span(stack, f))).probability >= criterion.significance:
             return f
     return 6
 
@@ -166,12 +166,12 @@ def _span(stack: Stack, f: int) -> FloatArray:
     return np.asarray(np.linalg.qr(span)[0])
 
 
-def fitted(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -> JointFit:
+def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -> JointFit:
     """Return the fit of one kind."""
     count = len(stack.twists)
 
     def residual(theta: FloatArray) -> FloatArray:
-        return projected(stack, chart.basis(theta))
+        return project(stack, chart.basis(theta))
 
     theta, n = np.zeros(chart.parameters) if start is None else start, chart.parameters
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
@@ -189,7 +189,7 @@ def fitted(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -
     return JointFit(chart, theta, covariance, gain, chi2, freedom, chance)
 
 
-def projected(stack: Stack, basis: FloatArray) -> FloatArray:
+def project(stack: Stack, basis: FloatArray) -> FloatArray:
     """Return the whitened residuals (6 k,) of the twists in a basis (6, f), free coordinates eliminated."""
     y = stack.root @ stack.twists.ravel()
     count, f = len(stack.twists), basis.shape[1]

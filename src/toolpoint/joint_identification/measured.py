@@ -67,7 +67,7 @@ class Component:
         return f"Component({self.name!r}, {len(self.points)} points, {len(self.rows)} displacements)"
 
 
-def positions_of(points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> FloatArray:
+def find_positions(points: Mapping[Point, ArrayLike], labels: Sequence[Point]) -> FloatArray:
     """Return the positions (n, 3) of points, m; an unknown point is an error."""
     missing = [name for name in labels if name not in points]
     if missing:
@@ -100,7 +100,7 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, lab
     """
     if modes.frequency.ndim > 1:
         fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
-    at = positions_of(points, labels)
+    at = find_positions(points, labels)
     _check_points(name, labels, at)
     where = {point: i for i, point in enumerate(labels)}
     kept = [i for i, dof in enumerate(modes.dofs) if dof.point in where and not dof.is_rotation]

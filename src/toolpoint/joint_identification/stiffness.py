@@ -218,9 +218,9 @@ def _value(data: _Equations, twists: FloatArray, omega: FloatArray, weights: _We
     values, matrices = [k], []
     for block, stiffness in _blocks(data, lines, (weight, given)):
         if weights is None:
-            matrix, new = stiffness_matrix.identified(block)
+            matrix, new = stiffness_matrix.identify_matrix(block)
         else:
-            matrix, new = stiffness_matrix.solved(block, stiffness), stiffness
+            matrix, new = stiffness_matrix.solve(block, stiffness), stiffness
         values.append(matrix[np.triu_indices(len(matrix))])
         matrices.append(new)
     return np.concatenate(values), (weight, matrices)

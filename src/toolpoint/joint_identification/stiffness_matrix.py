@@ -57,7 +57,7 @@ def symmetric_entries(f: int) -> FloatArray:
     return result
 
 
-def solved(lines: Lines, weights: FloatArray) -> FloatArray:
+def solve(lines: Lines, weights: FloatArray) -> FloatArray:
     """Return the symmetric matrix (f, f) of least squares with these weights (k, f, f)."""
     entries = symmetric_entries(lines.q.shape[1])
     # Rows of every mode: sum over b of K_ab q_b, whitened by the root of its weight.
@@ -68,12 +68,12 @@ def solved(lines: Lines, weights: FloatArray) -> FloatArray:
     return np.asarray(entries @ (np.linalg.lstsq(rows / size, right, rcond=None)[0] / size))
 
 
-def identified(lines: Lines) -> tuple[FloatArray, FloatArray]:
+def identify_matrix(lines: Lines) -> tuple[FloatArray, FloatArray]:
     """Return (matrix, weights) with weights that belong to the matrix."""
     f = lines.q.shape[1]
     start: FloatArray = np.zeros((f, f))
     for _ in range(3):
-        start = solved(lines, lines.weights(start))
+        start = solve(lines, lines.weights(start))
     entries, upper = symmetric_entries(f), np.triu_indices(f)
     scale = np.sqrt(np.maximum(np.abs(np.diag(start)), 1e-300))
     unit = np.outer(scale, scale)[upper]

@@ -93,7 +93,7 @@ class TreeChain:
     def jacobian(self, pose: Pose, link: int, point: ArrayLike) -> FloatArray:
         """Return the twist (v, w) of a link about one of its points (reference coordinates, m), (n_poses, 6, n_axes)."""
         twists = self.axis_twists(pose)
-        place = tf.moved(self.displacements(pose)[:, link], floats("point", point, (3,))[None])[:, 0]
+        place = tf.move(self.displacements(pose)[:, link], floats("point", point, (3,))[None])[:, 0]
         on_path = np.isin([axis.joint for axis in self.axes], self.path(link)) if self.axes else np.zeros(0, bool)
         shift = tf.adjoint(tf.transform(None, -place))
         return (shift @ np.swapaxes(twists * on_path[:, None], -1, -2))
@@ -102,8 +102,8 @@ class TreeChain:
         """Return the tool point in the axes of the table, from the table point, m, shape (n_poses, 3)."""
         moved = self.displacements(pose)
         link_t, link_w = moved[:, tool[0]], moved[:, table[0]]
-        p = tf.moved(link_t, np.asarray(tool[1], float)[None])[:, 0]
-        q = tf.moved(link_w, np.asarray(table[1], float)[None])[:, 0]
+        p = tf.move(link_t, np.asarray(tool[1], float)[None])[:, 0]
+        q = tf.move(link_w, np.asarray(table[1], float)[None])[:, 0]
         return ((p - q)[:, None, :] @ link_w[:, :3, :3])[:, 0]
 
     def inverse(self, position: ArrayLike, tool: tuple[int, ArrayLike], table: tuple[int, ArrayLike]) -> dict[str, float]:

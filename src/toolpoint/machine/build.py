@@ -75,7 +75,7 @@ def _from_solid(body: BodyDescription) -> MassProperties:
         fail("mass", "both or neither of mass and density given", "a shape or a mesh needs exactly one of them")
     density = 1.0 if body.density is None else body.density
     if body.mesh is not None:
-        nodes, triangles = mesh.merged(body.mesh.corners)
+        nodes, triangles = mesh.merge_corners(body.mesh.corners)
         unit = mesh.mass_properties(nodes, triangles, 1.0)
     else:
         shape = body.shape

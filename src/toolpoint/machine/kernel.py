@@ -165,7 +165,7 @@ def _momentum(m, h, s, xi, out):
 
 
 @njit(cache=True)
-def scaled_blocks(matrices, factor, diagonal, start, out):
+def scale_blocks(matrices, factor, diagonal, start, out):
     """Fill `out` (n, n, BLOCK) with F M F^T for the poses from `start`; `factor` is F, lower triangular or diagonal."""
     n, poses = matrices.shape[1], matrices.shape[0]
     work, single = np.empty((n, n)), np.empty((n, n))
@@ -278,7 +278,7 @@ def largest_scaled_eigenvalues(matrices, factor, diagonal, number, out):
     a, d, e = np.empty((n, n, BLOCK)), np.empty((n, BLOCK)), np.empty((n, BLOCK))
     values = np.empty((number, BLOCK))
     for start in range(0, poses, BLOCK):
-        scaled_blocks(matrices, factor, diagonal, start, a)
+        scale_blocks(matrices, factor, diagonal, start, a)
         tridiagonalise(a, d, e)
         largest_eigenvalues(d, e, number, values)
         for w in range(min(BLOCK, poses - start)):

@@ -61,7 +61,7 @@ class Placement:
             at = self.machine.bodies[link].interfaces[point.interface].position
         if link < 0:
             return np.broadcast_to(at, (self.poses, 3))
-        return tf.moved(self.frames[:, link], at[None])[:, 0]
+        return tf.move(self.frames[:, link], at[None])[:, 0]
 
     def point_jacobian(self, name: str) -> FloatArray:
         """Return the motion (v, w) of a named point about itself per coordinate, machine axes, shape (P, 6, n)."""

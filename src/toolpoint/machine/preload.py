@@ -89,7 +89,7 @@ def _forces(place: Placement) -> list[_Force]:
                 continue
             first = body.mass[3:6, :3] / mass
             centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
-            at = tf.moved(place.frames[:, i], centre[None])[:, 0]
+            at = tf.move(place.frames[:, i], centre[None])[:, 0]
             result.append(_Force(i, None, at, mass * g, np.zeros(3)))
     for load in machine.description.loads:
         if load.point not in machine.description.points:

@@ -43,7 +43,7 @@ def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) 
     """
     if frf.values.ndim != 3:
         fail("frf", repr(frf), "must be one pose", "use frf.at_pose(i)")
-    limits = limits_of(frf, band)
+    limits = band_limits(frf, band)
     if limits.high <= 0 or frf.frequency[-1] <= 0:
         fail("band", f"{frf.frequency.size} lines within {limits}", f"must hold at least {lines} above 0 Hz")
     inside = frf.between(max(limits.low, np.nextafter(0.0, 1.0)), limits.high)
@@ -55,7 +55,7 @@ def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) 
     return inside
 
 
-def limits_of(frf: Frf, band: tuple[float, float] | None) -> Band:
+def band_limits(frf: Frf, band: tuple[float, float] | None) -> Band:
     """Return the band as checked limits; the measured range where none is given."""
     if band is None:
         return Band(float(frf.frequency[0]), float(frf.frequency[-1]))
@@ -82,7 +82,7 @@ def line_spacing(frf: Frf) -> float:
     return mean
 
 
-def noise_of(values: FloatArray) -> FloatArray:
+def noise_level(values: FloatArray) -> FloatArray:
     """Return a robust standard deviation of the noise of curves along the first axis, from their third differences.
 
     A smooth curve leaves little in a third difference, and the median ignores the lines at sharp peaks. Differences

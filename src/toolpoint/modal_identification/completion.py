@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.modal_identification.band import noise_of
+from toolpoint.modal_identification.band import noise_level
 from toolpoint.modal_identification.basis import pole_terms, real_rows
 from toolpoint.modal_identification.refinement import Data, PoleFit
 
@@ -65,7 +65,7 @@ def _grid(data: Data, ratio: float) -> ComplexArray:
 def _floor(data: Data, fit: PoleFit, left: ComplexArray) -> FloatArray:
     """Return the noise power of every sampled response, at least that of a ten-thousandth of its rms."""
     flat = left.reshape(left.shape[0], -1)
-    noise = (noise_of(flat.real) ** 2 + noise_of(flat.imag) ** 2) / 2
+    noise = (noise_level(flat.real) ** 2 + noise_level(flat.imag) ** 2) / 2
     some = np.unique(np.linspace(0, fit.weight.shape[0] - 1, left.shape[1]).astype(int))
     power = np.einsum("foi,foi->oi", data.values[:, some], data.values[:, some]) * fit.weight[some] ** 2
     return np.maximum(noise, FLOOR**2 * power.reshape(-1) / data.values.shape[0])

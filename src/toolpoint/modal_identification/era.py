@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint.modal_identification.lsce import impulse_responses, lag_products, within_edges
-from toolpoint.modal_identification.selection import selected
+from toolpoint.modal_identification.selection import select_poles
 from toolpoint.modal_identification.stabilization import Diagram
 from toolpoint.modal_identification.start import Start
 from toolpoint.vibration.frf import Frf
@@ -47,4 +47,4 @@ class Realization:
             keep = np.abs(roots) > 1e-8
             orders.append((states, -np.log(roots[keep].astype(complex)) / interval, (observed[:inputs] @ right)[:, keep]))
         diagram = Diagram.collected(orders, frf)
-        return within_edges(selected(diagram, self.share), diagram, frf)
+        return within_edges(select_poles(diagram, self.share), diagram, frf)

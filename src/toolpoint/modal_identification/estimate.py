@@ -12,8 +12,8 @@ from toolpoint.modal_identification.clusters import widening
 from toolpoint.modal_identification.completion import search
 from toolpoint.modal_identification.identification import ModalModel
 from toolpoint.modal_identification.outside import economical, pole_covariance
-from toolpoint.modal_identification.refinement import Data, PoleFit, evaluated, refined, solvable
-from toolpoint.modal_identification.scaling import driving_points, scaled
+from toolpoint.modal_identification.refinement import Data, PoleFit, evaluate, refine_poles, solvable
+from toolpoint.modal_identification.scaling import driving_points, scale_shapes
 from toolpoint.modal_identification.stabilization import LARGEST_DAMPING
 from toolpoint.modal_identification.twins import without_twins
 from toolpoint.vibration.frf import Frf
@@ -51,12 +51,12 @@ def starting_weight(frf: Frf) -> FloatArray:
     return np.where(rms > 1e-12 * rms.max(), 1 / np.where(rms > 0, rms, 1.0), 1e-6 / rms.max())
 
 
-def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True) -> Estimate:
+def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True) -> Estimate:
     """Return the fit from starting poles (rad/s, free of the window): refined, or with these poles as they are."""
     data = Data.of(frf, _stated_lines(frf))
     stated = _stated(frf, data.line_weight)
     weight = starting_weight(frf) if stated is None else stated
-    fit = evaluated(data, poles / data.scale, participation, weight=weight)
+    fit = evaluate(data, poles / data.scale, participation, weight=weight)
     if not refine:
         return Estimate(data, _sifted(data, fit), 1.0)
     fit = _pruned(data, _refined_twice(data, fit, stated), stated)
@@ -69,8 +69,8 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, ref
     seen = _noise(data, fit)
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
-    fit = evaluated(data, fit.poles, fit.participation, weight=final)
-    spread = shared(residual(data, fit))
+    fit = evaluate(data, fit.poles, fit.participation, weight=final)
+    spread = correlation_factor(residual(data, fit))
     data, fit, information = economical(data, fit, spread)
     # Noise that is smooth along the lines shows in both; whichever shows it more counts.
     wider = np.maximum(spread, widening(fit, frf.outputs))
@@ -79,10 +79,10 @@ def estimated(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, ref
 
 def _sifted(data: Data, fit: PoleFit) -> PoleFit:
     """Return the fit with its poles as they are, less twins of one mode and modes without evidence."""
-    fit = evaluated(data, *without_twins(fit), weight=fit.weight)
-    fit = evaluated(data, fit.poles, fit.participation, weight=_noise(data, fit))
+    fit = evaluate(data, *without_twins(fit), weight=fit.weight)
+    fit = evaluate(data, fit.poles, fit.participation, weight=_noise(data, fit))
     keep = _plausible(data, fit) & (fit.significance > _evidence_limit(fit.weight.shape[0]))
-    return evaluated(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight) if keep.any() else fit
+    return evaluate(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight) if keep.any() else fit
 
 
 def _completed(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
@@ -121,7 +121,7 @@ def _refined_twice(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleF
     # The noise of each response is read off its residual: after the first pass it is known well enough for weights.
     for tolerance in (TOLERANCE,) if stated is not None else (ROUGH, TOLERANCE):
         weight = stated if stated is not None else _noise(data, fit)
-        fit = refined(data, fit.poles * data.scale, fit.participation, weight=weight, tolerance=tolerance)
+        fit = refine_poles(data, fit.poles * data.scale, fit.participation, weight=weight, tolerance=tolerance)
     return fit
 
 
@@ -181,13 +181,13 @@ def _noise_of_lines(data: Data, fit: PoleFit) -> FloatArray | None:
 
 def residual(data: Data, fit: PoleFit) -> ComplexArray:
     """Return measured less synthesised responses over their noise, for SAMPLED outputs at most, (n_f, n_o, n_i)."""
-    model = synthesised(data, fit)
+    model = synthesise(data, fit)
     some = np.unique(np.linspace(0, fit.weight.shape[0] - 1, SAMPLED).astype(int))
     part = ModalModel(model.terms, model.coefficients[:, some])
     return (data.frf.values[:, some] - part.values()) * data.line_weight[:, None, None] * fit.weight[some]
 
 
-def shared(left: ComplexArray) -> float:
+def correlation_factor(left: ComplexArray) -> float:
     r"""Return :math:`1 + 2 \sum_l \rho_l` of residuals along the lines, as far as their correlation is significant.
 
     Noise of windowed data, and what the model cannot follow (a structure that is not quite linear), is shared by
@@ -207,7 +207,7 @@ def shared(left: ComplexArray) -> float:
     return total
 
 
-def synthesised(data: Data, fit: PoleFit) -> ModalModel:
+def synthesise(data: Data, fit: PoleFit) -> ModalModel:
     """Return the model of a fit."""
     terms = (pole_terms(data.p, fit.poles) * data.factor[:, None, None]).reshape(data.p.size, -1)
     residue = fit.shape[:, None, :] * fit.participation
@@ -229,18 +229,19 @@ def _pruned(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
         if evident and evidence[weakest] > DOUBTFUL * limit:
             break
         keep = np.arange(fit.poles.size) != weakest
-        without = evaluated(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight)
+        without = evaluate(data, fit.poles[keep], fit.participation[:, keep], weight=fit.weight)
         # Two poles on one mode need each other where they stand: only the fit of the one alone tells.
         alone = without
         if evident:
-            alone = refined(data, without.poles * data.scale, without.participation, weight=fit.weight, tolerance=TOLERANCE)
+            alone = refine_poles(data, without.poles * data.scale, without.participation, weight=fit.weight,
+                                 tolerance=TOLERANCE)
         if evident and 2 * (alone.cost - fit.cost) > limit:
             break
         fit = _refined_twice(data, alone, stated)
     return fit
 
 
-def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
+def to_modes(estimate: Estimate, with_covariance: bool = True) -> Modes:
     """Return the modes of a fit, lowest first, scaled by the driving points where there are any."""
     data, fit = estimate.data, estimate.fit
     rank = np.argsort(np.abs(fit.poles), kind="stable")
@@ -248,7 +249,7 @@ def modes_of(estimate: Estimate, with_covariance: bool = True) -> Modes:
     if (np.abs(poles) == 0).any():
         fail("poles", "a pole at zero", "must have a frequency")
     points = driving_points(data.frf.outputs, data.frf.inputs)
-    parts = [scaled(fit.shape[:, r] * data.scale, fit.participation[:, r], points) for r in rank]
+    parts = [scale_shapes(fit.shape[:, r] * data.scale, fit.participation[:, r], points) for r in rank]
     is_scaled = all(part[2] for part in parts)
     gain = np.array([np.abs(part[0]).max() / max(np.abs(fit.shape[:, r]).max(), np.finfo(float).tiny)
                      for part, r in zip(parts, rank, strict=True)])
@@ -279,7 +280,7 @@ def covariance(data: Data, fit: PoleFit) -> FloatArray:
 
 def _residual_terms(data: Data, fit: PoleFit) -> tuple[ComplexArray, ComplexArray]:
     """Return lower and upper residual (receptance, lower / s^2 + upper) nearest to all terms outside the band."""
-    model = synthesised(data, fit)
+    model = synthesise(data, fit)
     q = data.outside.shape[1]
     p = laplace(data.frf)
     two = real_rows(np.stack([1 / p**2, np.ones_like(p)], axis=1) * (factor(data.frf) * data.line_weight)[:, None])

@@ -18,7 +18,7 @@ from toolpoint.modal_identification.lscf import CommonDenominator
 from toolpoint.modal_identification.plscf import poles_of_orders
 from toolpoint.modal_identification.rational_fraction import RationalFraction
 from toolpoint.modal_identification.resonances import resonances
-from toolpoint.modal_identification.selection import selected
+from toolpoint.modal_identification.selection import select_poles
 from toolpoint.modal_identification.start import PoleMethod, Start
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -54,7 +54,7 @@ class PolyReference:
         """Return the poles selected across orders."""
         order = min(count("order", self.order, 2), frf.frequency.size // 3)
         diagram = poles_of_orders(frf, order, self.step, weight=_weight(frf))
-        choice = selected(diagram, self.share)
+        choice = select_poles(diagram, self.share)
         return Start(choice.poles, choice.participation, diagram, choice.support)
 
 
@@ -104,10 +104,10 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
     if start.poles.size == 0:
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
              "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
-    fitted = _estimate.estimated(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
-    every = _estimate.modes_of(fitted, chosen.refine)
+    fitted = _estimate.estimate(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
+    every = _estimate.to_modes(fitted, chosen.refine)
     modes, kept, unstable = _without_unstable(every, inside.decay)
-    model = _estimate.synthesised(fitted.data, fitted.fit)
+    model = _estimate.synthesise(fitted.data, fitted.fit)
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]

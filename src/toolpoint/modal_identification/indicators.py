@@ -11,7 +11,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.modal_identification.band import cut, noise_of
+from toolpoint.modal_identification.band import cut, noise_level
 from toolpoint.vibration.frf import Frf
 
 
@@ -58,5 +58,5 @@ def mvmif(frf: Frf, band: tuple[float, float] | None = None) -> Indicator:
 def peaks(indicator: Indicator, prominence: float = 2.0) -> FloatArray:
     """Return the frequencies (Hz) of the peaks of the first CMIF curve that stand out by a factor `prominence`."""
     level = np.log(np.maximum(indicator.values[:, 0], np.finfo(float).tiny))
-    limit = max(float(np.log(prominence)), 8 * float(noise_of(level)))
+    limit = max(float(np.log(prominence)), 8 * float(noise_level(level)))
     return indicator.frequency[find_peaks(level, prominence=limit)[0]]

@@ -14,7 +14,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.modal_identification.band import line_spacing
 from toolpoint.modal_identification.plscf import cholesky, roots_of_order
-from toolpoint.modal_identification.selection import Selection, selected
+from toolpoint.modal_identification.selection import Selection, select_poles
 from toolpoint.modal_identification.stabilization import Diagram
 from toolpoint.modal_identification.start import Start
 from toolpoint.vibration.frf import Frf
@@ -47,7 +47,7 @@ class ComplexExponential:
             roots, vectors = roots_of_order(factor, m, inputs)
             orders.append((m, -np.log(roots) / interval, vectors))
         diagram = Diagram.collected(orders, frf)
-        return within_edges(selected(diagram, self.share), diagram, frf)
+        return within_edges(select_poles(diagram, self.share), diagram, frf)
 
 
 def within_edges(choice: Selection, diagram: Diagram, frf: Frf) -> Start:

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint.modal_identification.plscf import poles_of_orders
-from toolpoint.modal_identification.residues import participation_of
-from toolpoint.modal_identification.selection import distinct, selected
+from toolpoint.modal_identification.residues import fit_participation
+from toolpoint.modal_identification.selection import distinct, select_poles
 from toolpoint.modal_identification.start import Start
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
@@ -31,10 +31,10 @@ class CommonDenominator:
         """Return the poles selected across orders, with participation from their residues."""
         single = as_one_reference(frf)
         diagram = poles_of_orders(single, min(self.order, frf.frequency.size // 3), self.step)
-        choice = distinct(selected(diagram, self.share))
+        choice = distinct(select_poles(diagram, self.share))
         if choice.poles.size == 0:
             return Start(choice.poles, np.zeros((len(frf.inputs), 0), complex), diagram, choice.support)
-        return Start(choice.poles, participation_of(frf, choice.poles), diagram, choice.support)
+        return Start(choice.poles, fit_participation(frf, choice.poles), diagram, choice.support)
 
 
 def as_one_reference(frf: Frf) -> Frf:

@@ -22,7 +22,7 @@ from scipy.stats import chi2
 
 from toolpoint._check import FloatArray
 from toolpoint.modal_identification.basis import pole_terms, real_rows
-from toolpoint.modal_identification.refinement import Data, PoleFit, free_parameters, informative, refined
+from toolpoint.modal_identification.refinement import Data, PoleFit, free_parameters, informative, refine_poles
 
 RESPONSES_PER_TERM = 4
 MARGIN = 1.1
@@ -55,7 +55,7 @@ def economical(data: Data, fit: PoleFit, spread: float) -> tuple[Data, PoleFit, 
     fewest = max(int((shared.sizes > edge).sum()), 1)
     for kept in range(fewest, min(fewest + MOST_TRIALS, terms // 2)):
         smaller = _reduced(data, fit, shared, kept)
-        trial = refined(smaller, fit.poles * data.scale, fit.participation, weight=fit.weight, tolerance=TOLERANCE)
+        trial = refine_poles(smaller, fit.poles * data.scale, fit.participation, weight=fit.weight, tolerance=TOLERANCE)
         information = _blended(trial, fit, shared.patterns[:kept])
         if _agree(fit, replace(trial, information=information), spread):
             return smaller, trial, information

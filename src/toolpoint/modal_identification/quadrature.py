@@ -18,8 +18,8 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from toolpoint._check import FloatArray, fail, positive
-from toolpoint.modal_identification.band import POWER, cut, noise_of
-from toolpoint.modal_identification.scaling import driving_points, factored, scaled
+from toolpoint.modal_identification.band import POWER, cut, noise_level
+from toolpoint.modal_identification.scaling import driving_points, factor_rank_one, scale_shapes
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
@@ -81,7 +81,7 @@ def quadrature(
     inside = cut(frf, band)
     omega = inside.omega
     curves = imaginary(inside)
-    lines = picked(curves, noise_level(inside), prominence, floor=floor)
+    lines = pick_peaks(curves, frf_noise(inside), prominence, floor=floor)
     limits = _valleys(curves, lines)
     peaks = _distinct([peak for line, pair in zip(lines, limits) if (peak := _fitted(curves, omega, line, pair))])
     if not peaks:
@@ -102,7 +102,7 @@ def imaginary(frf: Frf) -> FloatArray:
     return sign * part * frf.omega[:, None] ** (1 - POWER[frf.quantity])
 
 
-def noise_level(frf: Frf) -> FloatArray:
+def frf_noise(frf: Frf) -> FloatArray:
     """Return the standard deviation of the noise of the root-mean-square curve, shape (n_f,).
 
     It is taken from the measured quantity, where noise tends to be even, over some 60 lines around each line.
@@ -111,11 +111,11 @@ def noise_level(frf: Frf) -> FloatArray:
     part = values.real if frf.quantity == "mobility" else values.imag
     count = part.shape[0]
     centres = np.arange(0, count, 16)
-    level = [np.sqrt((noise_of(part[max(c - 32, 0):c + 32]) ** 2).mean() / part.shape[1]) for c in centres]
+    level = [np.sqrt((noise_level(part[max(c - 32, 0):c + 32]) ** 2).mean() / part.shape[1]) for c in centres]
     return np.interp(np.arange(count), centres, level) * frf.omega ** (1 - POWER[frf.quantity])
 
 
-def picked(curves: FloatArray, noise: FloatArray, prominence: float, *, floor: float) -> list[int]:
+def pick_peaks(curves: FloatArray, noise: FloatArray, prominence: float, *, floor: float) -> list[int]:
     """Return the lines of the peaks of the root-mean-square curve that meet the criterion of `quadrature`."""
     height = np.sqrt((curves**2).mean(axis=1))
     peaks, about = find_peaks(height, prominence=floor * height.max())
@@ -209,8 +209,8 @@ def _modes(frf: Frf, peaks: list[Peak]) -> Modes:
     outputs, inputs = len(frf.outputs), len(frf.inputs)
     parts = []
     for peak in peaks:
-        shape, participation, _ = factored(peak.residue.reshape(outputs, inputs))
-        parts.append(scaled(shape, participation, points))
+        shape, participation, _ = factor_rank_one(peak.residue.reshape(outputs, inputs))
+        parts.append(scale_shapes(shape, participation, points))
     shapes = np.stack([part[0] for part in parts], axis=1)
     participation = np.stack([part[1] for part in parts], axis=1)
     unit_mass = all(part[2] for part in parts)

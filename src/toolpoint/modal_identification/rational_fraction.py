@@ -15,8 +15,8 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, fail
 from toolpoint.modal_identification.basis import real_rows
 from toolpoint.modal_identification.lscf import as_one_reference
-from toolpoint.modal_identification.residues import participation_of
-from toolpoint.modal_identification.selection import distinct, selected
+from toolpoint.modal_identification.residues import fit_participation
+from toolpoint.modal_identification.selection import distinct, select_poles
 from toolpoint.modal_identification.stabilization import Diagram
 from toolpoint.modal_identification.start import Start
 from toolpoint.vibration.frf import Frf
@@ -63,7 +63,7 @@ class RationalFraction:
         basis, upper = orthogonal(frf.omega / frf.omega[-1], highest + EXTRA)
         orders = [(n, poles_of_order(values, basis, upper, n=n) * frf.omega[-1]) for n in range(2, highest + 1, self.step)]
         diagram = Diagram.collected([(n, s, np.ones((1, s.size), complex)) for n, s in orders], as_one_reference(frf))
-        choice = distinct(selected(diagram, self.share))
+        choice = distinct(select_poles(diagram, self.share))
         return Start(choice.poles, _participation(frf, choice.poles), diagram, choice.support)
 
     def _fixed(self, frf: Frf, values: ComplexArray) -> Start:
@@ -96,7 +96,7 @@ def _principal(values: ComplexArray) -> ComplexArray:
 
 
 def _participation(frf: Frf, poles: ComplexArray) -> ComplexArray:
-    return participation_of(frf, poles) if poles.size else np.zeros((len(frf.inputs), 0), complex)
+    return fit_participation(frf, poles) if poles.size else np.zeros((len(frf.inputs), 0), complex)
 
 
 def orthogonal(x: FloatArray, degree: int) -> tuple[ComplexArray, FloatArray]:

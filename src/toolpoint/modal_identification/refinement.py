@@ -110,7 +110,7 @@ class PoleFit:
         return (np.swapaxes(vector, -1, -2) @ variance @ vector).sum(axis=(1, 2, 3))
 
 
-def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
+def evaluate(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit:
     """Return the best shapes for these poles and participations, with the Gauss-Newton matrix and gradient there."""
     m, (outputs, inputs) = poles.size, weight.shape
     base, slope = data.columns(pole_terms(data.p, poles)), data.columns(pole_slopes(data.p, poles))
@@ -136,9 +136,9 @@ def evaluated(data: Data, poles: ComplexArray, participation: ComplexArray, *, w
 
 
 def solvable(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray) -> PoleFit | None:
-    """Return the fit of `evaluated`, or None where two modes are so nearly one that their shapes cannot be told apart."""
+    """Return the fit of `evaluate`, or None where two modes are so nearly one that their shapes cannot be told apart."""
     try:
-        return evaluated(data, poles, participation, weight=weight)
+        return evaluate(data, poles, participation, weight=weight)
     except np.linalg.LinAlgError:
         return None
 
@@ -214,7 +214,7 @@ def _gauss_newton(parts: _Parts) -> tuple[FloatArray, FloatArray]:
     return (information + information.T) / 2, gradient
 
 
-def refined(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray,
+def refine_poles(data: Data, poles: ComplexArray, participation: ComplexArray, *, weight: FloatArray,
             tolerance: float = 1e-3) -> PoleFit:
     """Return the converged fit with fixed weights: Gauss-Newton with a Levenberg-Marquardt guard.
 
@@ -222,7 +222,7 @@ def refined(data: Data, poles: ComplexArray, participation: ComplexArray, *, wei
     one gains less than `tolerance` in half a chi-squared (1 moves all unknowns by about one standard deviation).
     """
     lead = participation[np.argmax(np.abs(participation), axis=0), np.arange(poles.size)]
-    fit = evaluated(data, poles / data.scale, participation / lead, weight=weight)
+    fit = evaluate(data, poles / data.scale, participation / lead, weight=weight)
     guard = 0.0
     for _ in range(MOST_STEPS):
         step = _step(fit, guard)

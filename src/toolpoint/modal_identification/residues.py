@@ -12,7 +12,7 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
-from toolpoint.modal_identification.scaling import factored
+from toolpoint.modal_identification.scaling import factor_rank_one
 from toolpoint.vibration.frf import Frf
 
 
@@ -54,7 +54,7 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
                     rest.pop(0) if upper else zero, (1 - (left**2).sum(axis=0) / power).reshape(shape))
 
 
-def participation_of(frf: Frf, poles: ComplexArray) -> ComplexArray:
+def fit_participation(frf: Frf, poles: ComplexArray) -> ComplexArray:
     """Return the participation (n_inputs, n_modes) that fits the residues of each pole best, for poles of the data."""
     values = residues(frf, poles + frf.decay).values
-    return np.stack([factored(values[:, :, r])[1] for r in range(poles.size)], axis=1)
+    return np.stack([factor_rank_one(values[:, :, r])[1] for r in range(poles.size)], axis=1)

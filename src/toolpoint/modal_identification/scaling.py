@@ -44,7 +44,7 @@ def _sense(dof: Dof) -> float:
     return -1.0 if dof.vector is None and dof.direction[0] == "-" else 1.0
 
 
-def factored(residue: Array) -> tuple[Array, Array, float]:
+def factor_rank_one(residue: Array) -> tuple[Array, Array, float]:
     """Return the best rank-one factors of (n_outputs, n_inputs) residues and the share that rank one leaves out.
 
     The share is sqrt(sum of the other singular values squared / sum of all squared), 0 for an exact rank one.
@@ -56,7 +56,7 @@ def factored(residue: Array) -> tuple[Array, Array, float]:
     return left[:, 0] * root, right[0] * root, share
 
 
-def scaled(shape: Array, participation: Array, points: Sequence[DrivingPoint]) -> tuple[Array, Array, bool]:
+def scale_shapes(shape: Array, participation: Array, points: Sequence[DrivingPoint]) -> tuple[Array, Array, bool]:
     r"""Return (shape, participation, whether it is scaled) with :math:`\phi_d = sign\ \psi_d` at the driving points.
 
     With :math:`\phi = g\,a` and :math:`\psi = b / g`, g minimises :math:`\sum_d |g^2 a_d - sign\, b_d|^2`, so

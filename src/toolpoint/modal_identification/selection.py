@@ -37,7 +37,7 @@ class Selection:
         return f"Selection({self.poles.size} modes, support {self.support.min(initial=1.0):.2f} .. 1)"
 
 
-def selected(diagram: Diagram, share: float = 0.35) -> Selection:
+def select_poles(diagram: Diagram, share: float = 0.35) -> Selection:
     """Return the groups of poles that hold in at least `share` of the orders above their first, and in four or more.
 
     A group's pole is the median of its members in the highest orders, where the bias of noise is least; its

@@ -1,22 +1,22 @@
 """Signals: hammer and shaker records in, frequency responses with coherence and variance out."""
 
-from toolpoint.signals.calibration import calibrated
+from toolpoint.signals.calibration import calibrate
 from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, without_mass
 from toolpoint.signals.hammer import HammerTest, hammer_test
 from toolpoint.signals.hits import Hit, HitRules
-from toolpoint.signals.setups import assembled, by_reciprocity
+from toolpoint.signals.setups import by_reciprocity, join_setups
 from toolpoint.signals.shaker import coherences, shaker_test
 
 __all__ = [
            "HammerTest",
            "Hit",
            "HitRules",
-           "assembled",
            "by_reciprocity",
-           "calibrated",
+           "calibrate",
            "coherences",
            "driving_points",
            "hammer_test",
+           "join_setups",
            "mass_loading",
            "reciprocity",
            "shaker_test",

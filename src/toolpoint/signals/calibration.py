@@ -11,7 +11,7 @@ from toolpoint._check import fail, floats
 from toolpoint.vibration.record import Record
 
 
-def calibrated(record: Record, sensitivity: Sequence[float], quantities: Sequence[str]) -> Record:
+def calibrate(record: Record, sensitivity: Sequence[float], quantities: Sequence[str]) -> Record:
     """Return a record in SI from one in volts.
 
     Parameters

@@ -32,7 +32,7 @@ class Spectra:
     responses: ComplexArray | None = None
 
 
-def averaged(frequency: FloatArray, force: ComplexArray, response: ComplexArray, *, blocks: float | None = None,
+def average(frequency: FloatArray, force: ComplexArray, response: ComplexArray, *, blocks: float | None = None,
              full: bool = False) -> Spectra:
     """Return the spectra of blocks; `force` (n_blocks, n_f, n_inputs), `response` (n_blocks, n_f, n_outputs)."""
     count = force.shape[0]

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
-from toolpoint.signals.estimators import averaged, multiple_coherence, responses, variance
-from toolpoint.signals.hits import Hit, HitRules, found, judged
+from toolpoint.signals.estimators import average, multiple_coherence, responses, variance
+from toolpoint.signals.hits import Hit, HitRules, find_hits, judge_hits
 from toolpoint.signals.windows import exponential, force
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.record import Record
@@ -105,7 +105,7 @@ def hammer_test(
     hits = _consistent(hits, spectra, rules)
     good = [i for i, hit in enumerate(hits) if hit.accepted]
     force_lines = np.array([spectra[i][0] for i in good])[:, :, None]
-    averages = averaged(frequency, force_lines, np.array([spectra[i][1] for i in good]))
+    averages = average(frequency, force_lines, np.array([spectra[i][1] for i in good]))
     level = np.sqrt(averages.force[:, 0, 0].real)
     decay = exponential(block, every[0].sample_rate, final)[1]
     values = responses(averages, estimator)
@@ -121,12 +121,12 @@ def _blocks(record: Record, force_at: int, others: list[int], block: int, rules:
             force_window: bool) -> list[tuple[Hit, FloatArray, FloatArray]]:
     if record.samples.shape[0] < block:
         fail("duration", f"{block / record.sample_rate:g} s", f"must not exceed the record of {record.duration:g} s")
-    hits = found(record.samples[:, force_at], block, rules)
+    hits = find_hits(record.samples[:, force_at], block, rules)
     pulse = max((hit.pulse - hit.start for hit in hits), default=0)
     if pulse >= block:
         fail("duration", f"{block / record.sample_rate:.2g} s", f"must exceed the {pulse / record.sample_rate:.2g} s of the "
              "force pulse by far", "take one over the line spacing that is wanted")
-    hits = judged(hits, record, force_at, others=others, block=block, rules=rules, final=final)
+    hits = judge_hits(hits, record, force_at, others=others, block=block, rules=rules, final=final)
     decaying = exponential(block, record.sample_rate, final)[0]
     result: list[tuple[Hit, FloatArray, FloatArray]] = []
     for hit in hits:

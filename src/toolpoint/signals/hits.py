@@ -67,7 +67,7 @@ class Hit:
         return replace(self, reasons=(*self.reasons, reason))
 
 
-def found(force: FloatArray, block: int, rules: HitRules) -> list[Hit]:
+def find_hits(force: FloatArray, block: int, rules: HitRules) -> list[Hit]:
     """Return all hits of one force channel, in time order; a second pulse within a block belongs to its hit."""
     size = np.abs(force - np.median(force))
     top = float(size.max())
@@ -99,7 +99,7 @@ def _pulse_end(size: FloatArray, rise: int, level: float) -> int:
     return rise + int(below[0]) if below.size else size.size
 
 
-def judged(hits: list[Hit], record: Record, forces: int, *, others: list[int], block: int, rules: HitRules,
+def judge_hits(hits: list[Hit], record: Record, forces: int, *, others: list[int], block: int, rules: HitRules,
            final: float) -> list[Hit]:
     """Return the hits with all reasons against them; `forces`, `others`: channel indices, `final`: the window's end."""
     typical = float(np.median([hit.force for hit in hits])) if hits else 0.0

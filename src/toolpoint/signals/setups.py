@@ -12,7 +12,7 @@ from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
 
 
-def assembled(parts: Iterable[Frf]) -> Frf:
+def join_setups(parts: Iterable[Frf]) -> Frf:
     """Return one Frf from set-ups that together measure every output for every input.
 
     All must share frequency lines, quantity and window decay. A response that is in several set-ups (a fixed sensor
@@ -25,7 +25,7 @@ def assembled(parts: Iterable[Frf]) -> Frf:
     """
     frfs = list(parts)
     if not frfs:
-        fail("assembled", "no set-ups", "must be at least one Frf")
+        fail("join_setups", "no set-ups", "must be at least one Frf")
     first = frfs[0]
     for number, frf in enumerate(frfs):
         _alike(number, frf, first)
@@ -66,12 +66,12 @@ def _turned(array: FloatArray | None) -> FloatArray | None:
 
 def _alike(number: int, frf: Frf, first: Frf) -> None:
     if frf.values.ndim != 3:
-        fail("assembled", f"set-up {number} of several poses", "must be one pose")
+        fail("join_setups", f"set-up {number} of several poses", "must be one pose")
     if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
-        fail("assembled", f"set-up {number} has other frequency lines ({frf!r})", f"must be those of {first!r}",
+        fail("join_setups", f"set-up {number} has other frequency lines ({frf!r})", f"must be those of {first!r}",
              "interpolate it first: frf.interpolated(frequency)")
     if frf.quantity != first.quantity or abs(frf.decay - first.decay) > 1e-9 * max(abs(first.decay), 1):
-        fail("assembled", f"set-up {number} is {frf.quantity} with decay {frf.decay:g}",
+        fail("join_setups", f"set-up {number} is {frf.quantity} with decay {frf.decay:g}",
              f"must be {first.quantity} with decay {first.decay:g}")
 
 
@@ -79,7 +79,7 @@ def _complete(weights: np.ndarray, rows: tuple[Dof, ...], columns: tuple[Dof, ..
     missing = np.argwhere(weights.max(axis=0) == 0)
     if missing.size:
         row, column = missing[0]
-        fail("assembled", f"{len(missing)} of {len(rows) * len(columns)} responses are missing, the first "
+        fail("join_setups", f"{len(missing)} of {len(rows) * len(columns)} responses are missing, the first "
              f"{rows[row]} / {columns[column]}", "every output must be measured for every input")
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, fail, one_of, positive
-from toolpoint.signals.estimators import averaged, multiple_coherence, ordinary_coherence, responses, variance
+from toolpoint.signals.estimators import average, multiple_coherence, ordinary_coherence, responses, variance
 from toolpoint.signals.hammer import QUANTITY
 from toolpoint.signals.windows import hann, independent_blocks
 from toolpoint.vibration.frf import Frf
@@ -61,7 +61,7 @@ def shaker_test(
         fail("band", f"{low:g} .. {high:g} Hz", f"must overlap 0 .. {frequency[-1]:g} Hz")
     spectra = _transformed(record, starts, block, window, keep)
     worth = independent_blocks(starts.size, window, step) if excitation == "random" else float(starts.size)
-    means = averaged(frequency[keep], spectra[:, :, forces], spectra[:, :, others], blocks=worth, full=estimator == "H2")
+    means = average(frequency[keep], spectra[:, :, forces], spectra[:, :, others], blocks=worth, full=estimator == "H2")
     together = multiple_coherence(means)[:, :, None] if starts.size > len(forces) else None
     coherence = None if together is None else np.repeat(together, len(forces), axis=2)
     return Frf(frequency[keep], responses(means, estimator), tuple(record.channels[i] for i in others),
@@ -79,7 +79,7 @@ def coherences(record: Record, resolution: float) -> tuple[FloatArray, FloatArra
         fail("resolution", f"{starts.size} blocks for {len(forces)} forces", "must be more blocks than forces")
     frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
     spectra = _transformed(record, starts, block, window, np.ones(frequency.size, bool))
-    means = averaged(frequency, spectra[:, :, forces], spectra[:, :, others])
+    means = average(frequency, spectra[:, :, forces], spectra[:, :, others])
     return frequency, ordinary_coherence(means), multiple_coherence(means)
 
 

@@ -54,7 +54,7 @@ def rigid(source: ArrayLike, target: ArrayLike, weights: ArrayLike | None = None
     centre_a, centre_b = w @ a / total, w @ b / total
     rotation = nearest((b - centre_b).T @ (w[:, None] * (a - centre_a)))
     matrix = tf.transform(rotation, centre_b - rotation @ centre_a)
-    error = b - tf.moved(matrix, a)
+    error = b - tf.move(matrix, a)
     residual = float(np.sqrt((w * (error**2).sum(axis=1)).sum() / total))
     return Registration(matrix, residual, np.arange(len(a)), 1, "converged")
 
@@ -80,7 +80,7 @@ def iterative_closest_point(
     tree, matrix = cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
     last = np.inf
     for k in range(1, count("iterations", iterations) + 1):
-        distance, match = (np.asarray(fit) for fit in tree.query(tf.moved(matrix, a)))
+        distance, match = (np.asarray(fit) for fit in tree.query(tf.move(matrix, a)))
         fit = rigid(a, b[match])
         matrix = fit.transform
         if last - fit.residual <= tolerance * max(last if np.isfinite(last) else 1.0, 1e-300):

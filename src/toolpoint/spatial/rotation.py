@@ -36,7 +36,7 @@ def versine(angle: FloatArray) -> FloatArray:
 
 def to_vector(rotation: ArrayLike) -> FloatArray:
     """Return the rotation vector (rad, length within 0 .. pi) of a matrix, shape (..., 3)."""
-    r = checked(rotation)
+    r = check_rotation(rotation)
     quaternion = to_quaternion(r)
     w, v = quaternion[..., 0], quaternion[..., 1:]
     length = np.linalg.norm(v, axis=-1)
@@ -47,7 +47,7 @@ def to_vector(rotation: ArrayLike) -> FloatArray:
 
 def to_quaternion(rotation: ArrayLike) -> FloatArray:
     """Return the unit quaternion (w, x, y, z), w >= 0, of a matrix, shape (..., 4); accurate at every angle."""
-    r = checked(rotation)
+    r = check_rotation(rotation)
     trace = np.trace(r, axis1=-2, axis2=-1)
     # Shepperd: all four forms of 4 q q^T; the row with the largest diagonal has no cancellation.
     d = np.stack([trace, r[..., 0, 0], r[..., 1, 1], r[..., 2, 2]], axis=-1)
@@ -96,7 +96,7 @@ def from_euler(sequence: str, angles: ArrayLike) -> FloatArray:
     return result
 
 
-def checked(rotation: ArrayLike) -> FloatArray:
+def check_rotation(rotation: ArrayLike) -> FloatArray:
     """Return a rotation matrix after checking that it is orthogonal and right-handed (within 1e-6)."""
     r = floats("rotation", rotation, (3, 3))
     error = float(np.abs(r @ np.swapaxes(r, -1, -2) - np.eye(3)).max())

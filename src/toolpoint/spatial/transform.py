@@ -22,7 +22,7 @@ _LOGARITHM = [1 / 47900160, 1 / 1209600, 1 / 30240, 1 / 720, 1 / 12]
 
 def transform(rotation: ArrayLike | None = None, translation: ArrayLike | None = None) -> FloatArray:
     """Return the transform x -> R x + t, shape (..., 4, 4); identity parts where left out."""
-    r = np.eye(3) if rotation is None else rot.checked(rotation)
+    r = np.eye(3) if rotation is None else rot.check_rotation(rotation)
     t = np.zeros(3) if translation is None else floats("translation", translation, (3,))
     lead = np.broadcast_shapes(r.shape[:-2], t.shape[:-1])
     result = np.zeros((*lead, 4, 4))
@@ -40,7 +40,7 @@ def inverse(transform: FloatArray) -> FloatArray:
     return result
 
 
-def moved(transform: FloatArray, points: ArrayLike) -> FloatArray:
+def move(transform: FloatArray, points: ArrayLike) -> FloatArray:
     """Return points (..., n, 3) moved by a transform (..., 4, 4)."""
     p = np.asarray(points, float)
     return p @ np.swapaxes(transform[..., :3, :3], -1, -2) + transform[..., None, :3, 3]

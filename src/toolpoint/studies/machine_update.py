@@ -24,8 +24,8 @@ from toolpoint.updating import (
     fit_with_restarts,
     identifiability,
 )
-from toolpoint.updating.low_rank import factored
-from toolpoint.updating.residuals import tracked
+from toolpoint.updating.low_rank import factor_matrices
+from toolpoint.updating.residuals import track_modes
 from toolpoint.updating.system_model import Factors, Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
@@ -55,7 +55,7 @@ class MachineSystems:
 
     def factors(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...]) -> Factors:
         """Return the low-rank factors of these derivatives."""
-        return factored(self.derivatives(values, names), owner)
+        return factor_matrices(self.derivatives(values, names), owner)
 
 
 def systems(
@@ -322,6 +322,6 @@ def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)
         return Agreement(none, none, np.zeros(0, int), none, none, none, frac, predicted.frf)
-    pairs = tracked(targets.modes, predicted.modes)
+    pairs = track_modes(targets.modes, predicted.modes)
     return Agreement(targets.modes.frequency, predicted.modes.frequency[pairs.model], pairs.model, pairs.mac,
                      targets.modes.damping_ratio, predicted.modes.damping_ratio[pairs.model], frac, predicted.frf)

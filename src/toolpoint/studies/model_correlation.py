@@ -76,7 +76,7 @@ def with_measured_points(machine: Machine, points: Mapping[Point, FloatArray], o
         for name in names:
             if name not in points:
                 fail("points", f"no position for {name!r}", f"is on {body} by the components")
-            x, y, z = tf.moved(tf.inverse(frame), np.asarray(points[name])[None])[0].tolist()
+            x, y, z = tf.move(tf.inverse(frame), np.asarray(points[name])[None])[0].tolist()
             added[str(name)] = PointDescription(body, (x, y, z))
     return machine.rebuild(replace(machine.description, points=added))
 
@@ -162,7 +162,7 @@ def effective_mass(machine: Machine, pose: Pose | None = None) -> FloatArray:
     for link, body in enumerate(machine.bodies):
         first = body.mass[3:6, :3] / body.mass[0, 0]
         centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
-        at = tf.moved(found.place.frames[0, link], centre[None])[0]
+        at = tf.move(found.place.frames[0, link], centre[None])[0]
         momentum += body.mass[0, 0] * tf.point_velocity(at) @ found.twists[link]
     return np.asarray((momentum**2).sum(axis=0))
 

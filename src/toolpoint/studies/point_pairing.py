@@ -82,7 +82,7 @@ def paired_points(
         found = registration.rigid(a[[names.index(k) for k in known]], b[[others.index(v) for v in known.values()]])
     else:
         found = registration.iterative_closest_point(a, b, start)
-    distance = cdist(tf.moved(found.transform, a), b)
+    distance = cdist(tf.move(found.transform, a), b)
     rows, columns = linear_sum_assignment(distance**2)
     near = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
     pairs = {names[i]: others[j] for i, j in near}

@@ -113,7 +113,7 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
         for _ in range(many):
             at = rng.uniform(-0.5, 0.5, 3)
             at[rng.integers(3)] = rng.choice([-0.5, 0.5])
-            places[len(places) + 1] = (name, tf.moved(frame, (centre + at * size)[None])[0])
+            places[len(places) + 1] = (name, tf.move(frame, (centre + at * size)[None])[0])
     return MeasuringPoints(places)
 
 
@@ -122,7 +122,7 @@ def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLi
     found = body_shapes(machine, pose)
     rows, labels = [], []
     for name, (body, at) in points.places.items():
-        moved = tf.moved(found.place.displacements[0, machine.link(body)], at[None])[0]
+        moved = tf.move(found.place.displacements[0, machine.link(body)], at[None])[0]
         rows.append(tf.point_velocity(moved) @ found.twists[machine.link(body)])
         labels += [Dof(name, way) for way in _WAYS]
     shape = np.concatenate(rows)

@@ -146,13 +146,13 @@ def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: Optimiz
                          f"above {targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
     if fitted.at_bounds:
         words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
-    if converged and not explained(fitted, problem.assumed):
+    if converged and not is_explained(fitted, problem.assumed):
         words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
                      "multi_start, other parameters, or look for what the model lacks")
     return replace(fitted, converged=converged, status="; ".join(words))
 
 
-def explained(result: ParameterFit, assumed: bool) -> bool:
+def is_explained(result: ParameterFit, assumed: bool) -> bool:
     """Whether chi-square is one that the data's deviations allow.
 
     Measured deviations: its probability of being exceeded is at least 1e-6. Assumed ones: at most 10 per degree of freedom.

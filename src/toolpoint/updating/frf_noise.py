@@ -14,7 +14,7 @@ from scipy.linalg import toeplitz
 from toolpoint._check import Array, ComplexArray, FloatArray, complexes, count, fail
 
 
-def checked_correlation(name: str, value: Array, size: int) -> Array:
+def check_correlation(name: str, value: Array, size: int) -> Array:
     """Return a correlation matrix (size, size) after refusing one that is not Hermitian, of unit diagonal and positive."""
     matrix = np.asarray(value)
     if matrix.shape != (size, size):

@@ -40,7 +40,7 @@ class Term:
         return np.asarray(self.columns.reshape(-1, len(vectors)) @ vectors).reshape(*self.weights.shape, -1)
 
 
-def factored(derivatives: MatrixDerivatives, owner: Sequence[int]) -> dict[str, Term]:
+def factor_matrices(derivatives: MatrixDerivatives, owner: Sequence[int]) -> dict[str, Term]:
     """Return the factors of every matrix that depends on the numbers; number k belongs to parameter owner[k].
 
     derivatives : one pose. Raises ToolpointError for an unsymmetric derivative.

@@ -101,7 +101,7 @@ class Parameter:
         return replace(self, value=value)
 
 
-def checked(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
+def check_parameters(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     """Return the parameters as a tuple after refusing none at all and names that appear twice, links included."""
     result = tuple(parameters)
     names = [n for p in result for n in (p.name, *p.links)]

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of
-from toolpoint.updating.parameter import Coordinates, Parameter, checked
+from toolpoint.updating.parameter import Coordinates, Parameter, check_parameters
 from toolpoint.updating.prediction import DirectedModel, Prediction, PredictionModel, ShapeSlopes
-from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, joined
+from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, join_residuals
 from toolpoint.updating.targets import Targets
 
 SENSITIVITIES = ("exact", "finite differences", "central differences")
@@ -45,7 +45,7 @@ class Problem:
             (model,) * len(self.targets) if callable(model) else tuple(model))
         if not self.targets or len(self.models) != len(self.targets):
             fail("targets", f"{len(self.targets)} for {len(self.models)} models", "must be one for each model, at least one")
-        self.parameters = checked(parameters)
+        self.parameters = check_parameters(parameters)
         self.sensitivities = one_of("sensitivities", sensitivities, SENSITIVITIES)
         self.frequency_weight = frequency_weight
         self.weightings = tuple(Weighting(t, frequency_weight) for t in self.targets)
@@ -120,7 +120,7 @@ class Problem:
         return residuals
 
     def _joined(self, predictions: tuple[Prediction, ...]) -> Residuals:
-        return joined([w.residuals(p) for w, p in zip(self.weightings, predictions, strict=True)], predictions)
+        return join_residuals([w.residuals(p) for w, p in zip(self.weightings, predictions, strict=True)], predictions)
 
     def _plain(self, x: FloatArray) -> Residuals:
         key = x.tobytes()

@@ -28,7 +28,7 @@ class Tracking:
         return tuple(int(i) for i in np.flatnonzero(self.mac < lowest))
 
 
-def tracked(measured: Modes, predicted: Modes, weight: float = FREQUENCY_WEIGHT) -> Tracking:
+def track_modes(measured: Modes, predicted: Modes, weight: float = FREQUENCY_WEIGHT) -> Tracking:
     """Return the one-to-one pairing with the largest sum of MAC - weight |ln(f/f_m)| (at most 3 weight).
 
     The shapes decide, so modes are followed through crossings; the frequency decides between shapes that look alike at
@@ -64,7 +64,7 @@ class Residuals:
         return result
 
 
-def joined(parts: Sequence[Residuals], predictions: tuple[Prediction, ...]) -> Residuals:
+def join_residuals(parts: Sequence[Residuals], predictions: tuple[Prediction, ...]) -> Residuals:
     """Return the residuals of several sets of targets below each other, blocks named by their set where there are several."""
     # Derivatives have done their work in the Jacobian; kept, they would fill the memory that the next point needs.
     predictions = tuple(Prediction(p.modes, p.frf) for p in predictions)
@@ -112,7 +112,7 @@ class Weighting:
         if prediction.modes is None:
             fail("model", "a prediction without modes", "must predict them for measured modes")
         assert self.targets.modes is not None
-        tracking = tracked(self.targets.modes, prediction.modes, self.frequency_weight)
+        tracking = track_modes(self.targets.modes, prediction.modes, self.frequency_weight)
         if self.targets.frequency or self.targets.damping:
             parts += self._poles(prediction, tracking.model)
         if self.targets.shape or self.targets.mac:

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.updating.fit import explained, fit
+from toolpoint.updating.fit import fit, is_explained
 from toolpoint.updating.fit_methods import LeastSquares
 from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
@@ -36,7 +36,7 @@ def fit_with_restarts(
     """
     first = fit(problem, method, limit, least_influence=least_influence, free=free)
     assumed = problem.assumed
-    if (first.converged and explained(first, assumed)) or not first.free:
+    if (first.converged and is_explained(first, assumed)) or not first.free:
         return first
     best, evaluations, tried = first, first.evaluations, 0
     for start in _starts(problem, first, restarts, spread, method):
@@ -49,7 +49,7 @@ def fit_with_restarts(
         evaluations += result.evaluations
         if (result.converged, -_cost(result)) > (best.converged, -_cost(best)):
             best = result
-        if result.converged and explained(result, assumed):
+        if result.converged and is_explained(result, assumed):
             break
     status = best.status + f"; after {tried} restarts" if tried else best.status
     return replace(best, status=status, evaluations=evaluations, identifiability=first.identifiability,

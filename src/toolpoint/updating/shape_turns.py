@@ -16,7 +16,7 @@ from toolpoint.updating.low_rank import Term
 from toolpoint.updating.prediction import Prediction, ShapeSlopes
 from toolpoint.vibration import Modes, SecondOrderSystem
 from toolpoint.vibration.eigen import mass_normalised
-from toolpoint.vibration.modes import overdamped
+from toolpoint.vibration.modes import remark_overdamped
 
 Weighted = Mapping[str, tuple[Term, FloatArray]]
 _EQUAL = 1e-9
@@ -79,7 +79,7 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, ratio
     damping, damping_slopes = _damping(system, modal, keep, ratio)
     shape = system.output_map @ modal.vectors
     modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,
-                  notes=overdamped(damping))
+                  notes=remark_overdamped(damping))
     if not modal.count:
         return Prediction(modes)
     return Prediction(modes, None, (modal.square_slopes[:keep] / (4 * np.pi * omega[:, None])).T, damping_slopes,

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.updating.low_rank import TERMS, Term, factored
+from toolpoint.updating.low_rank import TERMS, Term, factor_matrices
 from toolpoint.updating.prediction import Prediction
 from toolpoint.updating.response_slopes import direct_response, modal_response
 from toolpoint.updating.shape_turns import Modal, mode_prediction
@@ -70,7 +70,7 @@ class AffineSystem:
         """Return the low-rank factors of the constant derivatives, made once for each choice of numbers."""
         key = names, owner
         if key not in self._known:
-            self._known[key] = factored(self.derivatives(values, names), owner)
+            self._known[key] = factor_matrices(self.derivatives(values, names), owner)
         return self._known[key]
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of, positive
-from toolpoint.updating.frf_noise import Whitening, checked_correlation
+from toolpoint.updating.frf_noise import Whitening, check_correlation
 from toolpoint.vibration import Dof, Frf, Modes
 
 FRF_KINDS = ("real and imaginary", "log")
@@ -90,7 +90,7 @@ class Targets:
         for name, size in (("line_correlation", frf.frequency.size), ("channel_correlation", len(frf.outputs))):
             value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, name, checked_correlation(f"Targets.{name}", value, size))
+                object.__setattr__(self, name, check_correlation(f"Targets.{name}", value, size))
 
     def _check_modes(self, modes: Modes) -> None:
         if modes.frequency.ndim != 1:

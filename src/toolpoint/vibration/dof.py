@@ -83,7 +83,7 @@ def dofs(labels: Iterable[Dof | str]) -> tuple[Dof, ...]:
     return tuple(label if isinstance(label, Dof) else Dof.parse(label) for label in labels)
 
 
-def checked_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple[Dof, ...]:
+def check_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple[Dof, ...]:
     """Return labels as Dofs after checking their number; repeated labels are refused."""
     result = dofs(labels)
     if len(result) != length:

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import null_space, sqrtm
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
-from toolpoint.vibration.modes import Modes, overdamped
+from toolpoint.vibration.modes import Modes, remark_overdamped
 from toolpoint.vibration.system import SecondOrderSystem
 
 RIGID_TOLERANCE = 1e-9
@@ -40,7 +40,7 @@ def undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     omega = natural_omega(squares, system.mass, system.stiffness)
     ratio, kind, notes = _diagonal_damping(system, vectors, omega)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", kind,
-                 **_participation(system, vectors), notes=(*system.notes, *notes, *overdamped(ratio)))
+                 **_participation(system, vectors), notes=(*system.notes, *notes, *remark_overdamped(ratio)))
 
 
 def mass_normalised(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -148,12 +148,12 @@ def _structural(system: SecondOrderSystem, keep: int | None) -> Modes:
     squares = np.where(np.abs(squares) <= RIGID_TOLERANCE * top, 0.0, squares)
     if (squares.real < 0).any():
         fail("stiffness", f"eigenvalue {squares.real.min():g}", "must have a positive real part")
-    vectors = orthogonalised(vectors, squares, lambda x, y: x.T @ system.mass @ y)
+    vectors = orthogonalise(vectors, squares, lambda x, y: x.T @ system.mass @ y)
     omega = np.sqrt(squares.real)
     with np.errstate(divide="ignore", invalid="ignore"):
         ratio = np.where(omega > 0, squares.imag / (2 * squares.real), 0.0)
     return Modes(omega / (2 * np.pi), ratio, system.output_map @ vectors, system.outputs, "unit modal mass", "structural",
-                 **_participation(system, vectors), notes=(*system.notes, *overdamped(ratio)))
+                 **_participation(system, vectors), notes=(*system.notes, *remark_overdamped(ratio)))
 
 
 def _viscous(system: SecondOrderSystem, keep: int | None) -> Modes:
@@ -220,7 +220,7 @@ def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: Callabl
     return result
 
 
-def orthogonalised(vectors: ComplexArray, values: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
+def orthogonalise(vectors: ComplexArray, values: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
     """Return vectors scaled so that the bilinear product of each cluster of equal values is the identity."""
     result = vectors.astype(complex)
     for cluster in clusters(values):

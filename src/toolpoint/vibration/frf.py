@@ -22,7 +22,7 @@ from toolpoint._check import (
     one_of,
     scalar,
 )
-from toolpoint.vibration.dof import Dof, checked_labels, dofs, positions, summary
+from toolpoint.vibration.dof import Dof, check_labels, dofs, positions, summary
 
 QUANTITIES = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
 _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
@@ -73,8 +73,8 @@ class Frf:
         values = complexes("Frf.values", self.values, (frequency.size, None, None))
         put(self, "frequency", frequency)
         put(self, "values", values)
-        put(self, "outputs", checked_labels("Frf.outputs", self.outputs, values.shape[-2]))
-        put(self, "inputs", checked_labels("Frf.inputs", self.inputs, values.shape[-1]))
+        put(self, "outputs", check_labels("Frf.outputs", self.outputs, values.shape[-2]))
+        put(self, "inputs", check_labels("Frf.inputs", self.inputs, values.shape[-1]))
         one_of("Frf.quantity", self.quantity, QUANTITIES)
         put(self, "coherence", _beside("Frf.coherence", self.coherence, values))
         put(self, "variance", _beside("Frf.variance", self.variance, values))

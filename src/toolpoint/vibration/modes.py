@@ -20,7 +20,7 @@ from toolpoint._check import (
     one_of,
     real_or_complex,
 )
-from toolpoint.vibration.dof import Dof, checked_labels, positions
+from toolpoint.vibration.dof import Dof, check_labels, positions
 
 SCALINGS = ("unit modal mass", "modal A", "unscaled")
 DAMPING = ("viscous", "structural")
@@ -90,13 +90,13 @@ class Modes:
         put(self, "frequency", frequency)
         put(self, "damping_ratio", floats("Modes.damping_ratio", np.broadcast_to(self.damping_ratio, frequency.shape)))
         put(self, "shape", real_or_complex("Modes.shape", self.shape, (None, count)))
-        put(self, "dofs", checked_labels("Modes.dofs", self.dofs, self.shape.shape[-2]))
+        put(self, "dofs", check_labels("Modes.dofs", self.dofs, self.shape.shape[-2]))
         one_of("Modes.scaling", self.scaling, SCALINGS)
         one_of("Modes.damping", self.damping, DAMPING)
         if self.participation is not None:
             put(self, "participation", real_or_complex("Modes.participation", self.participation, (None, count)))
             put(self, "input_dofs",
-                checked_labels("Modes.input_dofs", self.input_dofs, self.participation.shape[-2]))
+                check_labels("Modes.input_dofs", self.input_dofs, self.participation.shape[-2]))
         elif self.input_dofs:
             fail("Modes.input_dofs", "given without participation", "must come with it")
         if self.covariance is not None:
@@ -115,7 +115,7 @@ class Modes:
         """
         ratio = np.abs(self.damping_ratio)
         if self.scaling == "unit modal mass":
-            for note in overdamped(ratio):
+            for note in remark_overdamped(ratio):
                 if not any(text.startswith(_OVERDAMPED) for text in self.notes):
                     warnings.warn(note, ToolpointWarning, stacklevel=4)
                     object.__setattr__(self, "notes", (*self.notes, note))
@@ -256,7 +256,7 @@ class Modes:
         return f"Modes({poses}{self.count} {kind} modes, {span}, {len(self.dofs)} dofs, {self.scaling}, {self.damping})"
 
 
-def overdamped(ratio: FloatArray) -> tuple[str, ...]:
+def remark_overdamped(ratio: FloatArray) -> tuple[str, ...]:
     """Return the remark on modes (last axis) with a damping ratio of 1 or more, for the notes of Modes; none where all vibrate.
 
     A model whose dampers are strong has such modes rightly; Modes made without this remark are warned of.

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive, scalar
-from toolpoint.vibration.dof import Dof, checked_labels, positions
+from toolpoint.vibration.dof import Dof, check_labels, positions
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +59,7 @@ class Record:
             fail("Record.quantities", f"{len(quantities)} quantities, {len(units)} units", f"must be {count} of each")
         object.__setattr__(self, "samples", samples)
         object.__setattr__(self, "sample_rate", positive("Record.sample_rate", self.sample_rate))
-        labels = checked_labels("Record.channels", self.channels, count) if len(set(quantities)) == 1 else self._labels()
+        labels = check_labels("Record.channels", self.channels, count) if len(set(quantities)) == 1 else self._labels()
         object.__setattr__(self, "channels", labels)
         object.__setattr__(self, "quantities", quantities)
         object.__setattr__(self, "units", units)

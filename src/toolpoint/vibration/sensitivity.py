@@ -14,7 +14,7 @@ import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, fail, floats
 from toolpoint.vibration.dof import Dof
-from toolpoint.vibration.eigen import clusters, mass_normalised, orthogonalised, viscous_pencil
+from toolpoint.vibration.eigen import clusters, mass_normalised, orthogonalise, viscous_pencil
 from toolpoint.vibration.system import SecondOrderSystem
 
 EQUAL = 1e-9
@@ -189,7 +189,7 @@ def _symmetric_pencil(system: SecondOrderSystem, structural: bool) -> tuple[Arra
     squares, shapes = np.linalg.eig(np.linalg.solve(system.mass, stiffness))
     order = np.argsort(squares.real)
     squares, shapes = squares[order], shapes[:, order]
-    return squares, orthogonalised(shapes, squares, lambda x, y: x.T @ system.mass @ y)
+    return squares, orthogonalise(shapes, squares, lambda x, y: x.T @ system.mass @ y)
 
 
 def _one(matrices: FloatArray | None, p: int, n: int) -> FloatArray:
@@ -246,7 +246,7 @@ def _diagonalised(form: Array) -> tuple[Array, Array]:
     if not np.iscomplexobj(form):
         return np.linalg.eigh(form)
     values, turn = np.linalg.eig(form)
-    return values, orthogonalised(turn, values, lambda x, y: x.T @ y)
+    return values, orthogonalise(turn, values, lambda x, y: x.T @ y)
 
 
 def _from_squares(values: Array, slope: Array) -> tuple[FloatArray, FloatArray]:

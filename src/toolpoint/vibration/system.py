@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import LEFT_OUT, ComplexArray, FloatArray, fail, floats, symmetric
-from toolpoint.vibration.dof import Dof, checked_labels, positions, summary
+from toolpoint.vibration.dof import Dof, check_labels, positions, summary
 
 
 @dataclass(frozen=True, eq=False)
@@ -92,8 +92,8 @@ class SecondOrderSystem:
                                  tuple(Dof(i + 1, "+x") for i in range(input_map.shape[-1])))
         put(self, "output_map", output_map)
         put(self, "input_map", input_map)
-        put(self, "outputs", checked_labels("SecondOrderSystem.outputs", outputs, output_map.shape[-2]))
-        put(self, "inputs", checked_labels("SecondOrderSystem.inputs", inputs, input_map.shape[-1]))
+        put(self, "outputs", check_labels("SecondOrderSystem.outputs", outputs, output_map.shape[-2]))
+        put(self, "inputs", check_labels("SecondOrderSystem.inputs", inputs, input_map.shape[-1]))
 
     @property
     def size(self) -> int:

@@ -51,12 +51,12 @@ def _scene(place: Placement) -> tuple[Scene, np.ndarray]:
 
 def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray) -> Scene:
     if body.mesh is not None:
-        nodes, faces = mesh.merged(body.mesh.corners)
-        return Scene.of_mesh(name, tf.moved(frame, nodes + np.array(body.centre)), faces)
+        nodes, faces = mesh.merge_corners(body.mesh.corners)
+        return Scene.of_mesh(name, tf.move(frame, nodes + np.array(body.centre)), faces)
     shape = body.draw or body.shape
     centre = np.array(body.centre if body.draw_at is None else body.draw_at)
     size = _size(shape) if shape is not None else _equal_box(mass)
-    centre = tf.moved(frame, centre[None])[0]
+    centre = tf.move(frame, centre[None])[0]
     return Scene.of_boxes([Box(name, centre, size, frame[:3, :3])])
 
 
