@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from toolpoint.app import maps
 from toolpoint.app.main import main
 from toolpoint.studies.pose_map import PoseMap
 
@@ -116,8 +115,8 @@ def test_the_installed_program_runs_without_a_display():
 
 def test_poses_that_fail_in_a_map_are_told_with_their_reason():
     found = PoseMap({"X": np.array([0.0, 0.1])}, np.array([[20.0, 30.0], [np.nan, np.nan]]), {(1,): "no equilibrium"})
-    assert maps.failures(found) == ["X 0.1: no equilibrium"]
-    assert json.loads(json.dumps(maps.plain(found), allow_nan=False))["frequency_hz"][1] == [None, None]
+    assert found.failed() == ["X 0.1: no equilibrium"]
+    assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["frequency_hz"][1] == [None, None]
 
 
 def frequencies(capsys, *arguments):

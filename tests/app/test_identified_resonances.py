@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint.app.identify import page, plain
 from toolpoint.modal_identification import Resonance, identify
+from toolpoint.pages.identification import identification_page
 from toolpoint.vibration import Frf, Modes, frequency_response
 
 
@@ -19,13 +19,13 @@ def test_page_names_modes_that_stand_out_and_doubtful_ones():
     noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs))
     assert found.modes.count == 3
-    html = page(found, None, ["a.txt"]).html()
+    html = identification_page(found, None, ["a.txt"]).html()
     assert html.count(">stands out<") == len(found.dominant) > 0 and ">doubtful<" not in html
     unsure = (Resonance((0, 1), 1, 0.9), Resonance((2,), 2, 0.3, doubtful=True))
-    html = page(replace(found, resonances=unsure), None, ["a.txt"]).html()
+    html = identification_page(replace(found, resonances=unsure), None, ["a.txt"]).html()
     assert html.count(">stands out<") == 1 and html.count(">doubtful<") == 1
     lines = replace(found, resonances=unsure).table().split("\n")
-    listed = json.loads(json.dumps(plain(replace(found, resonances=unsure)), allow_nan=False))
+    listed = json.loads(json.dumps(replace(found, resonances=unsure).to_dict(), allow_nan=False))
     assert (listed["stands_out"], listed["doubtful"]) == ([False, True, False], [False, False, True])
     assert listed["share"] == [0.9, 0.9, 0.3] and listed["frequency_interval_hz"] == found.modes.frequency_interval.tolist()
     assert [line[-1] in "*?" and line[-1] for line in lines[1:]] == [False, "*", "?"]
@@ -37,7 +37,7 @@ def test_an_interval_that_is_unknown_is_said_to_be():
     found = identify(frf)
     covariance = np.array([np.diag([1e-4, 1e-6]), np.diag([-1e-4, 1e-6])])
     found = replace(found, modes=replace(found.modes, covariance=covariance))
-    listed = json.loads(json.dumps(plain(found), allow_nan=False))
+    listed = json.loads(json.dumps(found.to_dict(), allow_nan=False))
     assert listed["frequency_interval_hz"][1] is None and None not in listed["damping_interval"]
-    assert page(found, None, ["a.txt"]).html().count(">unknown<") == 1
+    assert identification_page(found, None, ["a.txt"]).html().count(">unknown<") == 1
     assert "nan" in found.table().split("\n")[2]

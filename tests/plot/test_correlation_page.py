@@ -7,11 +7,11 @@ import pytest
 from four_part_mill import four_part_mill
 
 from toolpoint._check import ToolpointError
-from toolpoint.app import correlation_page, sensitivity
-from toolpoint.app.correlation_page import CorrelationRun, Test
-from toolpoint.app.measurements import Measurement
-from toolpoint.app.update_page import page as update_page
 from toolpoint.machine import assemble
+from toolpoint.machine.named_points import point_positions
+from toolpoint.pages.correlation import correlation_page
+from toolpoint.pages.sensitivity import sensitivity_page
+from toolpoint.pages.update import update_page
 from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.joint_views import joint_views
@@ -19,6 +19,8 @@ from toolpoint.plot.figures.point_views import point_pairs, point_values
 from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
 from toolpoint.studies import machine_update
+from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
+from toolpoint.studies.measured_update import MeasuredUpdate, Measurement
 from toolpoint.studies.model_correlation import correlate
 from toolpoint.studies.point_pairing import paired_points
 from toolpoint.studies.sensitivity_study import sensitivity_study
@@ -37,11 +39,11 @@ def test_correlation_page(mills, opened):
     mill, wrong, _ = mills
     modes = eigen.undamped(assemble(mill), 6)
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:3], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
-    places = correlation_page.positions(mill, None)
+    places = point_positions(mill)
     pairing = paired_points(places, places, 0.01)
     runs = [correlate(m, modes, pairing, frf) for m in (mill, wrong)]
-    test = Test(modes, frf, Geometry(places, [("base0", "base1")]), None)
-    seen = opened(correlation_page.page(CorrelationRun(*runs), mill, test).html(), reduced_motion="reduce")
+    test = MeasuredTest(modes, frf, Geometry(places, [("base0", "base1")]), None)
+    seen = opened(correlation_page(Comparison(*runs, mill, test)).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 6 && 'pairs' in window.toolpointViews")
     chart = seen.page.locator(".tp-chart[data-name=chart-1]")
     chart.scroll_into_view_if_needed()
@@ -55,7 +57,7 @@ def test_correlation_page(mills, opened):
 
 def test_sensitivity_page(mills, opened):
     mill, _, _ = mills
-    seen = opened(sensitivity.page(sensitivity_study(mill), mill).html(), reduced_motion="reduce")
+    seen = opened(sensitivity_page(sensitivity_study(mill), mill).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 5 && 'modes' in window.toolpointViews")
     bars = seen.page.locator(".tp-chart[data-name=chart-2]")
     bars.scroll_into_view_if_needed()
@@ -70,7 +72,7 @@ def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     found = machine_update.update(wrong, [path], modes, frf)
     assert found.machine.value(path) == pytest.approx(mill.value(path), rel=1e-3)
-    seen = opened(update_page(wrong, found, [Measurement(modes, frf, None)]).html(), reduced_motion="reduce")
+    seen = opened(update_page(MeasuredUpdate(wrong, found, (Measurement(modes, frf),))).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'pair' in window.toolpointViews")
     for number in (1, 2):
         chart = seen.page.locator(f".tp-chart[data-name=chart-{number}]")

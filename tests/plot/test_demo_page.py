@@ -2,12 +2,14 @@
 
 import pytest
 
-from toolpoint.app import run
+from toolpoint.app.main import main
 
 
 @pytest.fixture(scope="module")
 def html(tmp_path_factory):
-    return run.demo(tmp_path_factory.mktemp("demo"), quiet=True).read_text(encoding="utf-8")
+    folder = tmp_path_factory.mktemp("demo")
+    main(["demo", "-o", str(folder)])
+    return (folder / "index.html").read_text(encoding="utf-8")
 
 
 def test_it_renders_moves_and_asks_nothing(opened, html):

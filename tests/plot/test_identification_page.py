@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from toolpoint.app.identify import page
 from toolpoint.modal_identification import identify
+from toolpoint.pages.identification import identification_page
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 from toolpoint.vibration.geometry import Geometry
 
@@ -16,7 +16,7 @@ def test_click_on_a_pole_animates_its_shape(opened):
     frf = frequency_response.modal(modes, np.linspace(5, 80, 400), None, inputs=[dofs[0]], quantity="accelerance")
     values = frf.values * (1 + 0.005 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, values, frf.outputs, frf.inputs, "accelerance"))
-    seen = opened(page(found, Geometry(points, [(1, 2), (2, 3)]), ["test.uff"]).html(), reduced_motion="reduce")
+    seen = opened(identification_page(found, Geometry(points, [(1, 2), (2, 3)]), ["test.uff"]).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'poles' in window.toolpointViews")
     chart = seen.page.locator(".tp-chart[data-name=stabilization]")
     chart.scroll_into_view_if_needed()
@@ -39,7 +39,7 @@ def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opene
     frf = frequency_response.modal(modes, np.arange(0.5, 100, 0.05), ["tip:+x"], inputs=["tip:+x"])
     noisy = frf.values * (1 + 0.002 * rng.normal(size=frf.values.shape))
     found = identify(Frf(frf.frequency, noisy, frf.outputs, frf.inputs), band=(1, 99))
-    html = page(found, None, ["low.txt"]).html()
+    html = identification_page(found, None, ["low.txt"]).html()
     assert "AutoMAC" not in html and "worst fit" not in html  # of one response both say nothing
     seen = opened(html, reduced_motion="reduce")
     seen.wait("document.querySelectorAll('.annotation-text-g').length >= 3")

@@ -11,7 +11,6 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.app import console
-from toolpoint.app.cutting import example_cut
 from toolpoint.app.poses import grid
 from toolpoint.cutting.build import words
 from toolpoint.cutting.stability import method_named
@@ -22,6 +21,7 @@ from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
 from toolpoint.studies.chatter_map import chatter_map
+from toolpoint.studies.example_cut import example_cut
 from toolpoint.studies.execute import Dask, Serial
 from toolpoint.studies.tool_point import FEED_ANGLE
 
@@ -47,8 +47,9 @@ def chatter(machine: Path, study: Study, cut: Mapping[str, Any], output: str | P
     built = machine_file.read(machine)
     positions = grid(built, study.axes, "--axis")
     given = {name: value for name, value in cut.items() if value is not None}
-    notes: list[str] = []
-    used = (built.description.cutting or example_cut(given, notes)).with_values(given)
+    described = built.description.cutting
+    base, notes = example_cut(given) if described is None else (described, [])
+    used = base.with_values(given)
     words(used)  # faults of the cut are told before any work
     angles = np.array([FEED_ANGLE[used.feed]]) if study.feed_angles is None else study.feed_angles
     with console.collected_warnings() as warnings, \

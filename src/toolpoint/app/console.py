@@ -20,7 +20,7 @@ class _Lines(Console):
     """A console that leaves the wrapping of plain lines to the terminal: paths and tables in a log stay whole."""
 
     def print(self, *objects: Any, **options: Any) -> None:
-        if all(isinstance(one, str) for one in objects):
+        if all(isinstance(part, str) for part in objects):
             options.setdefault("soft_wrap", True)
         super().print(*objects, **options)
 
@@ -28,6 +28,7 @@ class _Lines(Console):
 # Emoji codes are off: 'machine.yaml:100:7' names a place.
 OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
+ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
 
 
 def table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
@@ -42,6 +43,17 @@ def table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> N
 
 def _is_words(cells: Sequence[str]) -> bool:
     return any(len(cell) > 1 and " " in cell and cell[0].isalpha() for cell in cells)
+
+
+def text(lines: str) -> None:
+    """Print plain text as it is; where the terminal knows no lines for tables, with plain signs."""
+    plain = spelled(lines)
+    OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
+
+
+def warning(message: str) -> None:
+    """Print a warning beside the result."""
+    ERR.print("warning: " + spelled(message), markup=False, style="yellow")
 
 
 def error(message: str) -> None:

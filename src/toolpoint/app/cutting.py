@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.app import console, measured_page
+from toolpoint.app import console
 from toolpoint.app.console import spelled
 from toolpoint.app.cut_options import doubts
 from toolpoint.app.dynamics import read_dynamics
@@ -32,6 +32,7 @@ from toolpoint.plot.figures.cutting import (
     with_simulations,
 )
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.studies.example_cut import example_cut
 from toolpoint.studies.tool_dynamics import as_modes
 from toolpoint.studies.tool_point import depth_limit, milling_problem
 
@@ -57,28 +58,14 @@ def _problem(source: Source, given: Mapping[str, Any], in_time: bool) -> tuple[M
     dynamics = as_modes(dynamics) if in_time else dynamics
     notes = [spelled(note) for note in dynamics.notes]
     own = None if dynamics.machine is None else dynamics.machine.description.cutting
-    used = (own or example_cut(given, notes)).with_values(given)
+    base, more = (own, []) if own is not None else example_cut(given)
+    notes += more
+    used = base.with_values(given)
     notes += doubts(used)
     problem = milling_problem(used, dynamics.response, dynamics.x, dynamics.y)
     if problem.coefficients.ka > 0 and problem.z is None:
         notes.append("the response along z is not known: the axial force moves nothing here")
     return problem, used, notes
-
-
-def example_cut(given: Mapping[str, Any], notes: list[str]) -> CuttingDescription:
-    """Return the example's cut; a note says which of its values are used."""
-    cut = measured_page.EXAMPLE_CUT
-    slot, material = given.get("direction") == "slot", "material" in given
-    tool, arc, k = cut.tool, cut.engagement, cut.coefficients
-    values = {"diameter": f"diameter {1e3 * tool.diameter:g} mm", "teeth": f"{tool.teeth} teeth",
-              "direction": f"direction {arc.direction}", "immersion": f"immersion {arc.immersion:g}",
-              "tangential": f"kt {1e-6 * (k.tangential or 0):g} N/mm^2", "normal": f"kn {1e-6 * (k.normal or 0):g} N/mm^2"}
-    needless = {"immersion"} if slot else {"direction", "immersion"} if "entry" in given else set()
-    needless |= {"tangential", "normal"} if material else set()
-    taken = [words for name, words in values.items() if name not in given and name not in needless]
-    if taken:
-        notes.append(f"Not given and taken from an example: {', '.join(taken)} ({cut.source}).")
-    return cut
 
 
 def lobes(

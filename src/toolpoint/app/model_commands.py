@@ -1,15 +1,19 @@
-"""Commands about a model and its test: joints, update, correlate, sensitivity."""
+"""Commands about measurements, and a model beside its test: identify, joints, update, correlate, sensitivity."""
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
-from toolpoint.app.options import JSON, OUTPUT, POSE, POSES
-from toolpoint.app.options import band as band_of
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import frame
+from toolpoint.app.options import BAND, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
+
+LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
+          "* stands out, ? doubtful")
 
 
 def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str]) -> dict[str, str]:
@@ -23,32 +27,99 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", required=True, type=click.Path(path_type=Path),
-              help="Universal file, CSV (point,x,y,z in m), or machine YAML.")
-@click.option("--components", required=True, type=click.Path(path_type=Path),
-              help="YAML: which points belong to which component, the chain, masses where known.")
-@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the identified machine here.")
-@click.option("--coordinate-deviation", default=0.0, show_default=True,
-              help="Standard deviation of the points' coordinates, mm; it enters all intervals.")
-@click.option("--band", callback=band_of, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
+@click.argument("files", nargs=-1, required=True, type=PATH)
+@click.option("--geometry", type=PATH, help=GEOMETRY)
+@click.option("--method", default="refined", show_default=True, help="Identification method.")
+@BAND
+@QUANTITY
+@click.option("-m", "--modes", "modes_file", type=PATH, help="Save the modes here (HDF5).")
 @OUTPUT
 @JSON
-def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file: Path | None, coordinate_deviation: float,
-           band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
-    """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
-    from toolpoint.app import joints as work
+def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tuple[float, float] | None,
+             quantity: str | None, modes_file: Path | None, output: Path, as_json: bool) -> None:
+    """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
 
-    run = work.joints(files, geometry, components, machine_file, band, output, as_json, 1e-3 * coordinate_deviation)
+    An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
+    """
+    from toolpoint.app import console
+    from toolpoint.io import frf_files, geometry_files, hdf5
+    from toolpoint.modal_identification import identify as identified
+    from toolpoint.pages.identification import identification_page
+
+    if output.suffix == ".h5":
+        modes_file, output = output, Path("toolpoint-report")
+    if modes_file is not None and not modes_file.parent.is_dir():
+        raise ToolpointError(f"{modes_file}: the folder {modes_file.parent} does not exist; create it first")
+    with frame(output, as_json, steps=3) as run:
+        run.step("reading")
+        frf = frf_files.read(files, quantity=quantity)
+        shape = None if geometry is None else geometry_files.read(geometry)
+        run.step("identification")
+        result = identified(frf, method, band)
+        run.step("page")
+        run.save(identification_page(result, shape, [file.name for file in files], run.warnings))
+        if modes_file is not None:
+            hdf5.write(result.modes, modes_file)
     if as_json:
-        click.echo(json.dumps({"joints": [one.as_dict() for one in run.joints.joints], "status": run.joints.status}))
+        run.show(result)
+        return
+    console.text("\n".join([result.table(), LEGEND, result.status]))
+    run.warnings += [note for note in frf.notes if not any(console.spelled(note) in text for text in run.warnings)]
+    if modes_file is not None:
+        console.text(f"Modes saved: {modes_file}")
+    run.show_rest()
 
 
 @click.command()
-@click.argument("machine", type=click.Path(path_type=Path))
-@click.option("--modes", multiple=True, type=click.Path(path_type=Path),
+@click.argument("files", nargs=-1, required=True, type=PATH)
+@click.option("--geometry", required=True, type=PATH, help=GEOMETRY)
+@click.option("--components", required=True, type=PATH,
+              help="YAML: which points belong to which component, the chain, masses where known.")
+@click.option("--machine", "written", type=PATH, help="Write the identified machine here.")
+@click.option("--coordinate-deviation", default=0.0, show_default=True,
+              help="Standard deviation of the points' coordinates, mm; it enters all intervals.")
+@BAND
+@OUTPUT
+@JSON
+def joints(files: Sequence[Path], geometry: Path, components: Path, written: Path | None, coordinate_deviation: float,
+           band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
+    """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
+    from toolpoint.io import geometry_files
+    from toolpoint.io.yaml import component_file, machine_file
+    from toolpoint.pages.joints import joints_page
+    from toolpoint.studies.joint_study import joint_study
+
+    with frame(output, as_json, steps=4) as run:
+        run.step("reading")
+        shape, described = geometry_files.read(geometry), component_file.read(components)
+        run.step("modes")
+        modes = _modes_of(files, band)
+        run.step("joints")
+        result = joint_study(modes, shape, described, coordinate_deviation=1e-3 * coordinate_deviation)
+        if written is not None:
+            if result.machine is None:
+                raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")
+            machine_file.write(result.machine, written)
+        run.step("page")
+        run.save(joints_page(result, run.warnings))
+    run.show(result, written={"Machine file": written})
+
+
+def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> Any:
+    """Return the saved modes of the only file, or those identified from responses."""
+    from toolpoint.io import frf_files, mode_files
+    from toolpoint.modal_identification import identify
+
+    if len(files) == 1 and mode_files.holds_modes(files[0]):
+        return mode_files.read(files[0])
+    return identify(frf_files.read(files), band=band).modes
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@click.option("--modes", multiple=True, type=PATH,
               help="Measured modes, saved by identify (HDF5); several times for several measurements.")
-@click.option("--frf", multiple=True, type=click.Path(path_type=Path),
+@click.option("--frf", multiple=True, type=PATH,
               help="Measured FRFs (universal, HDF5, MATLAB, text); with several poses one file for each.")
 @click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
               help="Parameter to update; all joint stiffnesses where none is named.")
@@ -56,37 +127,73 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, machine_file
 @click.option("--samples", default=0, metavar="STEPS", show_default="none", type=click.IntRange(min=0),
               help="Sample the posterior by so many steps of every walker, for example 2000 (extra 'bayes').")
 @click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@click.option("--machine", "machine_file", type=click.Path(path_type=Path), help="Write the updated machine here.")
+@click.option("--machine", "written", type=PATH, help="Write the updated machine here.")
 @OUTPUT
 @JSON
 def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths: tuple[str, ...],
-           poses: tuple[dict[str, float], ...], samples: int, seed: int, machine_file: Path | None, output: Path,
+           poses: tuple[dict[str, float], ...], samples: int, seed: int, written: Path | None, output: Path,
            as_json: bool) -> None:
     """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named.
 
     Measurements at several poses: --modes a.h5 --pose X=0 --modes b.h5 --pose X=0.2
     """
-    from toolpoint.app import update as work
+    from toolpoint.app.poses import machine_at
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.update import update_page
+    from toolpoint.studies.measured_update import measured_update
 
-    run = work.update_machine(machine, modes, frf, paths, poses, machine_file, output, as_json, samples, seed)
-    if as_json:
-        drawn = run.samples
-        click.echo(json.dumps({"values": run.update.fit.values, "status": run.update.fit.status} | (
-            {} if drawn is None else {"samples": drawn.status, "intervals": {n: drawn.interval(n) for n in drawn.names}})))
+    with frame(output, as_json, steps=3) as run:
+        run.step("reading")
+        built, measured = machine_at(machine, *poses), _measurements(modes, frf, poses)
+        run.step("updating")
+        what = ", ".join(path.name for path in (*modes, *frf))
+        result = measured_update(built, measured, paths, samples=samples, seed=seed, what=what)
+        if written is not None:
+            machine_file.write(result.machine.description, written)
+        run.step("page")
+        run.save(update_page(result, run.warnings))
+    run.show(result, written={"Machine file": written})
+
+
+def _measurements(modes: Sequence[Path], frf: Sequence[Path], poses: Sequence[dict[str, float]]) -> list[Any]:
+    """Read the measurements of files and poses given in order.
+
+    One pose or none: all response files are one measurement, joined by the modes where there is one file of them; more
+    files of modes are repeated measurements. Several poses: one file of modes, of responses, or of each, for every pose.
+    """
+    from toolpoint.io import frf_files, mode_files
+    from toolpoint.studies.measured_update import Measurement
+
+    if not modes and not frf:
+        raise ToolpointError("update: neither --modes nor --frf given; needs at least one measurement")
+    read = [mode_files.read(path) for path in modes]
+    if len(poses) > 1:
+        for name, files in (("--modes", modes), ("--frf", frf)):
+            if files and len(files) != len(poses):
+                raise ToolpointError(f"{name}: {len(files)} files for {len(poses)} poses; must be one for each, in "
+                                     f"their order, or none ({name} a.h5 --pose X=0 {name} b.h5 --pose X=0.2)")
+        responses = [frf_files.read(path) for path in frf]
+        return [Measurement(read[k] if read else None, responses[k] if responses else None, pose)
+                for k, pose in enumerate(poses)]
+    pose = poses[0] if poses else None
+    joined = frf_files.read(frf) if frf else None
+    if len(read) <= 1:
+        return [Measurement(read[0] if read else None, joined, pose)]
+    return [*(Measurement(part, None, pose) for part in read), *([] if joined is None else [Measurement(None, joined, pose)])]
 
 
 @click.command()
-@click.argument("machine", type=click.Path(path_type=Path))
-@click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
-@click.option("--geometry", type=click.Path(path_type=Path), help="Universal file, CSV (point,x,y,z in m), or machine YAML.")
-@click.option("--components", type=click.Path(path_type=Path),
+@click.argument("machine", type=PATH)
+@click.argument("files", nargs=-1, required=True, type=PATH)
+@click.option("--geometry", type=PATH, help=GEOMETRY)
+@click.option("--components", type=PATH,
               help="YAML: which measured points ride on which body of the machine; otherwise points are paired by place.")
 @click.option("--pair", "pairs", multiple=True, callback=_pairs, metavar="TEST=MODEL",
               help="A measured point and the machine's point that it is; at least three fix the registration.")
 @click.option("--furthest", default=50.0, show_default=True, help="Points further apart stay single, mm.")
-@click.option("--before", type=click.Path(path_type=Path), help="The machine before updating, shown beside.")
+@click.option("--before", type=PATH, help="The machine before updating, shown beside.")
 @click.option("--lowest-mac", default=0.5, show_default=True, help="Modes below are not paired.")
-@click.option("--band", callback=band_of, metavar="LOW:HIGH", help="Part of the lines to use, Hz.")
+@BAND
 @POSE
 @OUTPUT
 @JSON
@@ -94,16 +201,31 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
               furthest: float, before: Path | None, lowest_mac: float, band: tuple[float, float] | None,
               pose: dict[str, float] | None, output: Path, as_json: bool) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
-    from toolpoint.app import correlate as work
+    from toolpoint.app.poses import machine_at
+    from toolpoint.io import frf_files, geometry_files, mode_files
+    from toolpoint.io.yaml import component_file
+    from toolpoint.pages.correlation import correlation_page
+    from toolpoint.studies.measured_comparison import compare, measured_test
 
-    run = work.correlate_files(machine, files, geometry, components, pairs, 1e-3 * furthest, before, pose, band, lowest_mac,
-                               output, as_json)
-    if as_json:
-        click.echo(json.dumps(work.as_dict(run.now)))
+    if components is not None and geometry is None:
+        raise ToolpointError("--components: needs --geometry for the positions of the points")
+    with frame(output, as_json, steps=3) as run:
+        run.step("reading")
+        saved = [file for file in files if mode_files.holds_modes(file)]
+        responses = [file for file in files if file not in saved]
+        test = measured_test(mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None,
+                             geometry=None if geometry is None else geometry_files.read(geometry), band=band,
+                             owner=None if components is None else component_file.read(components).points)
+        run.step("correlation")
+        result = compare(machine_at(machine, pose), test, pose=pose, known=pairs, furthest=1e-3 * furthest,
+                         before=None if before is None else machine_at(before, pose), lowest_mac=lowest_mac)
+        run.step("page")
+        run.save(correlation_page(result, run.warnings))
+    run.show(result)
 
 
 @click.command()
-@click.argument("machine", type=click.Path(path_type=Path))
+@click.argument("machine", type=PATH)
 @click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
               help="Parameter to study; all stiffnesses, dampers, masses and densities where none is named.")
 @click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
@@ -114,9 +236,14 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
 def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float, pose: dict[str, float] | None, output: Path,
                 as_json: bool) -> None:
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
-    from toolpoint.app import sensitivity as work
+    from toolpoint.app.poses import machine_at
+    from toolpoint.pages.sensitivity import sensitivity_page
+    from toolpoint.studies.sensitivity_study import sensitivity_study
 
-    found = work.sensitivity(machine, paths, count, 1e-2 * change, pose, output, as_json)
-    if as_json:
-        click.echo(json.dumps({"frequency_hz": found.frequencies.tolist(), "relative_sensitivity": {
-            path: row.tolist() for path, row in zip(found.paths, found.frequency, strict=True)}}))
+    with frame(output, as_json, steps=2) as run:
+        run.step("sensitivities")
+        built = machine_at(machine, pose)
+        result = sensitivity_study(built, paths or None, min(count, built.size), pose)
+        run.step("page")
+        run.save(sensitivity_page(result, built, 1e-2 * change, pose, run.warnings))
+    run.show(result)

@@ -24,10 +24,10 @@ def pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> d
 
 def poses(ctx: click.Context, parameter: click.Parameter, value: Sequence[str]) -> tuple[dict[str, float], ...]:
     """Return axis positions of several texts X=0.1,Y=0.2."""
-    return tuple(one for text in value if (one := pose(ctx, parameter, text)) is not None)
+    return tuple(at for text in value if (at := pose(ctx, parameter, text)) is not None)
 
 
-def band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
+def band_of(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float] | None:
     """Return both ends of the text LOW:HIGH."""
     if not value:
         return None
@@ -40,9 +40,14 @@ def band(ctx: click.Context, parameter: click.Parameter, value: str | None) -> t
     return low, high
 
 
-OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=click.Path(path_type=Path),
+PATH = click.Path(path_type=Path)
+OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=PATH,
                        help="Folder (or .html file) of the page.")
 POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=200mm", help="Axis positions; m or rad where no unit is written.")
 POSES = click.option("--pose", "poses", callback=poses, multiple=True, metavar="X=0.1,Y=200mm",
                      help="Axis positions of a measurement (m or rad without a unit); several times, in the order of files.")
 JSON = click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
+BAND = click.option("--band", callback=band_of, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz.")
+QUANTITY = click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
+                        help="What FRF files hold that do not say; text: receptance, MATLAB: accelerance where left out.")
+GEOMETRY = "Universal file, CSV (point,x,y,z in m), or machine YAML."

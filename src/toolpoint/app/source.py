@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from toolpoint.app.options import POSE, band
+from toolpoint.app.options import BAND, PATH, POSE, QUANTITY
 
 
 @dataclass(frozen=True)
@@ -40,18 +40,16 @@ def dynamics_options(command: Any) -> Any:
         source = Source(**{field.name: values.pop(field.name) for field in fields(Source)})
         return command(source=source, **values)
 
-    path = click.Path(path_type=Path)
     for option in reversed((
-            click.argument("machine", required=False, type=path), POSE,
-            click.option("--frf", multiple=True, type=path,
-                         help="Measured tool-tip FRFs (universal, HDF5, MATLAB, text); one response serves x and y alike."),
-            click.option("--frf-x", type=path, help="Measured FRF along x (the feed), one response; with --frf-y."),
-            click.option("--frf-y", type=path, help="Measured FRF along y."),
-            click.option("--frf-xy", type=path, help="Cross FRF of x and y, taken as symmetric; none where left out."),
-            click.option("--quantity", type=click.Choice(["receptance", "mobility", "accelerance"]),
-                         help="What FRF files hold that do not say; text: receptance, MATLAB: accelerance where left out."),
-            click.option("--band", callback=band, metavar="LOW:HIGH", help="Part of the measured lines to use, Hz."),
-            click.option("--modes", type=path, help="Modes saved by identify (HDF5), or of a universal file."),
+            click.argument("machine", required=False, type=PATH), POSE,
+            click.option("--frf", multiple=True, type=PATH,
+                         help="Measured tool-tip FRFs (universal, HDF5, MATLAB, NumPy, text); one response serves x and y "
+                              "alike."),
+            click.option("--frf-x", type=PATH, help="Measured FRF along x (the feed), one response; with --frf-y."),
+            click.option("--frf-y", type=PATH, help="Measured FRF along y."),
+            click.option("--frf-xy", type=PATH, help="Cross FRF of x and y, taken as symmetric; none where left out."),
+            QUANTITY, BAND,
+            click.option("--modes", type=PATH, help="Modes saved by identify (HDF5), or of a universal file."),
             click.option("--x", metavar="POINT:DIRECTION", help="Label of x where the data hold several points, e.g. 5:+x."),
             click.option("--y", metavar="POINT:DIRECTION", help="Label of y, or same (as along x), or rigid; that of x's "
                                                                 "point where left out."))):

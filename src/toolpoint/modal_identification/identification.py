@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -137,6 +138,17 @@ class Identification:
             lines[i + 1] += (f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f} "
                              f"{100 * self.share[i]:7.1f} {mark[i]}").rstrip()
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the modes as plain lists: frequencies and intervals (95 %) in Hz; None where an interval is unknown."""
+        modes, strongest = self.modes, self.dominant.tolist()
+        result: dict[str, Any] = {"frequency_hz": modes.frequency.tolist(), "damping_ratio": modes.damping_ratio.tolist()}
+        if modes.covariance is not None:
+            for name, widths in (("frequency_interval_hz", modes.frequency_interval),
+                                 ("damping_interval", modes.damping_interval)):
+                result[name] = [width if np.isfinite(width) else None for width in widths.tolist()]
+        return result | {"fit": self.mode_quality.tolist(), "share": self.share.tolist(), "doubtful": self.doubtful.tolist(),
+                         "stands_out": [i in strongest for i in range(modes.count)], "status": self.status}
 
     def __repr__(self) -> str:
         return (f"Identification({self.modes!r} by {self.method}, fit {100 * self.fit:.4g} %, "

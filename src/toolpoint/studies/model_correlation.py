@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -59,6 +60,19 @@ class ModelCorrelation:
             lines += [f"FRAC {low:8.2f} .. {high:8.2f} Hz: lowest {part.min():.3f}, mean {part.mean():.3f}"
                       for (low, high), part in zip(self.bands, self.frac, strict=True)]
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers of the correlation as plain data; transform in m, frequencies in Hz."""
+        c = self.coefficients
+        return {
+            "points_paired": {str(a): str(b) for a, b in self.points.pairs.items()},
+            "transform": self.points.transform.tolist(),
+            "modes": [{"measured_hz": float(self.measured.frequency[i]), "model_hz": float(self.predicted.frequency[j]),
+                       "mac": float(self.mac[i, j])} for i, j in self.pairs.pairs],
+            "mean": None if c is None else c.mean, "mass": None if c is None else c.mass,
+            "total": None if c is None else c.total, "comac": {str(p): v for p, v in self.comac.items()},
+            "ecomac": {str(p): v for p, v in self.ecomac.items()},
+            "frac": None if self.frac is None else self.frac.tolist(), "bands_hz": self.bands.tolist()}
 
     def __repr__(self) -> str:
         return (f"ModelCorrelation({len(self.points.pairs)} points, {len(self.pairs.pairs)} of {self.measured.count} modes"

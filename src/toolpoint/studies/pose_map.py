@@ -15,6 +15,7 @@ from toolpoint._check import FloatArray, ToolpointError, count, fail, floats
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
+from toolpoint.studies.text_table import text_table
 
 _BLOCK = 256
 
@@ -35,6 +36,23 @@ class PoseMap:
         """Return highest minus lowest frequency of every mode over the grid, Hz, shape (n_modes,)."""
         flat = self.frequency.reshape(-1, self.frequency.shape[-1])
         return np.nanmax(flat, axis=0) - np.nanmin(flat, axis=0)
+
+    def failed(self) -> list[str]:
+        """Return a line on every pose that failed: where it is, and why."""
+        names = list(self.axes)
+        return [", ".join(f"{name} {self.axes[name][i]:g}" for name, i in zip(names, index, strict=True)) + f": {reason}"
+                for index, reason in self.failures.items()]
+
+    def table(self) -> str:
+        """Return how far every mode moves over the grid as text."""
+        return text_table(repr(self), ["mode", "spread Hz"], [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
+        values = self.frequency.astype(object)
+        values[np.isnan(self.frequency)] = None
+        return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
+                "failures": self.failed()}
 
     def __repr__(self) -> str:
         grid = " x ".join(f"{name} {len(v)}" for name, v in self.axes.items())

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -72,8 +73,8 @@ class SensitivityStudy:
 
     def _summed(self, rows: FloatArray, kind: str) -> dict[str, FloatArray]:
         result: dict[str, FloatArray] = {}
-        for own, part, row in zip(self.kinds, self.parts, rows, strict=True):
-            if not kind or own == kind:
+        for name, part, row in zip(self.kinds, self.parts, rows, strict=True):
+            if not kind or name == kind:
                 result[part] = result.get(part, np.zeros_like(row)) + row
         return result
 
@@ -87,6 +88,11 @@ class SensitivityStudy:
         lines.append("cumulative per part")
         lines += [f"{part:{width}}" + "".join(f"{v:9.4f}" for v in row) for part, row in parts.items()]
         return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the relative sensitivity of every frequency to every parameter as plain lists."""
+        return {"frequency_hz": self.frequencies.tolist(), "relative_sensitivity": {
+            path: row.tolist() for path, row in zip(self.paths, self.frequency, strict=True)}}
 
     def __repr__(self) -> str:
         return f"SensitivityStudy({len(self.paths)} parameters, {self.frequencies.size} modes)"

@@ -11,6 +11,7 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.document import Document, parsed, validated
 from toolpoint.io.yaml.machine_file import body_of
 from toolpoint.io.yaml.machine_schema import BodyModel, Part
+from toolpoint.machine.components import Components
 from toolpoint.machine.description import GROUND, BodyDescription
 
 VERSION = 1
@@ -24,8 +25,8 @@ class ComponentPart(Part):
     body: BodyModel | None = None
 
 
-class Components(Part):
-    """A component file."""
+class ComponentFile(Part):
+    """The keys of a component file."""
 
     toolpoint: int
     name: str
@@ -43,36 +44,36 @@ def _written_out(entry: int | str) -> list[int | str]:
     return [entry] if match is None else list(range(int(match[1]), int(match[2]) + 1))
 
 
-def read(path: str | Path) -> tuple[Components, dict[str, BodyDescription]]:
-    """Return a component file and the bodies whose mass properties it gives; raises FileFaults with every fault."""
+def read(path: str | Path) -> Components:
+    """Return the components of a file; raises FileFaults with every fault."""
     document = parsed(Path(path))
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
-    found: Components | None = validated(Components, document.data, (), document)
-    bodies = {} if found is None else _checked(found, document)
-    if document.faults or found is None:
+    part: ComponentFile | None = validated(ComponentFile, document.data, (), document)
+    bodies = {} if part is None else _checked(part, document)
+    if document.faults or part is None:
         raise FileFaults(str(path), document.text, document.faults)
-    return found, bodies
+    return Components(part.name, part.chain, part.points(), bodies)
 
 
-def _checked(found: Components, document: Document) -> dict[str, BodyDescription]:
-    links = list(found.chain)
+def _checked(part: ComponentFile, document: Document) -> dict[str, BodyDescription]:
+    links = list(part.chain)
     for i, name in enumerate(links):
-        if name != GROUND and name not in found.components:
-            document.fault(("chain", i), f"there is no component {name!r}; known: {', '.join(found.components)}")
-    for name in found.components:
+        if name != GROUND and name not in part.components:
+            document.fault(("chain", i), f"there is no component {name!r}; known: {', '.join(part.components)}")
+    for name in part.components:
         if name not in links:
             document.fault(("components", name), "is not in the chain; name it there, after the component that carries it")
     owner: dict[Any, str] = {}
-    for name, points in found.points().items():
+    for name, points in part.points().items():
         for point in points:
             if owner.setdefault(point, name) != name:
                 document.fault(("components", name, "points"), f"point {point} already belongs to {owner[point]}")
     bodies = {}
-    for name, part in found.components.items():
-        if part.body is not None:
+    for name, component in part.components.items():
+        if component.body is not None:
             try:
-                bodies[name] = body_of(part.body, document)
+                bodies[name] = body_of(component.body, document)
             except ToolpointError as error:
                 document.fault(("components", name, "body"), str(error))
     return bodies

@@ -7,53 +7,46 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint.app.measurements import Measurement
 from toolpoint.machine import Machine, assemble
-from toolpoint.plot import Chart, Listing, Notes, Report, ShapeView, Table
+from toolpoint.pages.remarks import with_warnings
+from toolpoint.plot import Chart, Listing, Report, ShapeView, Table
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
 from toolpoint.studies.machine_update import Agreement, MachineUpdate
-from toolpoint.updating import ParameterFit
+from toolpoint.studies.measured_update import MeasuredUpdate, as_assumed
 from toolpoint.updating.sampler import Samples
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
 _CURVES = 4
 
 
-def page(before: Machine, found: MachineUpdate, measured: Sequence[Measurement], samples: Samples | None = None,
-         warnings: Sequence[str] = ()) -> Report:
-    """Return the page of an update of the machine `before` to measurements."""
-    free = f"{len(found.fit.free)} of {len(found.problem.parameters)} parameters moved"
-    report = Report(f"Updated: {before.name}", found.fit.status[:1].upper() + found.fit.status[1:] + ".", subtitle=free)
-    report = report.with_section("Parameters", _parameters(before, found),
-                                 Listing("Identifiability, fit report and agreement", found.report()))
-    for k, one in enumerate(measured):
-        of = f", measurement {k + 1}{' at ' + one.label if one.label else ''}" if len(measured) > 1 else ""
-        b, a = found.all_before[k], found.all_after[k]
-        if one.modes is not None:
+def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of an update of a machine to measurements."""
+    before, updated, measured, samples = result.before, result.update, result.measured, result.samples
+    free = f"{len(updated.fit.free)} of {len(updated.problem.parameters)} parameters moved"
+    report = Report(f"Updated: {before.name}", updated.fit.status[:1].upper() + updated.fit.status[1:] + ".", subtitle=free)
+    report = report.with_section("Parameters", _parameters(before, updated),
+                                 Listing("Identifiability, fit report and agreement", updated.report()))
+    for k, part in enumerate(measured):
+        of = f", measurement {k + 1}{' at ' + part.label if part.label else ''}" if len(measured) > 1 else ""
+        b, a = updated.all_before[k], updated.all_after[k]
+        if part.modes is not None:
             report = report.with_section(f"Modes before and after{of}", _agreement(b, a),
-                                         *_mac(((before, b), (found.machine, a)), one.modes, one.pose))
-        if one.frf is not None:
+                                         *_mac(((before, b), (updated.machine, a)), part.modes, part.pose))
+        if part.frf is not None:
             report = report.with_section(f"Responses before and after{of}", *_frac(b, a),
-                                         *_responses(before, found.machine, one.frf, one.pose))
+                                         *_responses(before, updated.machine, part.frf, part.pose))
     if samples is not None:
-        report = report.with_section("Posterior", *_posterior(found, samples))
-    report = report.with_section("Shapes before and after", _shapes(before, found, measured[0].pose))
-    return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+        report = report.with_section("Posterior", *_posterior(updated, samples))
+    report = report.with_section("Shapes before and after", _shapes(before, updated, measured[0].pose))
+    return with_warnings(report, warnings)
 
 
-def as_assumed(fit: ParameterFit) -> ParameterFit:
-    """Return a fit with the covariance that the assumed deviations give, as samples see it, not scaled by the misfit."""
-    if not fit.scaled or not fit.reduced_chi_square > 0:
-        return fit
-    return replace(fit, covariance=fit.covariance / fit.reduced_chi_square, scaled=False)
-
-
-def _posterior(found: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
-    rows, fit = [], as_assumed(found.fit)
+def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
+    rows, fit = [], as_assumed(updated.fit)
     for k, name in enumerate(samples.names):
         low, high = samples.interval(name)
         least, most = fit.interval(name)
@@ -71,14 +64,14 @@ def _posterior(found: MachineUpdate, samples: Samples) -> list[Table | Chart | s
         chart, "Difference from the value found, per cent. Bars: samples; line: the fit's normal posterior." + some)]
 
 
-def _parameters(before: Machine, found: MachineUpdate) -> Table:
+def _parameters(before: Machine, updated: MachineUpdate) -> Table:
     rows = []
-    for path in (p.name for p in found.problem.parameters):
-        old, new = before.value(path), found.machine.value(path)
-        moved = path in found.fit.free
-        error = f"± {found.fit.standard_error[path]:.2g}" if moved else ""
-        verdict = ("moved, at a bound" if path in found.fit.at_bounds else "moved") if moved else (
-            "left alone: " + found.fit.left_alone.get(path, ""))
+    for path in (p.name for p in updated.problem.parameters):
+        old, new = before.value(path), updated.machine.value(path)
+        moved = path in updated.fit.free
+        error = f"± {updated.fit.standard_error[path]:.2g}" if moved else ""
+        verdict = ("moved, at a bound" if path in updated.fit.at_bounds else "moved") if moved else (
+            "left alone: " + updated.fit.left_alone.get(path, ""))
         rows.append([path, f"{old:.6g}", f"{new:.6g}", error, f"{100 * (new / old - 1):+.2f}" if old else "", verdict])
     return Table(["parameter", "before", "after", "standard error", "change %", "verdict"], rows, "SI units")
 
@@ -104,15 +97,15 @@ def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Map
 def _frac(b: Agreement, a: Agreement) -> list[Table]:
     if b.frac is None or a.frac is None:
         return []
-    rows = [[name, f"{one.min():.4f}", f"{one.mean():.4f}"] for name, one in (("before", b.frac), ("after", a.frac))]
+    rows = [[name, f"{frac.min():.4f}", f"{frac.mean():.4f}"] for name, frac in (("before", b.frac), ("after", a.frac))]
     return [Table(["FRAC", "lowest", "mean"], rows, "Over all measured responses and lines")]
 
 
-def _shapes(before: Machine, found: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:
+def _shapes(before: Machine, updated: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:
     scene, shapes = machine_shapes(before, pose, before.size)
-    other, moved = machine_shapes(found.machine, pose, before.size)
-    if found.before.modes.size:
-        shapes, moved = shapes.selected(found.before.modes.tolist()), moved.selected(found.after.modes.tolist())
+    other, moved = machine_shapes(updated.machine, pose, before.size)
+    if updated.before.modes.size:
+        shapes, moved = shapes.selected(updated.before.modes.tolist()), moved.selected(updated.after.modes.tolist())
     else:
         shapes = shapes.selected(range(min(12, shapes.count)))
         moved = moved.selected(partners(shapes, moved))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine import Machine
 from toolpoint.machine.named_points import point_positions
+from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
@@ -17,54 +16,32 @@ from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.point_views import point_pairs, point_values
 from toolpoint.plot.shape_view.shape_pairs import turned_alike
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
 from toolpoint.studies.model_correlation import ModelCorrelation
-from toolpoint.vibration import Frf, Modes
-from toolpoint.vibration.geometry import Geometry
 
 Point = str | int
 _CURVES = 4
 
 
-@dataclass(frozen=True, eq=False)
-class Test:
-    """What was measured: modes, responses where there are any, geometry, and the points of every body where told."""
-
-    __test__ = False
-
-    modes: Modes
-    frf: Frf | None
-    geometry: Geometry | None
-    owner: Mapping[str, Sequence[Point]] | None
-
-
-@dataclass(frozen=True, eq=False)
-class CorrelationRun:
-    """The correlation of the machine with the test, and that of the machine before where one was given."""
-
-    now: ModelCorrelation
-    before: ModelCorrelation | None
-
-
-def page(run: CorrelationRun, machine: Machine, test: Test, warnings: Sequence[str] = (),
-         pose: Mapping[str, float] | None = None) -> Report:
-    """Return the page of a correlation; `machine` has the points that the test was paired with."""
-    now = run.now
+def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a comparison of a machine with a test."""
+    now, machine, test = result.now, result.machine, result.test
     total = "no mode is paired" if now.coefficients is None else f"total correlation {now.coefficients.total:.3f}"
     words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
              f"{len(now.points.pairs)} points are paired ({now.points.status}).")
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
-    model = point_positions(machine, pose)
-    report = report.with_section("Modes", *_mode_parts(run))
+    model = point_positions(machine, result.pose)
+    report = report.with_section("Modes", *_mode_parts(result))
     if now.coefficients is not None:
         report = report.with_section("Where they differ", *_place_parts(now, model, test))
         report = report.with_section("Shapes side by side", _shapes(now, model, test))
     if now.frac is not None:
-        report = report.with_section("Responses", *_response_parts(run))
+        report = report.with_section("Responses", *_response_parts(result))
     report = report.with_section("Points", *_point_parts(now, model, test))
-    return report.with_section("Warnings", Notes(warnings, "warning")) if warnings else report
+    return with_warnings(report, warnings)
 
 
-def _tested(test: Test) -> str:
+def _tested(test: MeasuredTest) -> str:
     f, points = test.modes.frequency, {d.point for d in test.modes.dofs}
     words = f"{test.modes.count} measured modes, {f.min():.4g} to {f.max():.4g} Hz, at {len(points)} points"
     if test.frf is None:
@@ -72,8 +49,8 @@ def _tested(test: Test) -> str:
     return f"{words}; {len(test.frf.outputs) * len(test.frf.inputs)} responses at {test.frf.frequency.size} lines"
 
 
-def _mode_parts(run: CorrelationRun) -> list[Table | Chart | Notes]:
-    now, rows = run.now, []
+def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
+    now, rows = result.now, []
     parts: list[Table | Chart | Notes] = []
     for r, (i, j) in enumerate(now.pairs.pairs):
         f, g, c = float(now.measured.frequency[i]), float(now.predicted.frequency[j]), now.coefficients
@@ -84,21 +61,21 @@ def _mode_parts(run: CorrelationRun) -> list[Table | Chart | Notes]:
     parts.append(Table(header, rows, "Paired modes and their correlation coefficients (0 nothing in common, 1 equal)"))
     if now.coefficients is not None:
         named = [("model", now.coefficients)]
-        if run.before is not None and run.before.coefficients is not None:
-            named.insert(0, ("model before", run.before.coefficients))
+        if result.before is not None and result.before.coefficients is not None:
+            named.insert(0, ("model before", result.before.coefficients))
         parts.append(Table(["", "mean of frequencies", "weighted by mass", "total"],
                            [[name, f"{c.mean:.4f}", f"{c.mass:.4f}", f"{c.total:.4f}"] for name, c in named],
                            "Over all pairs; total: frequency x displacement x MAC, weighted by mass"))
-    for name, one in (("before", run.before), ("now", now)):
-        if one is not None:
-            parts.append(Chart(mac_matrix(one.mac, one.measured, one.predicted, row_title="Measured mode",
-                                          column_title="Mode of the model", pairs=one.pairs.pairs,
-                                          title="MAC" if run.before is None else f"MAC {name}"), "Paired modes are framed."))
+    for name, state in (("before", result.before), ("now", now)):
+        if state is not None:
+            parts.append(Chart(mac_matrix(state.mac, state.measured, state.predicted, row_title="Measured mode",
+                                          column_title="Mode of the model", pairs=state.pairs.pairs,
+                                          title="MAC" if result.before is None else f"MAC {name}"), "Paired modes are framed."))
     single = [f"measured mode {i + 1} ({now.measured.frequency[i]:.2f} Hz) has no partner" for i in now.pairs.single_first]
     return [*parts, Notes(single, "warning", "Without partner")] if single else parts
 
 
-def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: Test) -> list[Chart | Table]:
+def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: MeasuredTest) -> list[Chart | Table]:
     at = {point: model[point] for point in now.comac}
     lines = _lines(now, test)
     top = max(0.05, max(now.ecomac.values()))
@@ -113,13 +90,13 @@ def _place_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test:
                   "Points that agree least")]
 
 
-def _lines(now: ModelCorrelation, test: Test) -> list[tuple[Point, Point]]:
+def _lines(now: ModelCorrelation, test: MeasuredTest) -> list[tuple[Point, Point]]:
     pairs = now.points.pairs
     given = [] if test.geometry is None else test.geometry.lines
     return [(pairs[a], pairs[b]) for a, b in given if a in pairs and b in pairs]
 
 
-def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: Test) -> ShapeView:
+def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: MeasuredTest) -> ShapeView:
     at = {point: places[point] for point in now.comac}
     scene = Scene.of_points(at, _lines(now, test))
     first, second = now.pairs.pairs.T
@@ -129,8 +106,8 @@ def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: Tes
     return ShapeView(scene, panes[0], "pairs", "measured", "Paired modes; both panes move together.", (scene, model, "model"))
 
 
-def _response_parts(run: CorrelationRun) -> list[Chart]:
-    now = run.now
+def _response_parts(result: Comparison) -> list[Chart]:
+    now = result.now
     assert now.frac is not None and now.measured_frf is not None and now.predicted_frf is not None
     frf = now.measured_frf
     names = [f"{o} / {i}" for o in frf.outputs for i in frf.inputs]
@@ -142,14 +119,15 @@ def _response_parts(run: CorrelationRun) -> list[Chart]:
     for k in shown[:_CURVES]:
         o, i = divmod(int(k), len(frf.inputs))
         curves = {"measured": frf.selected([o], [i])}
-        if run.before is not None and run.before.predicted_frf is not None:
-            curves["before"] = run.before.predicted_frf.selected([o], [i])
+        if result.before is not None and result.before.predicted_frf is not None:
+            curves["before"] = result.before.predicted_frf.selected([o], [i])
         curves["model"] = now.predicted_frf.selected([o], [i])
         parts.append(Chart(bode(curves, title=names[int(k)])))
     return parts
 
 
-def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: Test) -> list[Chart | Table | Notes | str]:
+def _point_parts(now: ModelCorrelation, model: Mapping[Point, FloatArray], test: MeasuredTest
+                 ) -> list[Chart | Table | Notes | str]:
     pairing = now.points
     distance = np.array(list(pairing.distance.values()))
     single = f", {len(pairing.single)} measured ones are not" if pairing.single else ", all that were measured"

@@ -1,0 +1,86 @@
+"""What every command does around its one call: steps, progress, collected warnings, the page, the console or JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol
+
+from toolpoint.app import console
+
+if TYPE_CHECKING:
+    from toolpoint.plot import Report
+
+
+class Result(Protocol):
+    """What a command prints: a table for the terminal, plain data for --json."""
+
+    def table(self) -> str:
+        """Return the result as text."""
+        ...
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the result as plain data."""
+        ...
+
+
+class Frame:
+    """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far."""
+
+    def __init__(self, output: Path | None, as_json: bool, step: Callable[[str], None], warnings: list[str]) -> None:
+        self.output, self.as_json, self.step, self.warnings = output, as_json, step, warnings
+        self._page: Path | None = None
+
+    def progress(self, name: str) -> Any:
+        """Return a context that gives a study its `progress` function."""
+        return console.counted(name, self.as_json or not console.interactive())
+
+    def save(self, report: Report) -> None:
+        """Write the page; its notes name the arguments as options."""
+        if self.output is not None:
+            self._page = _with_options(report).save(self.output)
+
+    def show(self, result: Result, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
+        """Print the result: JSON, or its table, notes, warnings, and the files that were written."""
+        if self.as_json:
+            self.show_json(result.to_dict())
+            return
+        console.text(result.table())
+        self.show_rest(notes, written)
+
+    def show_json(self, data: object) -> None:
+        """Print plain data as JSON."""
+        print(console.spelled(json.dumps(data)))
+
+    def show_rest(self, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
+        """Print notes, warnings that are none of them, and the files that were written."""
+        for note in dict.fromkeys(notes):
+            console.text("note: " + note)
+        for warning in self.warnings:
+            if warning not in notes:
+                console.warning(warning)
+        for name, path in (written or {}).items():
+            if path is not None:
+                console.text(f"{name} written: {path}")
+        if self._page is not None:
+            console.text(f"Page written: {self._page}")
+
+
+@contextmanager
+def frame(output: Path | None, as_json: bool, steps: int = 0) -> Iterator[Frame]:
+    """Give a command its frame: progress through a number of steps, warnings collected; what is shown comes after it."""
+    with console.steps(steps, as_json or steps == 0) as step, console.collected_warnings() as warnings:
+        yield Frame(output, as_json, step, warnings)
+
+
+def _with_options(report: Report) -> Report:
+    from toolpoint.plot import Notes
+
+    def part_of(part: Any) -> Any:
+        return replace(part, lines=tuple(map(console.spelled, part.lines))) if isinstance(part, Notes) else part
+
+    return replace(report, sections=tuple(replace(section, parts=tuple(map(part_of, section.parts)))
+                                          for section in report.sections))

@@ -1,0 +1,163 @@
+"""Commands about a machine file: demo, report, modes, check, map, schema."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import Result, frame
+from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, POSE, QUANTITY
+
+DEMO, DEMO_DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
+
+
+@click.command()
+@OUTPUT
+def demo(output: Path) -> None:
+    """A published three-axis machining centre: modes, tool-point responses, stability lobes, and a page of them."""
+    from importlib import resources
+
+    from toolpoint.app import console
+    from toolpoint.cutting import ZeroOrder
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.demo import demo_page
+    from toolpoint.studies.machine_report import machine_report, modes_report
+
+    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
+        run.step("machine")
+        casting = modes_report(machine_file.read(folder / DEMO))
+        run.step("machine with feed drives")
+        # The quickest method: nobody wants to wait for a compiler on the first page.
+        drives = machine_report(machine_file.read(folder / DEMO_DRIVES), step=run.step, method=ZeroOrder())
+        run.step("page")
+        files = [(name, (folder / name).read_text(encoding="utf-8")) for name in (DEMO, DEMO_DRIVES)]
+        run.save(demo_page(casting, drives, files, run.warnings))
+    size, frequency = drives.machine.size, drives.frequency
+    console.text(casting.table())
+    console.text(f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz")
+    console.text("\n".join(drives.limit_lines()))
+    run.show_rest()
+
+
+@click.command()
+@click.argument("machine", required=False, type=PATH)
+@POSE
+@click.option("--frf", multiple=True, type=PATH,
+              help="Measured FRFs: universal, HDF5, MATLAB, NumPy, or text (Hz, real, imaginary); several text files, driving "
+                   "point first.")
+@QUANTITY
+@BAND
+@OUTPUT
+def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Path], quantity: str | None,
+           band: tuple[float, float] | None, output: Path) -> None:
+    """The page of your machine (YAML) and of your measured FRFs; either may be left out."""
+    from toolpoint.app import console
+    from toolpoint.app.dynamics import read_responses
+    from toolpoint.app.poses import machine_at
+    from toolpoint.pages.machine import machine_page
+    from toolpoint.pages.measured import with_measured
+    from toolpoint.plot import Report
+    from toolpoint.studies.machine_report import machine_report
+    from toolpoint.studies.measured_response import measured_response
+
+    if machine is None and not frf:
+        raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
+    if machine is None and pose:
+        raise ToolpointError("--pose: needs a machine file to be applied to")
+    results: list[Result] = []
+    cut = None
+    page = Report("Measured frequency responses", subtitle=", ".join(file.name for file in frf))
+    with frame(output, False, steps=6) as run:
+        run.step("reading")
+        if machine is not None:
+            built = machine_at(machine, pose)
+            cut = built.description.cutting
+            studied = machine_report(built, pose, step=run.step)
+            results.append(studied)
+            page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, run.warnings)
+        notes: tuple[str, ...] = ()
+        if frf:
+            run.step("measured responses")
+            before = len(run.warnings)
+            measured = measured_response(read_responses(frf, quantity), cut, band)
+            page = with_measured(page, measured, run.warnings[before:])
+            results.append(measured)
+            notes = measured.notes
+        run.step("page")
+        run.save(page)
+    for result in results:
+        console.text(result.table())
+    run.show_rest(notes)
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@POSE
+@click.option("--count", type=click.IntRange(1), default=12, show_default=True, help="How many of the lowest modes.")
+@JSON
+def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
+    """Natural frequencies of a machine file at a pose."""
+    from toolpoint.app.poses import machine_at
+    from toolpoint.studies.machine_modes import machine_modes
+
+    with frame(None, as_json) as run:
+        result = machine_modes(machine_at(machine, pose), pose, count)
+    run.show(result)
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@JSON
+def check(machine: Path, as_json: bool) -> None:
+    """Check a machine file: all its faults at once, or what it holds."""
+    from toolpoint.cutting.build import words
+    from toolpoint.io.yaml import machine_file
+
+    built = machine_file.read(machine)
+    cut = None if built.description.cutting is None else words(built.description.cutting)
+    if as_json:
+        click.echo(json.dumps({"ok": True, "coordinates": built.size, "cutting": cut}))
+        return
+    click.echo(repr(built))
+    if cut is not None:
+        click.echo(f"cutting: {cut}")
+
+
+@click.command("map")
+@click.argument("machine", type=PATH)
+@click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",
+              help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
+@click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
+@click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
+@click.option("--folder", type=PATH, help="Keep finished parts here and resume from them.")
+@OUTPUT
+@JSON
+def frequency_map(machine: Path, axes: Sequence[str], count: int, workers: int, folder: Path | None, output: Path,
+                  as_json: bool) -> None:
+    """Natural frequencies over a grid of axis positions; of chatter limits see map-chatter."""
+    from toolpoint.app.poses import grid
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.frequency_map import frequency_map_page
+    from toolpoint.studies.execute import Dask, Serial
+    from toolpoint.studies.pose_map import pose_map
+
+    built = machine_file.read(machine)
+    positions = grid(built, axes, "--axis")
+    with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses") as progress:
+        result = pose_map(built, positions, count, Dask(workers) if workers else Serial(), folder, progress)
+    if not as_json:
+        run.save(frequency_map_page(result, machine.stem))
+    run.warnings += result.failed()
+    run.show(result)
+
+
+@click.command()
+def schema() -> None:
+    """The JSON schema of machine files, for editors that check YAML while it is typed."""
+    from toolpoint.io.yaml.machine_schema import json_schema
+
+    click.echo(json.dumps(json_schema(), indent=2))

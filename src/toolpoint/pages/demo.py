@@ -1,0 +1,29 @@
+"""The page of the demo: a published machine, without and with its feed drives."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from toolpoint.pages.machine import machine_page, with_responses
+from toolpoint.plot import Listing, Notes, Report, ShapeView
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.studies.machine_report import MachineReport
+
+
+def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], warnings: Sequence[str] = ()
+              ) -> Report:
+    """Return the page of the published machine, without and with its feed drives; `files`: name and text of either."""
+    (casting_name, casting_text), (drives_name, drives_text) = files
+    page = machine_page(casting, casting_text, casting_name)
+    inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
+    scene, shapes = machine_shapes(drives.machine, {}, 18)
+    page = page.with_section(
+        "With feed drives", f"The same casting with its feed drives has {drives.machine.size} degrees of freedom, as table 2 "
+        "of the paper counts them. The stiffnesses of the drives are chosen, not published. Tool-point responses and stability "
+        "below are those of this machine.", ShapeView(scene, shapes, "drives", drives.machine.name))
+    page = with_responses(page, drives)
+    more = [note for note in drives.machine.description.assumptions if note not in casting.machine.description.assumptions]
+    parts = [Notes(warnings, "warning")] if warnings else []
+    return page.with_section(inputs.title, *parts, *inputs.parts, Notes(more, "assumed", "Also assumed for the feed drives"),
+                             Listing(f"Machine file {drives_name}", drives_text))

@@ -1,0 +1,110 @@
+"""The page of a machine: drawn with its modes, compared with references, FRFs at the tool point, lobes, inputs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint.cutting import StabilityChart, build
+from toolpoint.machine import Machine
+from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.studies.machine_report import MachineReport, comparison, pose_name
+from toolpoint.studies.tool_point import ToolPoint
+
+
+def machine_page(result: MachineReport, source: str, file_name: str, problems: Sequence[str] = ()) -> Report:
+    """Return the page of a machine; `source` is the text of its file."""
+    description = result.machine.description
+    report = Report(description.name, description.description, subtitle=f"{file_name}, {pose_name(result.pose)}")
+    scene, shapes = machine_shapes(result.machine, result.pose, 12)
+    report = report.with_section(
+        "Machine and modes", ShapeView(scene, shapes, "machine", description.name,
+                                       "Undamped modes at the pose named above; shapes are scaled to be seen."))
+    report = report.with_section("Natural frequencies", *_frequency_parts(result))
+    report = with_responses(report, result)
+    problems = [*problems, *result.missing]
+    report = report.with_section(
+        "Inputs and assumptions", *( [Notes(problems, "warning")] if problems else []),
+        Notes([*description.assumptions, *_method_notes(result)], "assumed"), _input_table(result.machine),
+        Listing(f"Machine file {file_name}", source))
+    return report
+
+
+def with_responses(report: Report, result: MachineReport) -> Report:
+    """Return the report with the tool-point responses and the stability charts, where there are any."""
+    if result.study is not None:
+        report = report.with_section("Tool against table" if "-" in result.study.point else "Tool point",
+                                     *frf_parts(result.study))
+    if result.charts:
+        report = report.with_section("Stability of the cut", *lobe_parts(result))
+    return report
+
+
+def _frequency_parts(result: MachineReport) -> list[Table | str]:
+    header, rows = comparison(result)
+    references = result.machine.description.reference
+    marks = ["", "computed", *(r.source if r.source in ("published", "measured") else "" for r in references),
+             *("" for _ in references)]
+    marked = [[Cell(round(v, 2) if isinstance(v, float) else v, mark if v != "" else "")
+               for v, mark in zip(row, marks, strict=True)] for row in rows]
+    words = f"The machine has {result.machine.size} degrees of freedom in minimal coordinates."
+    return [words, Table(header, marked, "Natural frequencies")]
+
+
+def frf_parts(study: ToolPoint) -> list[Chart]:
+    """Return the direct responses along x, y and z at every pose."""
+    parts = []
+    for i, way in enumerate("xyz"):
+        single = {pose_name(pose): study.frf.at_pose(k).selected([i], [i]) for k, pose in enumerate(study.poses)}
+        parts.append(Chart(bode(single, title=f"{study.point}, direction {way}"),
+                           f"Receptance along {way} under equal and opposite forces." if "-" in study.point else ""))
+    return parts
+
+
+def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
+    """Return the stability chart of all poses and the lowest limit of each."""
+    assert result.study is not None
+    cut = result.machine.description.cutting
+    assert cut is not None
+    names = [pose_name(pose) for pose in result.study.poses]
+    curves = [StabilityCurve(chart.speeds, chart.limit, name) for chart, name in zip(result.charts, names, strict=True)]
+    words = (f"{build.words(cut)}. "
+             f"Method: {result.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
+             "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
+    rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]
+            for name, chart in zip(names, result.charts, strict=True)]
+    return [words, Chart(stability_chart(curves)),
+            Table(["pose", "lowest limit mm", "at rev/min"], rows, "Depth that is stable at every charted speed")]
+
+
+def _lowest(chart: StabilityChart) -> object:
+    value = float(np.min(chart.limit))
+    return round(1e3 * value, 4) if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"
+
+
+def _method_notes(result: MachineReport) -> list[str]:
+    notes = list(result.study.modes.notes) if result.study is not None else []
+    for chart in result.charts:
+        notes += [note for note in chart.notes if note not in notes]
+    return notes
+
+
+def _input_table(machine: Machine) -> Table:
+    rows = []
+    for name, joint in machine.description.joints.items():
+        mark = joint.source if joint.source in ("published", "chosen", "measured", "assumed") else ""
+        values = "; ".join(f"{k} {v:.5g} {'N m/rad' if k.startswith('r') else 'N/m'}" for k, v in joint.stiffness.items())
+        loose = f" free: {', '.join(joint.free)}" if joint.free else ""
+        cell = Cell((values + loose) or "all directions locked", mark)
+        rows.append([f"joint {name}", f"{joint.parent} - {joint.child}", cell])
+    for name, body in machine.description.bodies.items():
+        mark = body.source if body.source in ("published", "chosen", "measured", "assumed") else ""
+        mass = float(machine.bodies[machine.link(name)].mass[0, 0])
+        rows.append([f"body {name}", "", Cell(f"{mass:.6g} kg", mark)])
+    return Table(["part", "between", "value"], rows, "Where the values come from")
+
+

@@ -1,0 +1,90 @@
+"""The page of a sensitivity study: what every parameter does to frequencies, damping and shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine import Machine
+from toolpoint.pages.remarks import with_warnings
+from toolpoint.plot import Chart, Report, ShapeView, Table
+from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.studies.sensitivity_study import SensitivityStudy
+
+_ROWS = 40
+_SHOWN = 5e-4
+_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor")
+
+
+def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, pose: Mapping[str, float] | None = None,
+         warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a study."""
+    report = Report(f"Sensitivities of {machine.name}", _summary(result), subtitle=f"{len(result.paths)} parameters")
+    order = _largest(np.abs(result.frequency).max(axis=1))
+    names = [result.paths[k] for k in order]
+    some = (f" The {len(order)} largest of {len(result.paths)} are shown; the others move no frequency by more than "
+            f"{np.sort(np.abs(result.frequency).max(axis=1))[-len(order) - 1]:.2g}." if len(order) < len(result.paths) else "")
+    report = report.with_section(
+        "Frequencies, parameter by parameter",
+        Chart(sensitivity_map(result.frequency[order], names, result.frequencies, quantity="(p/f) df/dp"),
+              "Per cent of frequency per per cent of the parameter; a sole spring would have 0.5, a sole mass -0.5." + some))
+    report = report.with_section("Frequencies, part by part", *_cumulated(result))
+    report = report.with_section("Shapes", *_shapes(result, change))
+    if np.any(result.damping):
+        damped = np.argsort(-np.abs(result.damping).max(axis=1), kind="stable")[:_ROWS]
+        damped = damped[np.abs(result.damping[damped]).max(axis=1) > 0]
+        report = report.with_section("Damping", Chart(
+            sensitivity_map(100 * result.damping[damped], [result.paths[k] for k in damped], result.frequencies,
+                            quantity="p dζ/dp, %"), "Change of the damping ratio in points of per cent per unit of dp/p."))
+    scene, shapes = machine_shapes(machine, pose, result.frequencies.size)
+    report = report.with_section("The modes", ShapeView(scene, shapes, "modes"))
+    rows = [[path, float(value), *map(float, row)] for path, value, row in zip(
+        result.paths, result.values, result.frequency, strict=True)]
+    report = report.with_section("All numbers", Table(
+        ["parameter", "value (SI)", *(f"{f:.3f} Hz" for f in result.frequencies)], rows, "Relative sensitivity of frequency"))
+    return with_warnings(report, warnings)
+
+
+def _largest(size: FloatArray) -> np.ndarray:
+    """Return the parameters to draw, the largest first: what would show as an empty row is left out."""
+    order = np.argsort(-size, kind="stable")[:_ROWS]
+    shown = order[size[order] >= _SHOWN]
+    return shown if shown.size else order
+
+
+def _summary(result: SensitivityStudy) -> str:
+    parts = result.cumulative("stiffness") or result.cumulative()
+    words = []
+    for k, f in enumerate(result.frequencies):
+        best = max(parts, key=lambda part: abs(float(parts[part][k])))
+        words.append(f"{f:.2f} Hz by {best.split('.')[1]} ({parts[best][k]:+.2f})")
+    return "Which part's stiffness moves each frequency most: " + ", ".join(words) + "."
+
+
+def _cumulated(result: SensitivityStudy) -> list[Chart]:
+    charts = []
+    for kind in (k for k in _KINDS if k in result.kinds):
+        parts = {name.split(".")[1]: row for name, row in result.cumulative(kind).items()}
+        if any(np.any(row) for row in parts.values()):
+            title = kind.replace("_", " ")
+            charts.append(Chart(cumulative_bars(parts, result.frequencies, quantity="(p/f) df/dp", title=title)))
+    return charts
+
+
+def _shapes(result: SensitivityStudy, change: float) -> list[Chart | Table]:
+    lost = 1 - result.mac_after(change)
+    order = _largest(lost.max(axis=1)) if lost.max() > 1e-9 else np.zeros(0, int)
+    words = f"1 - MAC between each shape and itself after {100 * change:+.3g} % of the parameter, to second order."
+    charts: list[Chart | Table] = []
+    if len(order):
+        names = [result.paths[k] for k in order]
+        charts.append(Chart(sensitivity_map(lost[order], names, result.frequencies, quantity="1 - MAC", diverging=False),
+                            words))
+    kinds = [k for k in _KINDS if k in result.kinds]
+    rows = [[part, kind, *(f"{v:.4f}" for v in 1 - (row * change) ** 2)] for kind in kinds
+            for part, row in result.cumulative_shape(kind).items() if np.any(row > 1e-6)]
+    return [*charts, Table(["part", "kind", *(f"MAC, {f:.2f} Hz" for f in result.frequencies)], rows,
+                           f"All parameters of a part and kind changed together by {100 * change:+.3g} %")]

@@ -1,0 +1,27 @@
+"""Tables as text, for a terminal: a title, a header, rows; words to the left, numbers to the right."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+
+def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table as lines of text; the first column and columns of words stand to the left, numbers to the right."""
+    columns = [[name, *(row[k] for row in rows)] for k, name in enumerate(header)]
+    widths = [max(len(cell) for cell in column) for column in columns]
+    is_left = [k == 0 or _is_words(column[1:]) for k, column in enumerate(columns)]
+
+    def line(cells: Sequence[str], bar: str) -> str:
+        padded = [cell.ljust(width) if left else cell.rjust(width)
+                  for cell, width, left in zip(cells, widths, is_left, strict=True)]
+        return f"{bar} " + f" {bar} ".join(padded) + f" {bar}"
+
+    def rule(left: str, fill: str, cross: str, right: str) -> str:
+        return left + cross.join(fill * (width + 2) for width in widths) + right
+
+    return "\n".join([title, rule("┏", "━", "┳", "┓"), line(header, "┃"), rule("┡", "━", "╇", "┩"),
+                      *(line(row, "│") for row in rows), rule("└", "─", "┴", "┘")])
+
+
+def _is_words(cells: Sequence[str]) -> bool:
+    return any(len(cell) > 1 and " " in cell and cell[0].isalpha() for cell in cells)
