@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from conftest import MACHINES
-from toolpoint.app import chatter_maps
 from toolpoint.app.main import main
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io.yaml import machine_file
+from toolpoint.pages.chatter_map import chatter_map_page
 from toolpoint.studies.chatter_limits import ChatterMap
 from toolpoint.studies.chatter_map import chatter_map
 
@@ -58,7 +58,7 @@ def test_failed_poses_are_told_and_are_no_numbers():
     assert found.failed() == ["X 0, feed at 90°: why"]
     text = json.dumps(found.to_dict(), allow_nan=False)
     assert json.loads(text)["limit_m"][0][1] == [None, None] and json.loads(text)["stable_everywhere_m"] == [1e-3, 2e-3]
-    html = chatter_maps.page(found, machine_file.read(MACHINE)).html()
+    html = chatter_map_page(found, machine_file.read(MACHINE)).html()
     assert "Failed poses" in html and "the largest depth looked at is drawn" not in html
 
 

@@ -2,13 +2,14 @@
 
 import numpy as np
 
-from toolpoint.app.calibrate import Calibrated, CuttingTest, _page
 from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
 from toolpoint.cutting.build import engagement_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import average_force, fitted_forces, instantaneous
 from toolpoint.cutting.force.laws import rigid_forces
+from toolpoint.pages.calibration import calibration_page
+from toolpoint.studies.calibration import CalibrationStudy, CuttingTest
 
 
 def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
@@ -21,8 +22,9 @@ def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
     fit = instantaneous(problem, feeds, angle, force, 2e-3)
     fitted = fitted_forces(problem, fit, feeds, angle, 2e-3)
     average = average_force(problem, feeds, force.mean(1), 2e-3)
-    found = Calibrated(cut, average, fit, feeds, angle, force, fitted, ("slow <b>.csv", "fast.csv"))
-    seen = opened(_page(found, CuttingTest({}, 3000.0, 2e-3)).html(), reduced_motion="reduce")
+    test = CuttingTest({}, 3000.0, 2e-3)
+    found = CalibrationStudy(test, cut, average, fit, feeds, angle, force, fitted, ("slow <b>.csv", "fast.csv"))
+    seen = opened(calibration_page(found).html(), reduced_motion="reduce")
     seen.wait("['means', 'forces0', 'forces1'].every(name => name in (window.toolpointCharts || {}))")
     drawn = seen.page.evaluate("Array.from(window.toolpointCharts.forces1.data, trace => trace.name)")
     assert drawn == [f"F{way} {kind}" for way in "xyz" for kind in ("measured", "fitted")]

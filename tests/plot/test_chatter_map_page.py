@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from toolpoint.app import chatter_maps
 from toolpoint.cutting import ZeroOrder
+from toolpoint.pages.chatter_map import chatter_map_page
 from toolpoint.studies.chatter_map import chatter_map
 
 
@@ -12,7 +12,7 @@ from toolpoint.studies.chatter_map import chatter_map
 def test_map_and_speeds_are_drawn(opened, vertical_drives, axes):
     found = chatter_map(vertical_drives, axes, speeds=np.linspace(900, 1600, 15), feed_angles=np.radians([0, 90]),
                         method=ZeroOrder())
-    seen = opened(chatter_maps.page(found, vertical_drives).html(), reduced_motion="reduce")
+    seen = opened(chatter_map_page(found, vertical_drives).html(), reduced_motion="reduce")
     drawn = ["speeds"] if max(map(len, axes.values())) == 1 else ["map", "speeds"]
     seen.wait(" && ".join(f"'{name}' in window.toolpointCharts" for name in drawn))
     lines = seen.page.evaluate("Array.from(window.toolpointCharts.speeds._fullData, t => Array.from(t.y))")

@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from toolpoint.app.cutting import _lobes_page
-from toolpoint.app.uncertain_cut import Uncertainty, advice_rows, sampled, with_advice, with_probability
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.simulation.milling import simulate
-from toolpoint.plot import Report
+from toolpoint.pages.lobes import lobes_page
+from toolpoint.studies.lobes_study import LobesStudy
+from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sampled_charts
 from toolpoint.vibration import Modes
 
 
@@ -16,7 +16,7 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), depth_max=0.0006)
     cuts = [(10000.0, 0.00005), (15000.0, 0.00008), (19000.0, 0.00025)]
     runs = [simulate(problem, speed, depth, 40) for speed, depth in cuts]
-    seen = opened(_lobes_page(problem, None, chart, runs).html(), reduced_motion="reduce")
+    seen = opened(lobes_page(LobesStudy(problem, chart, (), runs=tuple(runs))).html(), reduced_motion="reduce")
     seen.wait("'stability' in window.toolpointCharts && 'simulated' in window.toolpointCharts")
     seen.wait("window.toolpointCharts.simulated.dataset.shown === '0'")
     source = seen.page.locator(".tp-chart[data-name=stability]")
@@ -45,8 +45,9 @@ def test_the_probability_chart_and_the_cuts_made_are_drawn(opened):
     problem = MillingProblem(Tool(0.012, 2), Engagement.down(0.05), CuttingCoefficients(6e8, 2e8), modes)
     chart = stability.chart(problem, np.linspace(8000, 20000, 9), depth_max=3e-3)
     known = Uncertainty(12, cuts=((9500.0, 0.4e-3, True), (16000.0, 2.5e-3, False)))
-    found, _ = sampled(problem, chart, known, FloquetDeterminant(), True)
-    report = with_advice(with_probability(Report("Uncertain cut"), found, known), advice_rows(chart, found, known))
+    sampled, _ = sampled_charts(problem, chart, known, FloquetDeterminant())
+    advice = tuple(map(tuple, advice_rows(chart, sampled, known)))
+    report = lobes_page(LobesStudy(problem, chart, advice, probability=sampled, uncertainty=known))
     seen = opened(report.html(), reduced_motion="reduce")
     seen.wait("'probability' in window.toolpointCharts && 'importance' in window.toolpointCharts")
     drawn = seen.page.evaluate("Array.from(window.toolpointCharts.probability.data, trace => trace.name || trace.type)")

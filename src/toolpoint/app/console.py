@@ -5,13 +5,12 @@ from __future__ import annotations
 import re
 import sys
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-from rich.table import Table
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
 
 from toolpoint._check import ToolpointWarning
 
@@ -29,20 +28,6 @@ class _Lines(Console):
 OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
 ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
-
-
-def table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> None:
-    """Print a table; words and the first column to the left, numbers to the right."""
-    made = Table(title=title, title_justify="left", title_style="bold")
-    for i, name in enumerate(header):
-        made.add_column(name, justify="left" if i == 0 or _is_words([row[i] for row in rows]) else "right")
-    for row in rows:
-        made.add_row(*row)
-    OUT.print(made)
-
-
-def _is_words(cells: Sequence[str]) -> bool:
-    return any(len(cell) > 1 and " " in cell and cell[0].isalpha() for cell in cells)
 
 
 def text(lines: str) -> None:
@@ -83,12 +68,18 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def counted(name: str, quiet: bool = False) -> Iterator[Callable[[int, int], None]]:
-    """Show progress of a study; pass the given function as its `progress`."""
+def counted(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
+    """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
     with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
                   transient=True, disable=quiet) as progress:
-        task = progress.add_task(name, total=None)
-        yield lambda done, total: progress.update(task, completed=done, total=total)
+        tasks: dict[str, TaskID] = {}
+
+        def count(name: str, done: int, total: int) -> None:
+            task = tasks.setdefault(name, TaskID(-1))
+            if task == -1:
+                task = tasks[name] = progress.add_task(name, total=total)
+            progress.update(task, completed=done, total=total)
+        yield count
 
 
 @contextmanager

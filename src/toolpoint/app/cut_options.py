@@ -11,12 +11,9 @@ from toolpoint.cutting.description import (
     PARAMETERS,
     PLACES,
     VARIATION,
-    CuttingDescription,
     Parameter,
     SpeedVariationDescription,
 )
-
-HIGHEST = 3e10  # Pa
 
 
 def numbers(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, ...] | None:
@@ -91,20 +88,3 @@ def in_si(given: Mapping[str, Any]) -> dict[str, Any]:
             key = _KEYS[option]
             values[key] = SpeedVariationDescription(*value) if key == "speed_variation" else PARAMETERS[key].in_si(value)
     return values
-
-
-def doubts(cut: CuttingDescription) -> list[str]:
-    """Return remarks on values that hint at another unit; the options' units are named."""
-    lines = []
-    diameter = cut.tool.diameter
-    if not 2e-4 <= diameter <= 0.5:
-        lines.append(f"diameter {1e3 * diameter:g} mm: doubtful; --diameter is in mm")
-    if cut.feed_per_tooth > 0.2 * diameter:
-        lines.append(f"feed {1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * diameter:g} mm: doubtful; --feed "
-                     "is in mm per tooth")
-    for key in ("tangential", "normal", "axial"):
-        value, option = getattr(cut.coefficients, key), PARAMETERS[key].option
-        if value is not None and value > HIGHEST:
-            lines.append(f"{option} {value / 1e6:g} N/mm^2: above that of any work material; --{option} is in N/mm^2 (1 N/mm^2 "
-                         "is 1e6 Pa)")
-    return lines

@@ -10,8 +10,10 @@ from typing import Any
 
 import click
 
+from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import coefficient_options, in_si, numbers, tool_options
-from toolpoint.app.options import JSON, OUTPUT
+from toolpoint.app.frame import frame
+from toolpoint.app.options import JSON, OUTPUT, PATH
 from toolpoint.app.source import Source, dynamics_options
 
 HIGHEST_LOBE = 10
@@ -62,9 +64,10 @@ def _tried(ctx: click.Context, parameter: click.Parameter, value: tuple[str, ...
 
 def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
     if value:
-        from toolpoint.app.cutting import print_materials
+        from toolpoint.app import console
+        from toolpoint.studies.material_table import materials_table
 
-        print_materials()
+        console.text(materials_table())
         ctx.exit()
 
 
@@ -89,15 +92,21 @@ def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> N
 def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int | None, uncertainty: dict[str, Any],
           tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool, **cut: Any) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
-    from toolpoint.app import cutting
-    from toolpoint.app.uncertain_cut import Uncertainty
+    from toolpoint.app.dynamics import read_dynamics
+    from toolpoint.cutting.stability import method_named
+    from toolpoint.pages.lobes import lobes_page
+    from toolpoint.studies.lobes_study import lobes_study
+    from toolpoint.studies.uncertain_cut import Uncertainty
 
     if (tried or uncertainty) and samples is None:
         raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
     known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
-    chart, advice = cutting.lobes(source, in_si(cut), method, speeds, output, as_json, simulate, known)
-    if as_json:
-        click.echo(json.dumps(cutting.plain(chart) | {"advice": advice}))
+    chosen = method_named(method, "--method")
+    with frame(output, as_json) as run, run.progress_of_parts() as progress:
+        result = lobes_study(read_dynamics(source), in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
+                             uncertainty=known, progress=progress).noted(run.warnings)
+        run.save(lobes_page(result, run.warnings))
+    run.show(result, result.chart.notes)
 
 
 def _direction(ctx: click.Context, parameter: click.Parameter, value: str | None) -> tuple[float, float, float] | None:
@@ -139,18 +148,21 @@ def _direction(ctx: click.Context, parameter: click.Parameter, value: str | None
 def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_direction: Any, speeds: Any,
          process_damping: float, diameter: float | None, cutting_speed: float | None, output: Path, as_json: bool) -> None:
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
-    from toolpoint.app import turning
+    from toolpoint.app.dynamics import read_dynamics
+    from toolpoint.pages.turning import turning_page
+    from toolpoint.studies.turning_study import TurningCut, turning_study
 
     if diameter is not None and cutting_speed is not None:
         raise click.UsageError("--diameter and --cutting-speed: must be one of them; the first lets the cutting speed grow "
                                "with the spindle speed, the second holds it")
     if not kf > 0:
         raise click.UsageError(f"--kf {kf:g}: must be above zero, N/mm^2")
-    cut = turning.TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
-                             cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
-    run = turning.turn(source, cut, speeds, output, as_json)
-    if as_json:
-        click.echo(json.dumps(run.as_dict()))
+    cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
+                     cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
+    with frame(output, as_json) as run:
+        result = turning_study(read_dynamics(source), cut, speeds).noted(run.warnings)
+        run.save(turning_page(result))
+    run.show(result, result.chart.notes)
 
 
 @click.command()
@@ -163,19 +175,20 @@ def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: b
     """Spindle speeds to try against chatter of a known frequency, with nothing else known."""
     from toolpoint.app import console
     from toolpoint.cutting.advice.best_speed import from_chatter_frequency
+    from toolpoint.studies.text_table import text_table
 
     if not 0 <= lowest < highest:
         raise click.UsageError(f"--lowest {lowest:g} and --highest {highest:g}: must be 0 <= lowest < highest")
     advice = from_chatter_frequency(chatter, teeth, highest, lowest)
     if as_json:
-        click.echo(json.dumps([{"speed_rpm": one.speed, "reason": one.reason} for one in advice]))
+        click.echo(json.dumps([{"speed_rpm": cut.speed, "reason": cut.reason} for cut in advice]))
         return
-    console.table(f"Speeds to try against chatter at {chatter:g} Hz", ["rev/min", "why"],
-                  [[f"{one.speed:.0f}", one.reason] for one in advice])
+    console.text(text_table(f"Speeds to try against chatter at {chatter:g} Hz", ["rev/min", "why"],
+                            [[f"{cut.speed:.0f}", cut.reason] for cut in advice]))
     first = round(60 * chatter / (teeth * advice[0].speed))
     if first > HIGHEST_LOBE:
-        console.OUT.print(f"note: the fastest of them is lobe {first}; beyond lobe {HIGHEST_LOBE} or so the stable pockets are "
-                          "too narrow to be of use: a higher --highest, fewer teeth, or unequal pitch help more", markup=False)
+        console.text(f"note: the fastest of them is lobe {first}; beyond lobe {HIGHEST_LOBE} or so the stable pockets are too "
+                     "narrow to be of use: a higher --highest, fewer teeth, or unequal pitch help more")
 
 
 @click.command()
@@ -190,14 +203,18 @@ def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: b
 def mill(source: Source, speed: float, depth: float, revolutions: int | None, output: Path, as_json: bool,
          **cut: Any) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
-    from toolpoint.app import simulated_cut
+    from toolpoint.app.dynamics import read_dynamics
+    from toolpoint.pages.simulated_cut import simulated_cut_page
+    from toolpoint.studies.simulated_cut import check_cut, simulate_cut
 
-    found = simulated_cut.mill(source, in_si(cut), speed, 1e-3 * depth, revolutions, output, as_json)
-    if as_json:
-        run = found.run
-        click.echo(json.dumps({"chatter": run.is_chattering() if found.decided else None, "state": found.state,
-                               "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()),
-                               "status": run.status}))
+    values = in_si(cut)
+    check_cut(values, speed, 1e-3 * depth)
+    with frame(output, as_json, steps=2) as run:
+        result = simulate_cut(read_dynamics(source), values, speed=speed, depth=1e-3 * depth, revolutions=revolutions,
+                              step=run.step)
+        run.step("page")
+        run.save(simulated_cut_page(result, run.warnings))
+    run.show(result, [*result.notes, *run.warnings])
 
 
 def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
@@ -220,7 +237,7 @@ def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 
 
 @click.command("map-chatter")
-@click.argument("machine", type=click.Path(path_type=Path))
+@click.argument("machine", type=PATH)
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:5",
               help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--feed-directions", callback=_angles, metavar="0,45,90|0:135:4",
@@ -232,7 +249,7 @@ def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 @click.option("--method", default="auto", show_default=True, help="As of lobes; zero-order is quicker by far, and rougher.")
 @click.option("--workers", type=click.IntRange(0), default=0, show_default=True,
               help="Worker processes (extra 'cluster'); 0 is this process.")
-@click.option("--folder", type=click.Path(path_type=Path), help="Keep finished poses here and resume from them.")
+@click.option("--folder", type=PATH, help="Keep finished poses here and resume from them.")
 @OUTPUT
 @JSON
 def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, speeds: Any, method: str, workers: int,
@@ -242,16 +259,31 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
     The cut is that of the machine file, with the options given here in its place. With --folder an interrupted map goes on
     where it stopped.
     """
-    from toolpoint.app import chatter_maps
+    from toolpoint.app.poses import grid
+    from toolpoint.cutting.build import words
+    from toolpoint.cutting.stability import method_named
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.chatter_map import chatter_map_page
+    from toolpoint.studies.chatter_map import chatter_map
+    from toolpoint.studies.described_cut import cut_on
+    from toolpoint.studies.execute import Dask, Serial
+    from toolpoint.studies.tool_point import FEED_ANGLE
 
-    study = chatter_maps.Study(axes, feed_directions, speeds, method, workers, folder)
-    found = chatter_maps.chatter(machine, study, in_si(cut), output, as_json)
-    if as_json:
-        click.echo(json.dumps(found.to_dict()))
+    chosen, built = method_named(method, "--method"), machine_file.read(machine)
+    positions = grid(built, axes, "--axis")
+    used, notes = cut_on(built, in_si(cut))
+    words(used)  # faults of the cut are told before any work
+    angles = (FEED_ANGLE[used.feed],) if feed_directions is None else feed_directions
+    with frame(output, as_json) as run, run.progress("poses") as progress:
+        result = chatter_map(built, positions, used, speeds=speeds, feed_angles=angles, method=chosen,
+                             engine=Dask(workers) if workers else Serial(), folder=folder, progress=progress)
+    notes += [*result.notes, *run.warnings]
+    run.save(chatter_map_page(result, built, notes))
+    run.show(result, notes)
 
 
 @click.command()
-@click.argument("forces", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.argument("forces", nargs=-1, required=True, type=PATH)
 @tool_options
 @click.option("--speed", type=float, required=True, help="Spindle speed, rev/min, constant.")
 @click.option("--depth", type=float, required=True, help="Axial depth of cut, mm.")
@@ -262,7 +294,7 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
 @click.option("--angle", type=float, help="Angle of tooth 0 at the first sample, degrees clockwise from y, the same in all "
               "files (a trigger); found for each record where left out.")
 @click.option("--no-runout", is_flag=True, help="Do not fit run-out.")
-@click.option("--yaml", "yaml_file", type=click.Path(path_type=Path), help="Write the 'cutting' section for a machine file.")
+@click.option("--yaml", "yaml_file", type=PATH, help="Write the 'cutting' section for a machine file.")
 @OUTPUT
 @JSON
 def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[float, ...] | None, force_on: str,
@@ -272,10 +304,24 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
     FORCES are time histories, columns time, Fx, Fy and Fz (N): text, MATLAB, universal files or a saved Record; x is the
     feed, y normal to it (clockwise from y to x), z along the spindle, away from the work. One file for each feed per tooth.
     """
-    from toolpoint.app import calibrate as work
+    from toolpoint.io import record_files
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.calibration import calibration_page
+    from toolpoint.studies.calibration import CuttingTest, calibration_study, check_test
 
-    test = work.CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
-                            force_on, angle, not no_runout)
-    found = work.calibrate(forces, test, output, yaml_file, as_json)
-    if as_json:
-        click.echo(json.dumps(found.as_dict()))
+    test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
+                       force_on, angle, not no_runout)
+    check_test(test)
+    if yaml_file is not None and not yaml_file.parent.is_dir():
+        raise ToolpointError(f"--yaml {yaml_file}: the folder {yaml_file.parent} does not exist; create it first")
+    with frame(output, as_json, steps=3) as run:
+        run.step("forces")
+        records = [(str(path), record_files.read(path)) for path in forces]
+        run.step("fit")
+        result = calibration_study(records, test)
+        run.step("page")
+        run.save(calibration_page(result, run.warnings))
+    if yaml_file is not None:
+        machine_file.write_cutting(result.description, yaml_file)
+    run.warnings += result.doubts
+    run.show(result, written={"Section 'cutting'": yaml_file})

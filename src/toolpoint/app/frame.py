@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
@@ -34,9 +34,15 @@ class Frame:
         self.output, self.as_json, self.step, self.warnings = output, as_json, step, warnings
         self._page: Path | None = None
 
-    def progress(self, name: str) -> Any:
-        """Return a context that gives a study its `progress` function."""
-        return console.counted(name, self.as_json or not console.interactive())
+    @contextmanager
+    def progress(self, name: str) -> Iterator[Callable[[int, int], None]]:
+        """Give a study its `progress` function of how much is done, and of how much."""
+        with self.progress_of_parts() as count:
+            yield lambda done, total: count(name, done, total)
+
+    def progress_of_parts(self) -> AbstractContextManager[Callable[[str, int, int], None]]:
+        """Return a context that gives a study its `progress` function of name, done and total."""
+        return console.counted(self.as_json or not console.interactive())
 
     def save(self, report: Report) -> None:
         """Write the page; its notes name the arguments as options."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.cutting.description import CuttingDescription
+from toolpoint.studies.text_table import text_table
 
 HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
 
@@ -108,10 +109,9 @@ class ChatterMap:
 
     def table(self) -> str:
         """Return the least depth of every feed direction, the worst place, and what failed, as text."""
-        rows = [list(HEADER), *self.rows()]
-        widths = [max(len(row[k]) for row in rows) for k in range(len(HEADER))]
-        lines = ["  ".join(text.ljust(width) for text, width in zip(row, widths)).rstrip() for row in rows]
-        return "\n".join([*lines, f"Worst: {self.worst()}", *(f"failed: {text}" for text in self.failed())])
+        title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
+        return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
+                          f"Worst: {self.worst()}"])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and text; None where a pose failed, or no limit lies below depth_max."""

@@ -17,6 +17,7 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.program.command import circle as circle_command
 from toolpoint.machine.model import Machine
 from toolpoint.studies.drive_structure import free_machine, structure_at
+from toolpoint.studies.text_table import text_table
 
 _LINES = 800
 Progress = Callable[[int, int], None]
@@ -84,8 +85,7 @@ class ServoMap:
 
     def table(self) -> str:
         """Return smallest and largest value of every quantity over the poses."""
-        rows = [["quantity", "axis", "smallest", "largest"], *self.rows()]
-        return "\n".join(f"{words:42s} {axis:10s} {low:>9s} {high:>9s}" for words, axis, low, high in rows)
+        return text_table(repr(self), ["quantity", "axis", "smallest", "largest"], self.rows())
 
     def to_dict(self) -> dict[str, Any]:
         """Return poses, margins (deg), bandwidths (Hz) and deviations (m; None where none was run) as plain values."""

@@ -4,69 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, WithJsonSchema, create_model, model_validator
-from pydantic_core import PydanticCustomError
+from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, Parameter
 from toolpoint.io.quantities import units
-from toolpoint.io.quantities.units import Kind, UnitError
+from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
 from toolpoint.machine.description import InertiaDescription
 
 VERSION = 1
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
 PROCESS_DAMPING = replace(units.STIFFNESS, name="process damping", largest=1e9)
-_NUMBER_SCHEMA = {"anyOf": [{"type": "number"}, {"type": "string"}]}
-
-
-def _fault(error: UnitError) -> PydanticCustomError:
-    # The text goes in as a parameter: braces in a user's value must not be read as placeholders.
-    return PydanticCustomError("quantity", "{message}", {"message": str(error)})
-
-
-def quantity_type(kind: Kind, **limits: Any) -> Any:
-    """Return the type of a field that holds a quantity of this kind, within the limits given (gt, ge, lt, le; SI)."""
-
-    def read(value: object) -> float:
-        try:
-            return units.quantity(value, kind)
-        except UnitError as error:
-            raise _fault(error) from None
-
-    described = {**_NUMBER_SCHEMA, "description": f"{kind.name}; a bare number is in {kind.unit}"}
-    return Annotated[float, BeforeValidator(read), Field(**limits), WithJsonSchema(described)]
-
-
-def _v(kind: Kind, length: int = 3) -> Any:
-    def read(value: object) -> tuple[float, ...]:
-        try:
-            return units.quantities(value, kind, length)
-        except UnitError as error:
-            raise _fault(error) from None
-
-    described = {"anyOf": [{"type": "array", "items": _NUMBER_SCHEMA, "minItems": length, "maxItems": length},
-                           {"type": "string"}], "description": f"{length} of {kind.name}; bare numbers are in {kind.unit}"}
-    return Annotated[tuple[float, ...], BeforeValidator(read), WithJsonSchema(described)]
-
-
-def _several(kind: Kind, one: bool = False) -> Any:
-    """Return the type of a field that holds any number of quantities; with `one` a single one stays a number."""
-    def read(value: object) -> float | tuple[float, ...]:
-        try:
-            if one and not isinstance(value, (list, tuple)) and not (isinstance(value, str) and "," in value):
-                return units.quantity(value, kind)
-            length = len(value) if isinstance(value, (list, tuple)) else str(value).count(",") + 1
-            return units.quantities(value, kind, length)
-        except UnitError as error:
-            raise _fault(error) from None
-
-    single = [{"type": "number"}] if one else []
-    described = {"anyOf": [{"type": "array", "items": _NUMBER_SCHEMA}, {"type": "string"}, *single],
-                 "description": f"{kind.name}, one for each tooth" + (" or one for all" if one else "")
-                 + f"; bare numbers are in {kind.unit}"}
-    return Annotated[Any, BeforeValidator(read), WithJsonSchema(described)]
 
 
 class Part(BaseModel):
@@ -76,79 +27,79 @@ class Part(BaseModel):
 
 
 class FrameModel(Part):
-    at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
-    rotation: _v(units.ANGLE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
+    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
+    rotation: Annotated[tuple[float, float, float], Vector(units.ANGLE)] = (0.0, 0.0, 0.0)
 
 
 class ShapeModel(Part):
     kind: Literal["box", "cylinder", "sphere"]
-    size: _v(units.LENGTH) | None = None  # type: ignore[valid-type]
-    diameter: quantity_type(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
-    length: quantity_type(units.LENGTH, gt=0) | None = None  # type: ignore[valid-type]
+    size: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
+    diameter: Annotated[float, Scalar(units.LENGTH, gt=0)] | None = None
+    length: Annotated[float, Scalar(units.LENGTH, gt=0)] | None = None
     axis: Literal["x", "y", "z"] = "z"
-    bore: quantity_type(units.LENGTH, ge=0) = 0.0  # type: ignore[valid-type]
+    bore: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
 
 
 class MeshModel(Part):
     file: str
-    unit: quantity_type(units.LENGTH, gt=0) = 1.0  # type: ignore[valid-type]
+    unit: Annotated[float, Scalar(units.LENGTH, gt=0)] = 1.0
 
 
 class InertiaModel(Part):
-    xx: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
-    yy: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
-    zz: quantity_type(units.AREA_MOMENT)  # type: ignore[valid-type]
-    xy: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
-    xz: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
-    yz: quantity_type(units.AREA_MOMENT) = 0.0  # type: ignore[valid-type]
+    xx: Annotated[float, Scalar(units.AREA_MOMENT)]
+    yy: Annotated[float, Scalar(units.AREA_MOMENT)]
+    zz: Annotated[float, Scalar(units.AREA_MOMENT)]
+    xy: Annotated[float, Scalar(units.AREA_MOMENT)] = 0.0
+    xz: Annotated[float, Scalar(units.AREA_MOMENT)] = 0.0
+    yz: Annotated[float, Scalar(units.AREA_MOMENT)] = 0.0
 
     @model_validator(mode="after")
     def possible(self) -> InertiaModel:
         """Refuse principal moments that no rigid body has."""
         tensor = InertiaDescription(**self.model_dump()).tensor
         if message := inertia_fault(tensor):
-            raise _fault(UnitError(message))
+            raise fault(UnitError(message))
         return self
 
 
 class BodyModel(Part):
-    mass: quantity_type(units.MASS, gt=0) | None = None  # type: ignore[valid-type]
-    centre: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
+    mass: Annotated[float, Scalar(units.MASS, gt=0)] | None = None
+    centre: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
     inertia: InertiaModel | None = None
-    density: quantity_type(units.DENSITY, gt=0) | None = None  # type: ignore[valid-type]
+    density: Annotated[float, Scalar(units.DENSITY, gt=0)] | None = None
     shape: ShapeModel | None = None
     mesh: MeshModel | None = None
     frame: FrameModel = FrameModel()
     draw: ShapeModel | None = None
-    draw_at: _v(units.LENGTH) | None = None  # type: ignore[valid-type]
+    draw_at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
     source: str = ""
 
 
 class StiffnessModel(Part):
-    x: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    y: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    z: quantity_type(units.STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    rx: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    ry: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
-    rz: quantity_type(units.TURNING_STIFFNESS, gt=0) | None = None  # type: ignore[valid-type]
+    x: Annotated[float, Scalar(units.STIFFNESS, gt=0)] | None = None
+    y: Annotated[float, Scalar(units.STIFFNESS, gt=0)] | None = None
+    z: Annotated[float, Scalar(units.STIFFNESS, gt=0)] | None = None
+    rx: Annotated[float, Scalar(units.TURNING_STIFFNESS, gt=0)] | None = None
+    ry: Annotated[float, Scalar(units.TURNING_STIFFNESS, gt=0)] | None = None
+    rz: Annotated[float, Scalar(units.TURNING_STIFFNESS, gt=0)] | None = None
 
 
 class DampingModel(Part):
-    x: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    y: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    z: quantity_type(units.DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    rx: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    ry: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
-    rz: quantity_type(units.TURNING_DAMPING, ge=0) | None = None  # type: ignore[valid-type]
+    x: Annotated[float, Scalar(units.DAMPING, ge=0)] | None = None
+    y: Annotated[float, Scalar(units.DAMPING, ge=0)] | None = None
+    z: Annotated[float, Scalar(units.DAMPING, ge=0)] | None = None
+    rx: Annotated[float, Scalar(units.TURNING_DAMPING, ge=0)] | None = None
+    ry: Annotated[float, Scalar(units.TURNING_DAMPING, ge=0)] | None = None
+    rz: Annotated[float, Scalar(units.TURNING_DAMPING, ge=0)] | None = None
 
 
 class LossFactorModel(Part):
-    x: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    y: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    z: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    rx: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    ry: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
-    rz: quantity_type(units.RATIO, ge=0) | None = None  # type: ignore[valid-type]
+    x: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
+    y: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
+    z: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
+    rx: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
+    ry: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
+    rz: Annotated[float, Scalar(units.RATIO, ge=0)] | None = None
 
 
 Direction = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -158,11 +109,11 @@ AxisDirection = Literal["x", "y", "z", "rx", "ry", "rz", "-x", "-y", "-z", "-rx"
 class JointModel(Part):
     parent: str
     child: str
-    at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
-    rotation: _v(units.ANGLE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
+    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
+    rotation: Annotated[tuple[float, float, float], Vector(units.ANGLE)] = (0.0, 0.0, 0.0)
     stiffness: StiffnessModel = StiffnessModel()
     damping: DampingModel = DampingModel()
-    loss_factor: LossFactorModel | quantity_type(units.RATIO, ge=0) = 0.0  # type: ignore[valid-type]
+    loss_factor: LossFactorModel | Annotated[float, Scalar(units.RATIO, ge=0)] = 0.0
     free: tuple[Direction, ...] = ()
     stiffness_matrix: tuple[tuple[float, ...], ...] | None = None
     damping_matrix: tuple[tuple[float, ...], ...] | None = None
@@ -181,14 +132,14 @@ class AxisModel(Part):
 
 class PointModel(Part):
     body: str
-    at: _v(units.LENGTH) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
+    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
     interface: str | None = None
 
 
 class LoadModel(Part):
     point: str
-    force: _v(units.FORCE) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
-    moment: _v(units.MOMENT) = (0.0, 0.0, 0.0)  # type: ignore[valid-type]
+    force: Annotated[tuple[float, float, float], Vector(units.FORCE)] = (0.0, 0.0, 0.0)
+    moment: Annotated[tuple[float, float, float], Vector(units.MOMENT)] = (0.0, 0.0, 0.0)
 
 
 _KINDS = {"length": units.LENGTH, "angle": units.ANGLE, "ratio": units.RATIO, "pressure": units.PRESSURE,
@@ -208,8 +159,10 @@ def _type_of(key: str, parameter: Parameter) -> Any:
         return Annotated[str, Field(description=_NOTES.get(key))]
     kind = _KINDS[parameter.kind]
     if isinstance(parameter.several, str):
-        return _several(kind, one=parameter.several == "one or each")
-    return quantity_type(kind, **parameter.limits) if parameter.several == 1 else _v(kind, parameter.several)
+        return Annotated[Any, Several(kind, parameter.several == "one or each")]
+    if parameter.several == 1:
+        return quantity_type(kind, **parameter.limits)
+    return Annotated[tuple[float, ...], Vector(kind, parameter.several)]
 
 
 def _model(name: str, parameters: Mapping[str, Parameter], defaults: Mapping[str, Any]) -> type[BaseModel]:
@@ -222,13 +175,16 @@ def _model(name: str, parameters: Mapping[str, Parameter], defaults: Mapping[str
 
 
 SpeedVariationModel = _model("SpeedVariationModel", VARIATION, {"revolutions": 4, "phase": 0.0})
-CuttingModel = _model("CuttingModel", PARAMETERS, DEFAULTS)
+if TYPE_CHECKING:  # to the type checker a part like any other
+    CuttingModel = Part
+else:
+    CuttingModel = _model("CuttingModel", PARAMETERS, DEFAULTS)
 
 
 class ReferenceModel(Part):
     name: str
-    frequencies: tuple[quantity_type(units.FREQUENCY, gt=0), ...]  # type: ignore[valid-type]
-    damping_ratio: tuple[quantity_type(units.RATIO, ge=0), ...] = ()  # type: ignore[valid-type]
+    frequencies: tuple[Annotated[float, Scalar(units.FREQUENCY, gt=0)], ...]
+    damping_ratio: tuple[Annotated[float, Scalar(units.RATIO, ge=0)], ...] = ()
     source: str = ""
 
 
@@ -239,12 +195,12 @@ class MachineModel(Part):
     joints: dict[str, JointModel]
     axes: dict[str, AxisModel] = {}
     points: dict[str, PointModel] = {}
-    gravity: _v(units.ACCELERATION) | None = None  # type: ignore[valid-type]
+    gravity: Annotated[tuple[float, float, float], Vector(units.ACCELERATION)] | None = None
     loads: tuple[LoadModel, ...] = ()
     tool: str | None = None
     table: str | None = None
-    damping_ratio: quantity_type(units.RATIO, ge=0, lt=1) | None = None  # type: ignore[valid-type]
-    cutting: CuttingModel | None = None  # type: ignore[valid-type]
+    damping_ratio: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] | None = None
+    cutting: CuttingModel | None = None
     reference: tuple[ReferenceModel, ...] = ()
     poses: tuple[dict[str, Any], ...] = ()
     description: str = ""

@@ -1,4 +1,4 @@
-"""Force records of a cutting test: files of any format, one feed each or with a column of the feed, folded on a revolution."""
+"""Force records of a cutting test: one feed each or with a column of the feed, folded on a revolution."""
 
 from __future__ import annotations
 
@@ -10,7 +10,6 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.cutting.force.calibration import revolution
-from toolpoint.io import record_files
 from toolpoint.vibration import Record
 
 MOST = 360  # samples of a revolution that a fit takes
@@ -18,30 +17,29 @@ FEW = 24
 REPEATING = 0.5  # least share of the forces that follows the revolution
 
 
-def by_feed(files: Sequence[Path], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
-    """Return (feed per tooth in m, forces x, y and z where known, name) of every file or of every feed in its column."""
-    if feeds is not None and len(feeds) != len(files):
-        raise ToolpointError(f"--feed: {len(feeds)} feeds for {len(files)} files; must be one for each file, in their order")
+def by_feed(records: Sequence[tuple[str, Record]], feeds: Sequence[float] | None) -> list[tuple[float, Record, str]]:
+    """Return (feed per tooth in m, forces x, y and z where known, name) of every record or of every feed in its column."""
+    if feeds is not None and len(feeds) != len(records):
+        raise ToolpointError(f"`feed`: {len(feeds)} feeds for {len(records)} files; must be one for each file, in their order")
     result = []
-    for i, path in enumerate(files):
-        record = record_files.read(path)
+    for i, (path, record) in enumerate(records):
         forces = _forces(path, record)
         if feeds is not None:
             parts = [(feeds[i], forces)]
         elif "feed" in record.quantities:
             parts = _steps(path, forces, record.samples[:, record.quantities.index("feed")])
         else:
-            raise ToolpointError(f"--feed: missing; {path} has no column 'feed' (m, or 'feed [mm]'); give the feed per tooth "
-                                 "of each file in mm, for example --feed 0.05,0.1")
+            raise ToolpointError(f"`feed`: missing; {path} has no column 'feed' (m, or 'feed [mm]'); give the feed per tooth "
+                                 "of each file in mm, for example `feed` 0.05,0.1")
         for feed, part in parts:
             if not 0 < feed <= 0.01:
                 raise ToolpointError(f"{path}: feed per tooth {1e3 * feed:g} mm; must be above 0 and at most 10 mm")
-            result.append((feed, part, path.name))
+            result.append((feed, part, Path(path).name))
     ways = min(part.samples.shape[1] for _, part, _ in result)
     return [(feed, part.selected(range(ways)), name) for feed, part, name in result]
 
 
-def _forces(path: Path, record: Record) -> Record:
+def _forces(path: str, record: Record) -> Record:
     every = list(zip(record.channels, record.quantities, strict=True))
     at = {dof.direction: i for i, (dof, kind) in enumerate(every) if kind == "force"}
     missing = [way for way in "xy" if f"+{way}" not in at]
@@ -51,7 +49,7 @@ def _forces(path: Path, record: Record) -> Record:
     return record.selected([at[f"+{way}"] for way in "xyz" if f"+{way}" in at])
 
 
-def _steps(path: Path, forces: Record, feed: FloatArray) -> list[tuple[float, Record]]:
+def _steps(path: str, forces: Record, feed: FloatArray) -> list[tuple[float, Record]]:
     """Return the parts of a record over which the column of the feed stays the same."""
     ends = [0, *(np.flatnonzero(np.diff(feed) != 0) + 1).tolist(), feed.size]
     parts = []
@@ -64,7 +62,7 @@ def _steps(path: Path, forces: Record, feed: FloatArray) -> list[tuple[float, Re
     return parts
 
 
-def doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
+def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
     """Return a remark on every record whose forces do not repeat with the revolution: its speed is another one."""
     lines = []
     for _, part, name in records:
@@ -78,7 +76,7 @@ def doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: in
             strongest = float(np.fft.rfftfreq(len(moving), 1 / part.sample_rate)[int(np.argmax(power))])
             lines.append(f"{name}: only {100 * share:.0f} % of the forces repeat with a revolution at {speed:g} rev/min; the "
                          f"strongest line at {strongest:.4g} Hz is the tooth passing of {60 * strongest / teeth:.4g} rev/min: "
-                         "check --speed and --teeth")
+                         "check `speed` and `teeth`")
     return lines
 
 
@@ -91,6 +89,6 @@ def folded(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[
     every = [revolution(part, speed) for _, part, _ in records]
     count = min(MOST, *(angle.size for angle, _ in every))
     angle = 2 * np.pi * np.arange(count) / count
-    courses = [np.stack([np.interp(angle, own, mean[:, k], period=2 * np.pi) for k in range(mean.shape[1])], axis=1)
-               for own, mean in every]
+    courses = [np.stack([np.interp(angle, turned, mean[:, k], period=2 * np.pi) for k in range(mean.shape[1])], axis=1)
+               for turned, mean in every]
     return np.array([feed for feed, _, _ in records]), angle, np.stack(courses)

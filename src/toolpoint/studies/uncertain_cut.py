@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint.app import console
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import (
@@ -21,8 +20,7 @@ from toolpoint.cutting.advice.probability import (
 )
 from toolpoint.cutting.cut.problem import MISSING
 from toolpoint.cutting.stability.method import StabilityMethod
-from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.probability import importance_chart, probability_chart
+from toolpoint.studies.execute import Progress
 from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
@@ -45,8 +43,9 @@ class Uncertainty:
     seed: int = 0
 
 
-def sampled(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty, method: StabilityMethod,
-            quiet: bool) -> tuple[ProbabilityChart, list[str]]:
+def sampled_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
+                   method: StabilityMethod | None = None, progress: Progress | None = None
+                   ) -> tuple[ProbabilityChart, list[str]]:
     """Return the probability chart around a chart, after the cuts already made, and what was assumed."""
     parameters, notes = _parameters(problem, uncertainty)
     finite = chart.limit[np.isfinite(chart.limit)]
@@ -54,18 +53,17 @@ def sampled(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncerta
     top = max([min(top, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
     some = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MOST_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
-    with console.counted("sampled charts", quiet or not console.interactive()) as progress:
-        found = probability(problem, parameters, chart.speeds[some], np.linspace(top / DEPTHS, top, DEPTHS),
-                            np.random.default_rng(uncertainty.seed), uncertainty.samples, method, progress)
-    return found, notes + _contradictions(found, uncertainty.cuts)
+    sampled = probability(problem, parameters, chart.speeds[some], np.linspace(top / DEPTHS, top, DEPTHS),
+                          np.random.default_rng(uncertainty.seed), uncertainty.samples, method, progress)
+    return sampled, notes + _contradictions(sampled, uncertainty.cuts)
 
 
-def _contradictions(found: ProbabilityChart, cuts: Sequence[tuple[float, float, bool]]) -> list[str]:
+def _contradictions(sampled: ProbabilityChart, cuts: Sequence[tuple[float, float, bool]]) -> list[str]:
     """Return a line on every cut whose outcome hardly any of the sampled charts allows."""
     lines = []
     for speed, depth, stable in cuts:
-        at = int(np.argmin(np.abs(found.speeds - speed))), int(np.argmin(np.abs(found.depths - depth)))
-        share = float(np.mean(found.stable[(slice(None), *at)] == stable))
+        at = int(np.argmin(np.abs(sampled.speeds - speed))), int(np.argmin(np.abs(sampled.depths - depth)))
+        share = float(np.mean(sampled.stable[(slice(None), *at)] == stable))
         if share < UNLIKELY:
             outcome = "stable" if stable else "chatter"
             lines.append(f"The cut at {speed:g} rev/min and {1e3 * depth:g} mm contradicts the model: {100 * share:.0f} % of "
@@ -90,35 +88,16 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
 def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -> None:
     for speed, depth, _ in cuts:
         if not speeds[0] <= speed <= speeds[-1] or not 0 < depth <= 1:
-            raise ToolpointError(f"--tried {speed:g}:{1e3 * depth:g}: must lie within the chart, {speeds[0]:g} .. "
-                                 f"{speeds[-1]:g} rev/min, with a depth above zero; widen --speeds")
+            raise ToolpointError(f"`tried` {speed:g}:{1e3 * depth:g}: must lie within the chart, {speeds[0]:g} .. "
+                                 f"{speeds[-1]:g} rev/min, with a depth above zero; widen `speeds`")
 
 
-def advice_rows(chart: StabilityChart, found: ProbabilityChart | None, uncertainty: Uncertainty) -> list[list[str]]:
+def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty) -> list[list[str]]:
     """Return rows (what, rev/min, depth mm, reason) of the cuts to make; doubtful where the FRF lacks part of the band."""
     doubt = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
     advice: list[tuple[str, Advice]] = [("best cut of the chart", from_chart(chart))]
-    if found is not None:
-        advice.append(("best cut with 95 % certainty", from_cuts(found, list(uncertainty.cuts), LEVEL)))
-        after = found.after_cuts(uncertainty.cuts)
+    if sampled is not None:
+        advice.append(("best cut with 95 % certainty", from_cuts(sampled, list(uncertainty.cuts), LEVEL)))
+        after = sampled.after_cuts(uncertainty.cuts)
         advice.append(("next test cut", most_informative(after)))
-    return [[name, f"{one.speed:.0f}", f"{1e3 * one.depth:.3g}", doubt + one.reason] for name, one in advice]
-
-
-def with_probability(report: Report, found: ProbabilityChart, uncertainty: Uncertainty) -> Report:
-    """Return the report with the probability chart and what to measure better."""
-    after = found.after_cuts(uncertainty.cuts)
-    cuts = [(speed, depth, "stable cut" if stable else "cut with chatter") for speed, depth, stable in uncertainty.cuts]
-    words = (f"{found.stable.shape[0]} charts with parameters drawn at random"
-             + (f", weighed by the outcome of {len(cuts)} cuts." if cuts else "."))
-    report = report.with_section("Probability of stability", words, Chart(probability_chart(after, cuts), name="probability"))
-    share = after.importance()
-    first = next(iter(share))
-    return report.with_section(
-        "What to measure better", f"A better value of \"{first}\" would narrow the chart most: alone it explains "
-        f"{100 * share[first]:.0f} % of the variance of the limit.", Chart(importance_chart(share), name="importance"))
-
-
-def with_advice(report: Report, rows: Sequence[Sequence[str]]) -> Report:
-    """Return the report with the table of cuts to make."""
-    return report.with_section("Cuts to make", Table(["", "rev/min", "depth mm", "why"], rows))
+    return [[name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", doubt + cut.reason] for name, cut in advice]

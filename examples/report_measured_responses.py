@@ -1,0 +1,32 @@
+"""Modes and lobes straight from measured responses, and their page (as `toolpoint report --frf tip.txt --frf holder.txt`)."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint.io import read_frf
+from toolpoint.io.text import frf_table
+from toolpoint.pages.measured import with_measured
+from toolpoint.plot import Report
+from toolpoint.studies import study_responses
+from toolpoint.vibration import Modes, frequency_response
+
+
+def main() -> float:
+    """Return the first frequency that was picked, Hz; the structure's is 900 Hz."""
+    structure = Modes([900.0, 1700.0], 0.02, [[1.0, 0.4], [0.5, -0.6]], ("tip:+x", "holder:+x"))
+    with tempfile.TemporaryDirectory() as folder:
+        paths = [Path(folder) / "tip.txt", Path(folder) / "holder.txt"]
+        for path in paths:  # Hz, real, imaginary; both struck at the tip
+            response = frequency_response.modal(structure, np.arange(2.0, 3000.0, 2.0), [f"{path.stem}:+x"], ["tip:+x"])
+            frf_table.write(response, path)
+        result = study_responses(read_frf(paths))
+        print(result.table())
+        print(with_measured(Report("Measured frequency responses"), result).save(folder))
+    assert result.modes is not None
+    return float(result.modes.frequency[0])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,118 @@
+"""`toolpoint drive`: a drive file and a program, a circle, a map or a unit."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import frame
+from toolpoint.app.options import JSON, OUTPUT, PATH, POSE
+
+Pose = dict[str, float] | None
+Circle = tuple[float, float] | None
+
+
+def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Circle:
+    if not value:
+        return None
+    try:
+        radius, feed = (float(part) for part in value.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write RADIUS,FEED in mm and mm/min, for example 50,4000") from None
+    if radius <= 0 or feed <= 0:
+        raise click.BadParameter(f"{value!r}: radius and feed must be above zero")
+    return 1e-3 * radius, 1e-3 / 60 * feed
+
+
+@click.command()
+@click.argument("drives", required=False, type=PATH)
+@click.option("--program", type=PATH, help="G-code (ISO and the common Siemens words), mm.")
+@click.option("--circle", callback=_circle, metavar="RADIUS,FEED", help="A circular test instead, mm and mm/min.")
+@click.option("--machine", type=PATH, help="Machine file whose structure the drives push against.")
+@POSE
+@click.option("--map", "grid", multiple=True, metavar="X=-0.3:0.3:7",
+              help="Margins and bandwidth over positions of the machine, with --circle its deviation too; one or two axes.")
+@click.option("--fmu", type=PATH, help="Write the servo as a co-simulation unit (FMI 2.0) here.")
+@click.option("--fmu-sources", is_flag=True, help="The unit with its C sources only: no compiler needed here.")
+@click.option("--schema", is_flag=True, help="Print the JSON schema of drive files, for editors.")
+@OUTPUT
+@JSON
+def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, grid: tuple[str, ...],
+          fmu: Path | None, fmu_sources: bool, schema: bool, output: Path, as_json: bool) -> None:
+    """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
+    if schema:
+        from toolpoint.io.yaml.drive_file import json_schema
+
+        click.echo(json.dumps(json_schema(), indent=2))
+        return
+    if drives is None:
+        raise click.UsageError("Missing argument 'DRIVES': a YAML file of axes and control.")
+    if grid:
+        _map(drives, machine, grid, circle, output, as_json)
+        return
+    if fmu is not None:
+        _export(drives, fmu, machine, pose, fmu_sources)
+        if program is None and circle is None:
+            return
+    if (program is None) == (circle is None):
+        raise ToolpointError("drive: give either --program FILE or --circle RADIUS,FEED")
+    _run(drives, program, circle, machine, pose, output, as_json)
+
+
+def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, output: Path, as_json: bool
+         ) -> None:
+    """Simulate a program (G-code) or a circle (radius m, feed m/s)."""
+    from toolpoint.app.poses import machine_at
+    from toolpoint.io.program import read_path
+    from toolpoint.io.yaml import drive_file
+    from toolpoint.pages.drive_experiment import drive_page
+    from toolpoint.studies.drive_experiment import drive_experiment
+
+    with frame(output, as_json, steps=4) as run:
+        run.step("reading")
+        description = drive_file.read(drives)
+        built = None if machine is None else machine_at(machine, pose)
+        path = None if program is None else read_path(program)
+        result = drive_experiment(description, path=path, circle=circle, machine=built, pose=pose, progress=run.step)
+        run.step("page")
+        run.save(drive_page(result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings))
+    run.warnings[:0] = result.notes
+    run.show(result)
+
+
+def _map(drives: Path, machine: Path | None, axes: tuple[str, ...], circle: Circle, output: Path, as_json: bool) -> None:
+    """Map a servo over a grid of poses, one or two axes."""
+    from toolpoint.app.poses import grid
+    from toolpoint.io.yaml import drive_file, machine_file
+    from toolpoint.pages.servo_map import servo_map_page
+    from toolpoint.studies.servo_map import servo_map
+
+    if machine is None:
+        raise ToolpointError("--map: a map needs the machine; give --machine FILE")
+    description, built = drive_file.read(drives), machine_file.read(machine)
+    positions = grid(built, axes, "--map")
+    with frame(output, as_json) as run, run.progress("poses") as progress:
+        result = servo_map(description, machine=built, grid=positions, circle=circle, progress=progress)
+    run.save(servo_map_page(result, warnings=run.warnings))
+    run.show(result)
+
+
+def _export(drives: Path, unit: Path, machine: Path | None, pose: Pose, sources_only: bool) -> None:
+    """Write the servo as a functional mock-up unit (FMI 2.0, co-simulation)."""
+    from toolpoint.app.poses import machine_at
+    from toolpoint.drives.build import build_servo
+    from toolpoint.io import fmu
+    from toolpoint.io.yaml import drive_file
+    from toolpoint.studies.drive_structure import structure_of
+
+    with frame(None, False) as run:
+        description = drive_file.read(drives)
+        built = None if machine is None else machine_at(machine, pose)
+        servo = build_servo(description, structure_of(description, built, pose))
+    if any(axis.mechanics.nut_moves for axis in description.axes.values()):
+        run.warnings.append("nut_moves: the unit keeps every nut at its nut_position")
+    fmu.write(servo, unit, description.name, substeps=description.substeps, binary=not sources_only)
+    run.show_rest(written={"Unit": unit})

@@ -1,0 +1,35 @@
+"""The page of a calibration: coefficients and run-out, mean forces, measured beside fitted forces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from toolpoint.cutting.build import engagement_of, tool_of
+from toolpoint.pages.remarks import with_warnings
+from toolpoint.plot import Chart, Report, Table
+from toolpoint.plot.figures.calibration import fitted_forces, mean_forces
+from toolpoint.studies.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
+
+CHARTS = 8
+
+
+def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a calibration."""
+    test = result.test
+    tool = tool_of(result.description)
+    report = Report("Calibration of cutting coefficients", f"{tool!r}, {engagement_of(result.description)!r}",
+                    subtitle=f"{test.speed:g} rev/min, depth {1e3 * test.depth:g} mm, {result.feeds.size} records")
+    report = report.with_section(
+        "Coefficients and run-out", f"Fit of the forces over rotation; residual {result.fit.residual:.4g} N, "
+        f"{result.fit.status}." + (f" {NAMED}" if result.is_named_by_fit else ""), Table(list(HEADER), fit_rows(result.fit)))
+    if result.average is not None:
+        mean, model = result.measured.mean(1), result.fitted.mean(1)
+        words = f"Fit of the mean forces over feed. {BLIND} The lines are those of the fit over rotation."
+        report = report.with_section("Average forces", words, Table(list(HEADER), fit_rows(result.average)),
+                                     Chart(mean_forces(result.feeds, mean, model), name="means"))
+    charts = [Chart(fitted_forces(result.angle, result.measured[i], result.fitted[i], f"{name}, {1e3 * feed:g} mm a tooth"),
+                    name=f"forces{i}")
+              for i, (feed, name) in enumerate(zip(result.feeds[:CHARTS], result.names, strict=False))]
+    report = report.with_section("Measured and fitted forces", "Forces on the tool over one revolution, the mean of all whole "
+                               "revolutions of the record.", *charts)
+    return with_warnings(report, [*warnings, *result.doubts], "Remarks")

@@ -1,0 +1,45 @@
+"""The page of a turning cut: chart, response of the chip thickness, remarks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.pages.remarks import with_remarks
+from toolpoint.plot import Chart, Report, Table
+from toolpoint.plot.figures.cutting import chip_response, intervals_of
+from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
+from toolpoint.studies.turning_study import HEADER, TurningStudy
+from toolpoint.vibration import Dof, Frf
+
+
+def turning_page(result: TurningStudy) -> Report:
+    """Return the page of a turning cut."""
+    chart, limit, cut = result.chart, result.limit, result.cut
+    words = f"K_f {cut.cutting / 1e6:g} N/mm^2" + (f", K_t {cut.tangential / 1e6:g} N/mm^2" if cut.tangential else "") + (
+        f", process damping {cut.process_damping:g} N/m" if cut.process_damping else "")
+    report = Report("Stability of a turning cut", f"{words}; {result.problem.plane!r}", subtitle=f"method {chart.method}")
+    curves: list[StabilityCurve | StabilityIntervals] = [intervals_of(chart),
+                                                         StabilityCurve(chart.speeds, chart.limit, "first limit")]
+    if limit is not None and np.isfinite(limit.width):
+        always = np.full(chart.speeds.size, limit.width)
+        curves.append(StabilityCurve(chart.speeds, always, "stable at every speed"))
+    best, finite = from_chart(chart), np.isfinite(chart.limit).any()
+    figure = stability_chart(curves, max_depth=None if finite else chart.depth_max, depth_name="Width of cut",
+                           points=[(best.speed, best.depth, "best cut, with some margin")])
+    report = report.with_section(
+        "Chart", "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
+        Chart(figure, name="stability"), Table(list(HEADER), result.rows()))
+    least = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
+    report = report.with_section(
+        "Response of the chip thickness", "The part of the receptance that the cutting force turns into chip thickness. Its "
+        "least real part sets the width that is stable at every speed: b = -1/(2 K_f min Re G).",
+        Chart(chip_response(_response(result.problem.plane), least), name="oriented"))
+    return with_remarks(report, chart.notes)
+
+
+def _response(plane: PlaneDynamics) -> Frf:
+    low, high = plane.span
+    f = np.linspace(0.3 * low, 1.5 * high, 3000) if plane.is_modal else np.asarray(plane.frequency)
+    return Frf(f, plane.response(f)[:, :1, :1], (Dof("chip", "+x"),), (Dof("chip", "+x"),))
