@@ -23,7 +23,7 @@ def main() -> float:
         for way in ("x", "y"):
             file = Path(folder) / f"{way}.txt"
             label = [f"tip:+{way}"]
-            frf_table.write(frequency_response.modal(tip, np.arange(2.0, 6000.0, 1.0), label, label), file)
+            frf_table.write(frequency_response.modal(tip, np.arange(2.0, 6000.0, 1.0), outputs=label, inputs=label), file)
             frf[way] = read_frf(file)
         result = chart_lobes(separate_dynamics(frf["x"], frf["y"], band=(50, 6000)), CUT, speeds=SPEEDS)
         print(result.table())

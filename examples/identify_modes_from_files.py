@@ -18,7 +18,7 @@ def main() -> float:
     points = {number: rng.uniform(0, 1, 3) for number in range(1, 7)}
     labels = tuple(Dof(point, way) for point in points for way in ("+x", "+y", "+z"))
     truth = Modes([21.0, 34.0, 52.0], [0.02, 0.03, 0.015], rng.normal(size=(18, 3)), labels)
-    frf = frequency_response.modal(truth, np.linspace(5, 80, 601), None, [labels[0]], "accelerance")
+    frf = frequency_response.modal(truth, np.linspace(5, 80, 601), inputs=[labels[0]], quantity="accelerance")
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "test.uff"
         write(file, MeasuredGeometry(tuple(points), np.array(list(points.values()))), frf)

@@ -19,7 +19,8 @@ def main() -> float:
     with tempfile.TemporaryDirectory() as folder:
         paths = [Path(folder) / "tip.txt", Path(folder) / "holder.txt"]
         for path in paths:  # Hz, real, imaginary; both struck at the tip
-            response = frequency_response.modal(structure, np.arange(2.0, 3000.0, 2.0), [f"{path.stem}:+x"], ["tip:+x"])
+            response = frequency_response.modal(structure, np.arange(2.0, 3000.0, 2.0), outputs=[f"{path.stem}:+x"],
+                                                inputs=["tip:+x"])
             frf_table.write(response, path)
         result = study_responses(read_frf(paths))
         print(result.table())

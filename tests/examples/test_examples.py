@@ -31,6 +31,57 @@ def test_modes_from_hammer_blows():
     assert run("identify_a_machine_from_hammer_blows.py") < 0.1
 
 
+# Every command of the README in Python: (example, the number that it returns, relative deviation, where the number is from).
+COMMANDS = [
+    ("check_a_machine_file.py", 6, 0, "three feet turn, a column, and a magazine that turns two ways"),
+    ("report_a_machine.py", 21.5, 0.005, "the model of the paper, table 5"),
+    ("report_measured_responses.py", 900.0, 2e-3, "the mode that was put in"),
+    ("chart_lobes_of_modes.py", 0.0475, 0.1, "the converged depths of this slot"),
+    ("chart_turning.py", 1.0, 0.01, "one mode by hand: 2 k zeta (1 + zeta) / K_f"),
+    ("calibrate_cutting_coefficients.py", 1.0, 0.01, "the coefficient that was put in"),
+    ("find_speeds_against_chatter.py", 12750.0, 1e-9, "60 f / N"),
+    ("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches"),
+    ("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter"),
+    ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
+    ("study_sensitivities.py", 0.5, 1e-6, "frequencies go with the root of all stiffnesses"),
+    ("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet"),
+    ("update_a_machine.py", 1.0, 1e-3, "the published stiffness of the feet"),
+    ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),
+]
+
+
+@pytest.mark.parametrize(("name", "number", "deviation", "source"), COMMANDS, ids=[row[0] for row in COMMANDS])
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_command_in_python(name, number, deviation, source):
+    assert run(name) == pytest.approx(number, rel=deviation), source
+
+
+def test_frequencies_of_a_map_are_those_of_the_pose():
+    assert run("map_frequencies.py") < 1e-9
+
+
+def test_modes_from_a_file():
+    assert run("identify_modes_from_files.py") < 1e-3
+
+
+def test_lobes_of_responses_are_those_of_their_modes():
+    assert run("chart_lobes_of_two_responses.py") < 5e-3
+
+
+def test_cuts_below_and_above_the_limit():
+    assert run("simulate_a_cut.py") == ("stable", "chatter")
+
+
+def test_the_published_machine_has_the_frequencies_of_its_paper():
+    assert run("show_the_published_machine.py") < 0.1
+
+
+@pytest.mark.slow
+def test_hammer_records_to_joints():
+    # The published stiffness of the machine's feet.
+    assert run("hammer_records_to_joints.py") == pytest.approx(1.0, rel=0.02)
+
+
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
     assert all(path.name in text for path in FOLDER.glob("*.py"))

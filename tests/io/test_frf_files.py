@@ -65,7 +65,7 @@ def test_files(tmp_path_factory):
     (folder / "parts.yaml").write_text(COMPONENTS)
     (folder / "points.csv").write_text("".join(f"{name},{x},{y},{z}\n" for name, (x, y, z) in POINTS.items()))
     labels = [f"{point}:+{way}" for point in POINTS for way in "xyz"]
-    system = assemble(machine_file.read(folder / "machine.yaml"), None, labels, labels[:3])
+    system = assemble(machine_file.read(folder / "machine.yaml"), None, labels, inputs=labels[:3])
     frf = frequency_response.direct(system, np.arange(40.0, 400.0, 0.5))
     files = {}
     for kind in FORMATS:
@@ -133,7 +133,7 @@ def crossed(tmp_path):
     """A cross response between two points, under a name that says so."""
     modes = Modes([600.0, 900.0], 0.03, [[4.0, 1.0], [1.0, -4.0]], ("1:+z", "2:+x"))
     path = tmp_path / "2=+x__1=+z.txt"
-    frf_table.write(frequency_response.modal(modes, np.arange(2.0, 2000.0, 2.0), ["2:+x"], ["1:+z"]), path)
+    frf_table.write(frequency_response.modal(modes, np.arange(2.0, 2000.0, 2.0), outputs=["2:+x"], inputs=["1:+z"]), path)
     return path
 
 
@@ -153,8 +153,8 @@ def test_the_pair_of_plain_names_works_wherever_the_data_suffice(tmp_path, capsy
     """tip.txt holder.txt: two points, both struck at the tip: the lobes are those of tip.txt alone."""
     modes = Modes([600.0, 900.0], 0.03, [[4.0, 1.0], [1.0, -4.0]], ("tip:+x", "holder:+x"))
     for name in ("tip", "holder"):
-        frf_table.write(frequency_response.modal(modes, np.arange(2.0, 2000.0, 2.0), [f"{name}:+x"], ["tip:+x"]),
-                        tmp_path / f"{name}.txt")
+        frf_table.write(frequency_response.modal(modes, np.arange(2.0, 2000.0, 2.0), outputs=[f"{name}:+x"],
+                                                 inputs=["tip:+x"]), tmp_path / f"{name}.txt")
     pair = [str(tmp_path / "tip.txt"), str(tmp_path / "holder.txt")]
     frf = frf_files.read(pair)
     assert [str(d) for d in (*frf.outputs, *frf.inputs)] == ["tip:+x", "holder:+x", "tip:+x"]

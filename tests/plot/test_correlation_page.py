@@ -23,7 +23,7 @@ from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
 from toolpoint.studies.measured_update import MeasuredUpdate, Measurement
 from toolpoint.studies.model_correlation import correlate
 from toolpoint.studies.point_pairing import paired_points
-from toolpoint.studies.sensitivity_study import sensitivity_study
+from toolpoint.studies.sensitivity_study import study_sensitivity
 from toolpoint.vibration import eigen, frequency_response
 from toolpoint.vibration.geometry import Geometry
 
@@ -57,7 +57,7 @@ def test_correlation_page(mills, opened):
 
 def test_sensitivity_page(mills, opened):
     mill, _, _ = mills
-    seen = opened(sensitivity_page(sensitivity_study(mill), mill).html(), reduced_motion="reduce")
+    seen = opened(sensitivity_page(study_sensitivity(mill), mill).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 5 && 'modes' in window.toolpointViews")
     bars = seen.page.locator(".tp-chart[data-name=chart-2]")
     bars.scroll_into_view_if_needed()

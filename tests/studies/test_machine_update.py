@@ -12,7 +12,7 @@ from random_machines import random_machine
 from toolpoint._check import ToolpointError
 from toolpoint.machine import assemble
 from toolpoint.studies import machine_update
-from toolpoint.studies.sensitivity_study import sensitivity_study
+from toolpoint.studies.sensitivity_study import study_sensitivity
 from toolpoint.updating import AffineSystem, Targets
 from toolpoint.vibration import Modes, eigen, frequency_response
 from toolpoint.vibration.dof import dofs
@@ -104,7 +104,7 @@ def test_a_size_is_not_affine_and_is_assembled_anew():
 
 def test_sensitivity_study_obeys_the_homogeneity_of_frequencies():
     """Scaling all stiffnesses by s scales f by sqrt(s), all densities by 1/sqrt(s): the sums are 1/2 and -1/2 (Euler)."""
-    study = sensitivity_study(four_part_mill(), modes=6)
+    study = study_sensitivity(four_part_mill(), modes=6)
     assert sum(study.cumulative("stiffness").values()) == pytest.approx(np.full(6, 0.5), abs=1e-9)
     assert sum(study.cumulative("density").values()) == pytest.approx(np.full(6, -0.5), abs=1e-9)
     assert "cumulative per part" in study.table()
@@ -112,7 +112,7 @@ def test_sensitivity_study_obeys_the_homogeneity_of_frequencies():
 
 def test_sensitivity_study_foretells_frequencies_and_mac_after_a_small_change():
     mill, path, change = four_part_mill(), "joints.column_housing.stiffness.x", 1e-3
-    study = sensitivity_study(mill, [path], 6)
+    study = study_sensitivity(mill, [path], 6)
     here, there = (eigen.undamped(assemble(m), 6) for m in (mill, mill.with_values({path: mill.value(path) * (1 + change)})))
     assert np.log(there.frequency / here.frequency) / np.log1p(change) == pytest.approx(study.frequency[0], abs=1e-4)
     from toolpoint.vibration import correlation

@@ -15,7 +15,7 @@ from toolpoint.machine.description import (
     MachineDescription,
     PointDescription,
 )
-from toolpoint.studies.sensitivity_study import sensitivity_study
+from toolpoint.studies.sensitivity_study import study_sensitivity
 from toolpoint.vibration import correlation, eigen
 
 
@@ -35,7 +35,7 @@ def test_moduli_and_joint_stiffnesses_share_one_half_and_masses_the_other():
     """Euler: homogeneous of degree 1/2 in all stiffnesses and -1/2 in all masses (inertia of the head included)."""
     paths = [*(f"joints.foot.stiffness.{w}" for w in ("x", "y", "z", "rx", "ry", "rz")), "bodies.arm.modulus"]
     masses = ["bodies.arm.density", "bodies.head.mass", *(f"bodies.head.inertia.{w}" for w in ("xx", "yy", "zz"))]
-    study = sensitivity_study(arm(), [*paths, *masses], 5)
+    study = study_sensitivity(arm(), [*paths, *masses], 5)
     assert study.frequency[:len(paths)].sum(axis=0) == pytest.approx(np.full(5, 0.5), abs=1e-9)
     assert study.frequency[len(paths):].sum(axis=0) == pytest.approx(np.full(5, -0.5), abs=1e-9)
 
@@ -43,20 +43,20 @@ def test_moduli_and_joint_stiffnesses_share_one_half_and_masses_the_other():
 @pytest.mark.parametrize(("name", "changed"), [
     ("modulus", {"modulus": 210e9 * 1.001}), ("density", {"density": 7850.0 * 1.001})])
 def test_elastic_bodies_foretell_the_frequencies_of_the_changed_material(name, changed):
-    study = sensitivity_study(arm(), [f"bodies.arm.{name}"], 5)
+    study = study_sensitivity(arm(), [f"bodies.arm.{name}"], 5)
     here, there = (eigen.undamped(assemble(m), 5).frequency for m in (arm(), arm(**changed)))
     assert np.log(there / here) / np.log(1.001) == pytest.approx(study.frequency[0], abs=2e-4)
 
 
 def test_left_out_paths_name_modulus_and_density_of_elastic_bodies():
-    study = sensitivity_study(arm(), None, 3)
+    study = study_sensitivity(arm(), None, 3)
     assert {"bodies.arm.modulus", "bodies.arm.density", "bodies.head.mass"} <= set(study.paths)
     assert "bodies.arm.mass" not in study.paths
 
 
 def test_cumulated_shapes_foretell_the_mac_after_all_stiffnesses_of_an_interface_change():
     mill, change = four_part_mill(), 1e-3
-    study = sensitivity_study(mill, None, 6)
+    study = study_sensitivity(mill, None, 6)
     paths = [p for p in study.paths if p.startswith("joints.column_housing.stiffness")]
     moved = mill.with_values({p: mill.value(p) * (1 + change) for p in paths})
     here, there = (eigen.undamped(assemble(m), 6).shape for m in (mill, moved))

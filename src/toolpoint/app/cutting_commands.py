@@ -95,7 +95,7 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
     from toolpoint.app.dynamics import read_dynamics
     from toolpoint.cutting.stability import method_named
     from toolpoint.pages.lobes import lobes_page
-    from toolpoint.studies.lobes_study import lobes_study
+    from toolpoint.studies.lobes_study import chart_lobes
     from toolpoint.studies.uncertain_cut import Uncertainty
 
     if (tried or uncertainty) and samples is None:
@@ -103,7 +103,7 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
     known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
     chosen = method_named(method, "--method")
     with frame(output, as_json) as run, run.progress_of_parts() as progress:
-        result = lobes_study(read_dynamics(source), in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
+        result = chart_lobes(read_dynamics(source), in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
                              uncertainty=known, progress=progress).noted(run.warnings)
         run.save(lobes_page(result, run.warnings))
     run.show(result, result.chart.notes)
@@ -150,7 +150,7 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
     from toolpoint.app.dynamics import read_dynamics
     from toolpoint.pages.turning import turning_page
-    from toolpoint.studies.turning_study import TurningCut, turning_study
+    from toolpoint.studies.turning_study import TurningCut, chart_turning
 
     if diameter is not None and cutting_speed is not None:
         raise click.UsageError("--diameter and --cutting-speed: must be one of them; the first lets the cutting speed grow "
@@ -160,7 +160,7 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
                      cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
     with frame(output, as_json) as run:
-        result = turning_study(read_dynamics(source), cut, speeds).noted(run.warnings)
+        result = chart_turning(read_dynamics(source), cut, speeds).noted(run.warnings)
         run.save(turning_page(result))
     run.show(result, result.chart.notes)
 
@@ -307,7 +307,7 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
     from toolpoint.io import record_files
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.calibration import calibration_page
-    from toolpoint.studies.calibration import CuttingTest, calibration_study, check_test
+    from toolpoint.studies.calibration import CuttingTest, calibrate, check_test
 
     test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
                        force_on, angle, not no_runout)
@@ -318,7 +318,7 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
         run.step("forces")
         records = [(str(path), record_files.read(path)) for path in forces]
         run.step("fit")
-        result = calibration_study(records, test)
+        result = calibrate(records, test)
         run.step("page")
         run.save(calibration_page(result, run.warnings))
     if yaml_file is not None:

@@ -25,14 +25,14 @@ def demo(output: Path) -> None:
     from toolpoint.cutting import ZeroOrder
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.demo import demo_page
-    from toolpoint.studies.machine_report import machine_report, modes_report
+    from toolpoint.studies.machine_report import study_machine, study_modes
 
     with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
         run.step("machine")
-        casting = modes_report(machine_file.read(folder / DEMO))
+        casting = study_modes(machine_file.read(folder / DEMO))
         run.step("machine with feed drives")
         # The quickest method: nobody wants to wait for a compiler on the first page.
-        drives = machine_report(machine_file.read(folder / DEMO_DRIVES), step=run.step, method=ZeroOrder())
+        drives = study_machine(machine_file.read(folder / DEMO_DRIVES), step=run.step, method=ZeroOrder())
         run.step("page")
         files = [(name, (folder / name).read_text(encoding="utf-8")) for name in (DEMO, DEMO_DRIVES)]
         run.save(demo_page(casting, drives, files, run.warnings))
@@ -61,8 +61,8 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     from toolpoint.pages.machine import machine_page
     from toolpoint.pages.measured import with_measured
     from toolpoint.plot import Report
-    from toolpoint.studies.machine_report import machine_report
-    from toolpoint.studies.measured_response import measured_response
+    from toolpoint.studies.machine_report import study_machine
+    from toolpoint.studies.measured_response import study_responses
 
     if machine is None and not frf:
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
@@ -76,14 +76,14 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
         if machine is not None:
             built = machine_at(machine, pose)
             cut = built.description.cutting
-            studied = machine_report(built, pose, step=run.step)
+            studied = study_machine(built, pose, step=run.step)
             results.append(studied)
             page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, run.warnings)
         notes: tuple[str, ...] = ()
         if frf:
             run.step("measured responses")
             before = len(run.warnings)
-            measured = measured_response(read_responses(frf, quantity), cut, band)
+            measured = study_responses(read_responses(frf, quantity), cut, band)
             page = with_measured(page, measured, run.warnings[before:])
             results.append(measured)
             notes = measured.notes
@@ -102,10 +102,10 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
     """Natural frequencies of a machine file at a pose."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.studies.machine_modes import machine_modes
+    from toolpoint.studies.machine_modes import solve_modes
 
     with frame(None, as_json) as run:
-        result = machine_modes(machine_at(machine, pose), pose, count)
+        result = solve_modes(machine_at(machine, pose), pose, count)
     run.show(result)
 
 

@@ -87,7 +87,7 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
     from toolpoint.io import geometry_files
     from toolpoint.io.yaml import component_file, machine_file
     from toolpoint.pages.joints import joints_page
-    from toolpoint.studies.joint_study import joint_study
+    from toolpoint.studies.joint_study import study_joints
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
@@ -95,7 +95,7 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         run.step("modes")
         modes = _modes_of(files, band)
         run.step("joints")
-        result = joint_study(modes, shape, described, coordinate_deviation=1e-3 * coordinate_deviation)
+        result = study_joints(modes, shape, described, coordinate_deviation=1e-3 * coordinate_deviation)
         if written is not None:
             if result.machine is None:
                 raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")
@@ -140,14 +140,14 @@ def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths:
     from toolpoint.app.poses import machine_at
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.update import update_page
-    from toolpoint.studies.measured_update import measured_update
+    from toolpoint.studies.measured_update import update_machine
 
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
         built, measured = machine_at(machine, *poses), _measurements(modes, frf, poses)
         run.step("updating")
         what = ", ".join(path.name for path in (*modes, *frf))
-        result = measured_update(built, measured, paths, samples=samples, seed=seed, what=what)
+        result = update_machine(built, measured, paths, samples=samples, seed=seed, what=what)
         if written is not None:
             machine_file.write(result.machine.description, written)
         run.step("page")
@@ -205,7 +205,7 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
     from toolpoint.io import frf_files, geometry_files, mode_files
     from toolpoint.io.yaml import component_file
     from toolpoint.pages.correlation import correlation_page
-    from toolpoint.studies.measured_comparison import compare, measured_test
+    from toolpoint.studies.measured_comparison import compare_with_test, gather_test
 
     if components is not None and geometry is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
@@ -213,11 +213,11 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
         run.step("reading")
         saved = [file for file in files if mode_files.holds_modes(file)]
         responses = [file for file in files if file not in saved]
-        test = measured_test(mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None,
+        test = gather_test(mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None,
                              geometry=None if geometry is None else geometry_files.read(geometry), band=band,
                              owner=None if components is None else component_file.read(components).points)
         run.step("correlation")
-        result = compare(machine_at(machine, pose), test, pose=pose, known=pairs, furthest=1e-3 * furthest,
+        result = compare_with_test(machine_at(machine, pose), test, pose=pose, known=pairs, furthest=1e-3 * furthest,
                          before=None if before is None else machine_at(before, pose), lowest_mac=lowest_mac)
         run.step("page")
         run.save(correlation_page(result, run.warnings))
@@ -238,12 +238,12 @@ def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
     from toolpoint.app.poses import machine_at
     from toolpoint.pages.sensitivity import sensitivity_page
-    from toolpoint.studies.sensitivity_study import sensitivity_study
+    from toolpoint.studies.sensitivity_study import study_sensitivity
 
     with frame(output, as_json, steps=2) as run:
         run.step("sensitivities")
         built = machine_at(machine, pose)
-        result = sensitivity_study(built, paths or None, min(count, built.size), pose)
+        result = study_sensitivity(built, paths or None, min(count, built.size), pose)
         run.step("page")
         run.save(sensitivity_page(result, built, 1e-2 * change, pose, run.warnings))
     run.show(result)

@@ -85,7 +85,7 @@ class CalibrationStudy:
         return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), rest, f"note: {BLIND}"])
 
 
-def calibration_study(records: Sequence[tuple[str, Record]], test: CuttingTest) -> CalibrationStudy:
+def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> CalibrationStudy:
     """Fit cutting coefficients and run-out to measured forces.
 
     records : name and Record of each file, channels Fx, Fy and Fz in N; one feed per tooth each, or with a column ``feed``.

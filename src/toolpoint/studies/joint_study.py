@@ -58,7 +58,7 @@ class JointStudy:
         return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status}
 
 
-def joint_study(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float = 0.0) -> JointStudy:
+def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float = 0.0) -> JointStudy:
     """Identify the joints between components from measured modes; with the components' masses also the machine of them.
 
     Parameters

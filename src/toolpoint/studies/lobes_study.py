@@ -66,7 +66,7 @@ class LobesStudy:
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice]}
 
 
-def lobes_study(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
+def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
                 speeds: FloatArray | None = None, simulate_cuts: bool = False, uncertainty: Uncertainty | None = None,
                 progress: NamedProgress = lambda name, done, total: None) -> LobesStudy:
     """Return the stability chart of a cut on these dynamics, deep enough to show limits, and the cuts to make.

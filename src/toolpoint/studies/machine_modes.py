@@ -30,7 +30,7 @@ class MachineModes:
         return {"frequency_hz": self.frequency.tolist()}
 
 
-def machine_modes(machine: Machine, pose: Mapping[str, float] | None = None, count: int = 12) -> MachineModes:
+def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count: int = 12) -> MachineModes:
     """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped."""
     at = dict(pose or {})
     return MachineModes(machine, at, body_shapes(machine, at, count).frequency)

@@ -58,13 +58,13 @@ class MachineReport:
             limit if np.isfinite(limit) else None for limit in limits]}
 
 
-def modes_report(machine: Machine, pose: Pose | None = None) -> MachineReport:
+def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
     """Return the modes at a pose, without responses."""
     at = dict(pose or {})
     return MachineReport(machine, at, body_shapes(machine, at, 18).frequency, None, ())
 
 
-def machine_report(machine: Machine, pose: Pose | None = None, *, step: Step = lambda name: None,
+def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = lambda name: None,
                    method: StabilityMethod | None = None) -> MachineReport:
     """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said.
 

@@ -28,7 +28,7 @@ class MeasuredTest:
     owner: Mapping[str, Sequence[Point]] | None = None
 
 
-def measured_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry: Geometry | None = None,
+def gather_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry: Geometry | None = None,
                   owner: Mapping[str, Sequence[Point]] | None = None, band: tuple[float, float] | None = None) -> MeasuredTest:
     """Return what was measured, with the modes identified from the responses where none are given, within a band (Hz).
 
@@ -67,7 +67,7 @@ class Comparison:
         return self.now.to_dict()
 
 
-def compare(machine: Machine, test: MeasuredTest, *, pose: Mapping[str, float] | None = None,
+def compare_with_test(machine: Machine, test: MeasuredTest, *, pose: Mapping[str, float] | None = None,
             known: Mapping[str, str] | None = None, furthest: float = 0.05, before: Machine | None = None,
             lowest_mac: float = 0.5) -> Comparison:
     """Correlate a machine with a test.

@@ -53,7 +53,7 @@ class MeasuredResponse:
                 "notes": list(self.notes)}
 
 
-def measured_response(frf: Frf, cut: CuttingDescription | None = None, band: tuple[float, float] | None = None
+def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple[float, float] | None = None
                       ) -> MeasuredResponse:
     """Return modes by quadrature picking and the stability chart from the driving point, along x and y alike where only one
     direction was measured.

@@ -59,7 +59,7 @@ class MeasuredUpdate:
             "samples": drawn.status, "intervals": {name: drawn.interval(name) for name in drawn.names}})
 
 
-def measured_update(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
+def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
                     seed: int = 1, what: str = "measurement") -> MeasuredUpdate:
     """Update a machine to measurements; parameters that the data cannot tell stay where they were.
 

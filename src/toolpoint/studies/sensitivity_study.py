@@ -98,7 +98,7 @@ class SensitivityStudy:
         return f"SensitivityStudy({len(self.paths)} parameters, {self.frequencies.size} modes)"
 
 
-def sensitivity_study(
+def study_sensitivity(
     machine: Machine, paths: Sequence[str] | None = None, modes: int = 6, pose: Pose | None = None,
     dofs: Sequence[Dof | str] | None = None,
 ) -> SensitivityStudy:

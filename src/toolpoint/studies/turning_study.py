@@ -86,7 +86,7 @@ class TurningStudy:
                 "notes": list(self.chart.notes)}
 
 
-def turning_study(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | None = None) -> TurningStudy:
+def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | None = None) -> TurningStudy:
     """Return the stability chart of a turning cut on these dynamics, wide enough to show limits.
 
     speeds : rev/min; those of the machine's cut, or a lathe's usual ones, where left out.
