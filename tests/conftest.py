@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,13 @@ ROOT = Path(__file__).resolve().parents[1]
 settings.register_profile("toolpoint", deadline=None)
 settings.load_profile("toolpoint")
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
+
+
+def pytest_configure(config):
+    """Compile the kernels once, before the workers begin: each of them would compile all of them."""
+    is_worker = hasattr(config, "workerinput")
+    if not is_worker and getattr(config.option, "numprocesses", None) and not config.option.collectonly:
+        subprocess.run([sys.executable, str(ROOT / "tests" / "compile_kernels.py")], check=True)
 
 
 @pytest.fixture(scope="session")

@@ -57,6 +57,51 @@ def test_modules_are_small_and_say_what_they_own(path):
     assert not any(part in ("utils", "tools", "helpers", "common", "misc") for part in (*path.parts, path.stem))
 
 
+def test_class_names_stand_for_one_thing():
+    names = [node.name for path in MODULES for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+             if isinstance(node, ast.ClassDef)]
+    assert sorted({name for name in names if names.count(name) > 1}) == []
+
+
+VAGUE = {"found", "made", "told", "wanted", "one", "own"}
+# Words that end like a participle and are none; `simulated` and the like would be caught.
+NO_PARTICIPLE = {"speed", "feed", "need", "seed", "embed", "bed", "red", "speeds"}
+
+
+def public_functions(tree):
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            yield node
+        if isinstance(node, ast.ClassDef):
+            yield from (item for item in node.body if isinstance(item, ast.FunctionDef) and not item.name.startswith("_"))
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
+def test_names_are_plain(path):
+    """No vague word in a public name or an argument; functions of a module are verbs, never participles."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    faults = []
+    for node in public_functions(tree):
+        arguments = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
+        faults += [f"{node.name}: {word}" for word in (node.name, *arguments) if VAGUE & set(word.split("_"))]
+    for node in tree.body:
+        if isinstance(node, ast.FunctionDef) and not node.name.startswith("_"):
+            first = node.name.split("_")[0]
+            if first.endswith("ed") and first not in NO_PARTICIPLE:
+                faults.append(f"{node.name} is named by a participle")
+    assert faults == []
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
+def test_long_functions_name_their_variables(path):
+    """In functions of more than 15 lines a vague local name costs a reader the way back to its assignment."""
+    faults = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.FunctionDef) and (node.end_lineno or 0) - node.lineno > 15:
+            faults += [f"{node.name}: {name.id}" for name in ast.walk(node) if isinstance(name, ast.Name) and name.id in VAGUE]
+    assert sorted(set(faults)) == []
+
+
 def test_wheel_carries_scripts_styles_and_machines():
     names = {path.suffix for path in SOURCE.rglob("*") if path.is_file()}
     assert {".js", ".css", ".yaml"} <= names

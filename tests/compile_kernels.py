@@ -1,0 +1,53 @@
+"""One small call of every compiled engine, so that the kernels are compiled once, before the test workers begin.
+
+Each kernel is kept on disk beside its module; two workers that begin at once would both compile all of them.
+Run by `conftest.py`, or by hand: python tests/compile_kernels.py
+"""
+
+from __future__ import annotations
+
+import contextlib
+import sys
+import warnings
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint import ToolpointError
+from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
+from toolpoint.cutting.simulation.milling import simulate
+from toolpoint.io import read_drives, read_machine
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.studies.drive_experiment import drive_experiment
+from toolpoint.vibration import Dof, Modes, frequency_response
+
+ROOT = Path(__file__).resolve().parents[1]
+MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
+
+
+def milling(tool: Tool) -> MillingProblem:
+    """A cut on two modes, one a direction."""
+    modes = Modes([922.0, 950.0], [0.011, 0.012], np.diag([5.0, 4.8]), [Dof("tool", "+x"), Dof("tool", "+y")])
+    return MillingProblem(tool, Engagement.down(0.3), CuttingCoefficients(6e8, 2e8), modes, "tool:+x", "tool:+y")
+
+
+def main() -> None:
+    """Compile; an engine that refuses its case compiles at its first test instead."""
+    plain, helical = milling(Tool(0.012, 2)), milling(Tool(0.012, 2, 0.5))
+    speeds = np.array([9000.0])
+    for problem, names in ((plain, ("floquet", "panel")), (helical, ("auto", "panel"))):
+        for name in names:
+            with contextlib.suppress(ToolpointError):
+                stability.chart(problem, speeds, stability.method_named(name), depth_max=0.004)
+    simulate(plain.changed(feed_per_tooth=1e-4), 9000.0, 1e-3, revolutions=4)
+    frf = frequency_response.modal(Modes([922.0], [0.011], [[5.0]], [Dof("tool", "+x")]), np.linspace(400, 1600, 300))
+    measured = MillingProblem(Tool(0.012, 2), Engagement.down(0.3), CuttingCoefficients(6e8, 2e8), frf, "tool:+x", "same")
+    stability.chart(measured, speeds, stability.method_named("hill"), depth_max=0.002)
+    natural_frequencies(read_machine(MACHINES / "three_axis_vertical.yaml"), {"X": np.zeros(2)}, path="compiled")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        drive_experiment(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
