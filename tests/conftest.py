@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -23,6 +24,31 @@ def pytest_configure(config):
     is_worker = hasattr(config, "workerinput")
     if not is_worker and getattr(config.option, "numprocesses", None) and not config.option.collectonly:
         subprocess.run([sys.executable, str(ROOT / "tests" / "compile_kernels.py")], check=True)
+
+
+CPU = {"workers": 0.0}
+
+
+def spent():
+    """CPU seconds of this process and of the children that it waited for."""
+    usages = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
+
+
+def pytest_sessionfinish(session):
+    """A worker tells what it spent."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["cpu"] = spent()
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    CPU["workers"] += getattr(node, "workeroutput", {}).get("cpu", 0.0)
+
+
+def pytest_terminal_summary(terminalreporter):
+    minutes = (CPU["workers"] + spent()) / 60
+    terminalreporter.write_line(f"CPU of this run: {minutes:.2f} min, with the compiling of kernels that were not on disk")
 
 
 @pytest.fixture(scope="session")
