@@ -31,7 +31,6 @@ from toolpoint.drives import (
 )
 from toolpoint.drives.accuracy.contour import torque_comparison
 from toolpoint.drives.accuracy.metrology import circular_hysteresis
-from toolpoint.drives.axis.transforms import clarke, inverse_clarke, inverse_park, park
 from toolpoint.drives.controller.loops import margins
 from toolpoint.drives.program.path import Path, polyline
 from toolpoint.drives.simulation.loop_identification import average_response, prbs
@@ -150,15 +149,6 @@ def test_tuning_keeps_margins_and_the_notch_helps():
 def test_servo_table_names_loops():
     table = compute_loops(cases.benchmark_servo()).table()
     assert "velocity  x" in table
-
-
-@settings(max_examples=30, deadline=None)
-@given(st.floats(-10, 10), st.floats(0.1, 10), st.floats(-3, 3))
-def test_clarke_and_park(angle, size, phase):
-    t = angle + phase - np.array([0, 2 * np.pi / 3, 4 * np.pi / 3])
-    dq = park(clarke(size * np.cos(t)), angle)
-    np.testing.assert_allclose(dq, size * np.array([np.cos(phase), np.sin(phase)]), atol=1e-12)
-    np.testing.assert_allclose(inverse_clarke(inverse_park(dq, angle)), size * np.cos(t), atol=1e-12)
 
 
 def test_torque_comparison():

@@ -210,7 +210,6 @@ def test_printed_axis_poles():
 
 def test_feed_drive_library_axis():
     """FeedDriveLibrary axis: encoder 3e-6 kg m2 on 3000 N m/rad (5033 Hz), shaft 2000 N m/rad, screw, nut, 4000 kg."""
-    from toolpoint.drives.axis.catalogue import series
     from toolpoint.drives.axis.mechanics import MassChain
 
     ratio = 0.020 / (2 * np.pi)
@@ -219,7 +218,7 @@ def test_feed_drive_library_axis():
         chain.inertia(name, value)
     chain.spring({"encoder": 1, "motor": -1}, 3000.0)
     chain.spring({"motor": 1, "screw": -1}, 2000.0)
-    axial = series(2e9, 0.6e9 / 0.85)
+    axial = 1 / (1 / 2e9 + 0.85 / 0.6e9)
     chain.spring({"screw": ratio, "table": -1}, axial)
     axis = chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0}, lead=ratio, boundaries=())
     f = axis.natural_frequencies

@@ -82,6 +82,22 @@ def test_hammer_records_to_joints():
     assert run("hammer_records_to_joints.py") == pytest.approx(1.0, rel=0.02)
 
 
+def test_servo_over_the_workspace():
+    # Every pose keeps the margin for which velocity loops are tuned.
+    assert 45.0 < run("map_a_servo_over_the_workspace.py") < 90.0
+
+
+def test_tuned_axis():
+    # The measured margin is the one asked of the linear loop, 50 degrees, within the bar of measured loops (3 degrees).
+    assert run("tune_an_axis.py") == pytest.approx(50.0, abs=3.0)
+
+
+def test_friction_at_reversals():
+    # A square wave of 2 N m beside viscous torque, 0.05 N m s/rad times 41.9 rad/s / sqrt(2) = 1.48 N m rms, and the torque of
+    # the inertia, 0.01 kg m2 times 55.8 rad/s^2 / sqrt(2) = 0.39 N m rms: 2/1.53.
+    assert run("compare_friction_at_reversals.py") == pytest.approx(1.305, rel=0.03)
+
+
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
     assert all(path.name in text for path in FOLDER.glob("*.py"))

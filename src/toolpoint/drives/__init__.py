@@ -1,20 +1,27 @@
 """Drives: friction, motor, ball screw, controllers, set points, servo simulation, contour and circular test, loops."""
 
-from toolpoint.drives.accuracy.contour import contour_error
-from toolpoint.drives.accuracy.metrology import circular_test, positioning, quadrant_peaks
+from toolpoint.drives.accuracy.contour import contour_error, torque_comparison
+from toolpoint.drives.accuracy.metrology import circular_hysteresis, circular_test, positioning, quadrant_peaks
 from toolpoint.drives.axis.ball_screw import BallScrew, Coupling, ball_screw_axis, four_dof_axis
 from toolpoint.drives.axis.mechanics import Mechanics
 from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
 from toolpoint.drives.axis.plant import DriveAxis, Structure, build_plant
 from toolpoint.drives.axis.simple_axes import linear_motor_axis, rack_axis, rigid_axis, two_mass_axis
+from toolpoint.drives.build import build_servo
 from toolpoint.drives.controller.filters import low_pass, low_pass_1, notch
 from toolpoint.drives.controller.loops import compute_loops
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller, CurrentLoop, Encoders, PositionLoop, VelocityLoop
 from toolpoint.drives.controller.step_response import step_figures
 from toolpoint.drives.controller.tuning import tune
+from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.friction.contact import Contact
-from toolpoint.drives.friction.identification import check_plausibility, friction_variants, identify_friction
+from toolpoint.drives.friction.identification import (
+    check_plausibility,
+    constant_velocity_points,
+    friction_variants,
+    identify_friction,
+)
 from toolpoint.drives.friction.laws import Coulomb, LuGre, MaxwellSlip, Stribeck, TwoExponential, Viscous
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.program.jerk_profile import JerkLimits, Quintic, seven_phase
@@ -26,58 +33,12 @@ from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
 from toolpoint.drives.simulation.simulate import simulate, simulate_many
 
 __all__ = [
-    "BallScrew",
-    "Command",
-    "Contact",
-    "Controller",
-    "Coulomb",
-    "Coupling",
-    "CurrentLoop",
-    "DriveAxis",
-    "Encoders",
-    "Inverter",
-    "JerkLimits",
-    "LuGre",
-    "MaxwellSlip",
-    "Mechanics",
-    "Path",
-    "PositionLoop",
-    "Quintic",
-    "Servo",
-    "Stribeck",
-    "Structure",
-    "SynchronousMotor",
-    "TorqueMotor",
-    "TwoExponential",
-    "VelocityLoop",
-    "Viscous",
-    "ball_screw_axis",
-    "build_plant",
-    "check_limits",
-    "check_plausibility",
-    "circular_test",
-    "compute_loops",
-    "contour_error",
-    "four_dof_axis",
-    "friction_variants",
-    "identify_friction",
-    "linear_motor_axis",
-    "low_pass",
-    "low_pass_1",
-    "measure_loop",
-    "notch",
-    "plan_motion",
-    "positioning",
-    "quadrant_peaks",
-    "rack_axis",
-    "rigid_axis",
-    "seven_phase",
-    "simulate",
-    "simulate_many",
-    "simulate_moving_nut",
-    "smooth_command",
-    "step_figures",
-    "straight_move",
-    "tune",
-    "two_mass_axis",
+    "BallScrew", "Command", "Contact", "Controller", "Coulomb", "Coupling", "CurrentLoop", "DriveAxis", "DriveDescription",
+    "Encoders", "Inverter", "JerkLimits", "LuGre", "MaxwellSlip", "Mechanics", "Path", "PositionLoop", "Quintic", "Servo",
+    "Stribeck", "Structure", "SynchronousMotor", "TorqueMotor", "TwoExponential", "VelocityLoop", "Viscous",
+    "ball_screw_axis", "build_plant", "build_servo", "check_limits", "check_plausibility", "circular_hysteresis",
+    "circular_test", "compute_loops", "constant_velocity_points", "contour_error", "four_dof_axis", "friction_variants",
+    "identify_friction", "linear_motor_axis", "low_pass", "low_pass_1", "measure_loop", "notch", "plan_motion", "positioning",
+    "quadrant_peaks", "rack_axis", "rigid_axis", "seven_phase", "simulate", "simulate_many", "simulate_moving_nut",
+    "smooth_command", "step_figures", "straight_move", "torque_comparison", "tune", "two_mass_axis",
 ]

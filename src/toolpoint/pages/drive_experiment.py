@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
-from toolpoint.plot.figures.drives import enlarged_path, histories, loop_bode
+from toolpoint.plot.figures.drives import histories, loop_bode, path_with_error
 from toolpoint.studies.drive_experiment import DriveExperiment
 
 
@@ -16,7 +16,7 @@ def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequ
     drives = result.drives
     report = Report(drives.name, "Feed drives and servo along a programmed path.", subtitle=drives.source)
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
-    report = report.with_section("Path with enlarged error", Chart(enlarged_path(dict(result.errors))))
+    report = report.with_section("Path with enlarged error", Chart(path_with_error(dict(result.errors))))
     for heading, chart in histories(result.result, dict(result.errors)).items():
         report = report.with_section(heading, Chart(chart))
     report = _with_loops(report, result)

@@ -100,11 +100,6 @@ def _nearest(path: Path, k: np.ndarray, p: FloatArray, expected: FloatArray) -> 
     return share
 
 
-def tracking_error(command: FloatArray, actual: FloatArray) -> FloatArray:
-    """Return command - actual of every axis, m."""
-    return floats("command", command) - floats("actual", actual)
-
-
 def torque_comparison(measured: FloatArray, simulated: FloatArray) -> dict[str, float]:
     """Return how a simulated torque agrees with a measured one at the same instants: rms of the difference, its share of
     the measured rms, correlation, and the ratio of the peaks."""

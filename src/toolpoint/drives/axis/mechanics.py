@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -114,10 +114,6 @@ class Mechanics:
         at = np.ix_(free, free)
         values = np.linalg.eigvals(np.linalg.solve(self.mass[at], self.stiffness[at])).real
         return np.sqrt(nonnegative("w^2", np.sort(np.maximum(values, 0.0)))) / (2 * np.pi)
-
-    def with_friction(self, friction: Sequence[Rub]) -> Mechanics:
-        """Return the same axis with other friction."""
-        return replace(self, friction=tuple(friction))
 
     def __repr__(self) -> str:
         laws = ", ".join(type(rub.law).__name__ for rub in self.friction) or "none"

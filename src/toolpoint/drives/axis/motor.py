@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
-from toolpoint._check import FloatArray, count, one_of, positive
+from toolpoint._check import count, one_of, positive
 
 
 @dataclass(frozen=True)
@@ -42,22 +40,6 @@ class SynchronousMotor:
     def torque_constant(self) -> float:
         """Torque per q current (peak of a phase), 3/2 p psi, N m/A."""
         return 1.5 * self.pole_pairs * self.flux
-
-    @property
-    def electrical(self) -> FloatArray:
-        """(R, L_d, L_q, psi, p) as the controller reads them."""
-        return np.array([self.resistance, self.inductance_d, self.inductance_q, self.flux, self.pole_pairs])
-
-    @classmethod
-    def from_catalogue(cls, torque_constant_rms: float, resistance_line: float, inductance_line: float, *, pole_pairs: int
-                       ) -> SynchronousMotor:
-        """Return the motor from catalogue values: N m/A(rms), ohm and H between two lines (star), pole pairs.
-
-        psi = k_T,rms sqrt(2) / (3 p) from T = 3/2 p psi i_q and i_q = sqrt(2) I_rms; a phase is half of line to line.
-        """
-        flux = positive("torque_constant_rms", torque_constant_rms) * np.sqrt(2) / (3 * count("pole_pairs", pole_pairs))
-        half = positive("inductance_line", inductance_line) / 2
-        return cls(pole_pairs, resistance_line / 2, half, half, flux)
 
 
 @dataclass(frozen=True)

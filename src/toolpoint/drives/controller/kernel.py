@@ -39,7 +39,7 @@ def velocity_sample(p, s, angle, speed, add_speed, add_torque):
         speed = (reading - s.last_angle) / p.velocity_sample_time
         s.last_angle = reading
     error = s.speed_set + add_speed - speed
-    torque = filtered(p, s, p.velocity_gain * error + s.speed_integral + s.torque_feedforward) + add_torque
+    torque = filter_torque(p, s, p.velocity_gain * error + s.speed_integral + s.torque_feedforward) + add_torque
     limit = min(p.torque_limit, p.current_limit * p.torque_constant) if p.has_current_loop else p.torque_limit
     limited = min(max(torque, -limit), limit)
     # The integral rests while the limit holds and the error would drive it further in.
@@ -53,7 +53,7 @@ def velocity_sample(p, s, angle, speed, add_speed, add_torque):
 
 
 @njit(cache=True, nogil=True)
-def filtered(p, s, torque):
+def filter_torque(p, s, torque):
     """Return the torque behind the filters: second-order stages in transposed direct form II (two memories each)."""
     for i in range(p.filter_count):
         y = p.filters[i, 0] * torque + s.filter_memory[i, 0]
@@ -99,7 +99,7 @@ def leg_fraction(duty, start, stop):
 
 
 @njit(cache=True, nogil=True)
-def switched_voltage(p, s, phase, width, angle, speed, out):
+def write_switched_voltage(p, s, phase, width, angle, speed, out):
     """Write the dq voltage of the switched legs, mean over one simulation step.
 
     `phase` and `width` are the step's start and length as fractions of the current sample. The command is turned to the

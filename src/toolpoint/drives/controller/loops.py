@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
-from toolpoint.drives.axis.outputs import OUTPUTS
+from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller
 from toolpoint.vibration import StateSpace
@@ -160,7 +160,7 @@ class _Levels:
             laws = plant.laws.size
             a = a + plant.b_scalar[:, :laws] @ (floats("friction_slope", slope, (laws,))[:, None] * plant.scalars[:laws])
         self.times = servo.controllers[0].sample_times
-        self.phi, self.gamma, _ = hold_matrices(a, np.array(plant.b_input[:, 1::2]), self.times[0])
+        self.phi, self.gamma, _ = hold_matrices(a, np.array(plant.b_input[:, 1::2]), self.times.current)
         self.y = plant.outputs.reshape(self.n, len(OUTPUTS), -1)
         self.models = [c.current.model if c.current else None for c in servo.controllers]
         self.inner: list[StateSpace] = []
@@ -169,7 +169,8 @@ class _Levels:
 
     def _grow(self) -> None:
         self.inner.append(self._linear(0, None))
-        for number, repeat in ((1, self.servo.counts[1]), (2, self.servo.counts[2] // self.servo.counts[1])):
+        counts = self.servo.counts
+        for number, repeat in ((1, counts.velocity), (2, counts.position // counts.velocity)):
             self.held.append(_held(self.inner[-1], repeat))
             self.inner.append(self._linear(number, None))
 
@@ -199,7 +200,7 @@ class _Levels:
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
             x, integral, line = state[:nx], state[nx:nx + n].copy(), state[nx + n:].reshape(delay, n, state.shape[1])
-            feedback, u = self.y[:, 4] @ x, setpoint.copy()
+            feedback, u = self.y[:, CURRENT_Q] @ x, setpoint.copy()
             error = self._error(cut, setpoint, feedback)
             for i, c in enumerate(self.servo.controllers):
                 if c.current is None:
@@ -208,8 +209,8 @@ class _Levels:
                 m = c.current.model
                 u[i] = c.current.gain * error[i] + integral[i]
                 if c.current.decoupling:
-                    u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, 1] @ x)
-                integral[i] = integral[i] + self.times[0] * c.current.integral * error[i]
+                    u[i] = u[i] + m.pole_pairs * m.flux * (self.y[i, SPEED] @ x)
+                integral[i] = integral[i] + self.times.current * c.current.integral * error[i]
             queue = np.concatenate([u[None], line]) if delay else u[None]
             drive = np.stack([queue[c.current.delay if c.current else 0, i] for i, c in
                               enumerate(self.servo.controllers)])
@@ -228,17 +229,17 @@ class _Levels:
             x, integral, last = state[:nx], state[size:size + n].copy(), state[size + n:size + 2 * n]
             memory = state[size + 2 * n:size + 2 * n + 2 * n * stages].reshape(n, stages, 2, state.shape[1]).copy()
             line = state[size + 2 * n + 2 * n * stages:].reshape(delay, n, state.shape[1])
-            angle, feedback = self.y[:, 0] @ x, self.y[:, 1] @ x
+            angle, feedback = self.y[:, ANGLE] @ x, self.y[:, SPEED] @ x
             for i, c in enumerate(self.servo.controllers):
                 if c.encoders.difference or c.encoders.motor > 0:
-                    feedback[i] = (angle[i] - last[i]) / self.times[1]
+                    feedback[i] = (angle[i] - last[i]) / self.times.velocity
             error = self._error(cut, setpoint, feedback)
             torque = np.zeros_like(setpoint)
             for i, c in enumerate(self.servo.controllers):
                 value = c.velocity.gain * error[i] + integral[i]
-                integral[i] = integral[i] + c.velocity.gain / c.velocity.integral_time * self.times[1] * error[i]
+                integral[i] = integral[i] + c.velocity.gain / c.velocity.integral_time * self.times.velocity * error[i]
                 for k, part in enumerate(c.velocity.filters):
-                    b0, b1, b2, a1, a2 = part.coefficients(self.times[1])
+                    b0, b1, b2, a1, a2 = part.coefficients(self.times.velocity)
                     y = b0 * value + memory[i, k, 0]
                     memory[i, k, 0] = b1 * value - a1 * y + memory[i, k, 1]
                     memory[i, k, 1] = b2 * value - a2 * y
@@ -262,8 +263,8 @@ class _Levels:
 
         def update(state: FloatArray, setpoint: FloatArray) -> tuple[FloatArray, FloatArray]:
             x = state[:nx]
-            feedback = np.stack([self.y[i, 2] @ x if c.position.feedback == "scale" else
-                                 float(c.lead or 0) * (self.y[i, 0] @ x) for i, c in enumerate(self.servo.controllers)])
+            feedback = np.stack([self.y[i, SCALE] @ x if c.position.feedback == "scale" else
+                                 float(c.lead or 0) * (self.y[i, ANGLE] @ x) for i, c in enumerate(self.servo.controllers)])
             error = self._error(cut, setpoint, feedback)
             speed = np.stack([c.position.gain * error[i] / float(c.lead or 1)
                               for i, c in enumerate(self.servo.controllers)])

@@ -2,9 +2,28 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 MAX_FILTERS, MAX_DELAY = 4, 8
+
+
+class SampleTimes(NamedTuple):
+    """Sample time of every loop, s; that of the velocity loop twice where there is no current loop."""
+
+    current: float
+    velocity: float
+    position: float
+
+
+class SampleCounts(NamedTuple):
+    """Steps for each sample of every loop."""
+
+    current: int
+    velocity: int
+    position: int
+
 
 # Parameters of one axis. Flags and counts are whole numbers; filter coefficients are b0, b1, b2, a1, a2 of every stage.
 PARAMETERS = np.dtype([

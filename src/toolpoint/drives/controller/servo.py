@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 from toolpoint._check import fail
 from toolpoint.drives.axis.plant import Plant
+from toolpoint.drives.controller.records import SampleCounts
 from toolpoint.drives.controller.settings import Controller
 
 
@@ -27,17 +28,17 @@ class Servo:
             if c.sample_times != times:
                 fail("Servo.controllers", f"sample times {c.sample_times} s of axis {axis.name!r}",
                      f"must be those of the first axis, {times} s")
-        for name, inner, outer in (("velocity", times[0], times[1]), ("position", times[1], times[2])):
+        for name, inner, outer in (("velocity", times.current, times.velocity), ("position", times.velocity, times.position)):
             ratio = outer / inner
             if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
                 fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
                      f"for example {max(1, round(ratio)) * inner:g} s")
 
     @property
-    def counts(self) -> tuple[int, int, int]:
+    def counts(self) -> SampleCounts:
         """Current samples for each current, velocity and position sample."""
-        inner, velocity, position = self.controllers[0].sample_times
-        return 1, round(velocity / inner), round(position / inner)
+        times = self.controllers[0].sample_times
+        return SampleCounts(1, round(times.velocity / times.current), round(times.position / times.current))
 
     def __repr__(self) -> str:
         times = ", ".join(f"{1e6 * t:g}" for t in self.controllers[0].sample_times)

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import count, fail, one_of, positive, scalar
 from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
 from toolpoint.drives.controller.filters import Filter
-from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS, PARAMETERS
+from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS, PARAMETERS, SampleTimes
 
 
 @dataclass(frozen=True)
@@ -168,10 +168,10 @@ class Controller:
         return replace(self, velocity=speed, position=replace(self.position, gain=position or self.position.gain))
 
     @property
-    def sample_times(self) -> tuple[float, float, float]:
+    def sample_times(self) -> SampleTimes:
         """Sample times of the current, velocity and position loop, s; velocity twice where there is no current loop."""
         inner = self.velocity.sample_time if self.current is None else self.current.sample_time
-        return inner, self.velocity.sample_time, self.position.sample_time
+        return SampleTimes(inner, self.velocity.sample_time, self.position.sample_time)
 
     def parameters(self, motor: SynchronousMotor | TorqueMotor) -> np.ndarray:
         """Return the record of `PARAMETERS` (shape ()) that the control kernel reads."""
@@ -190,7 +190,7 @@ class Controller:
         p["velocity_gain"], p["velocity_integral"] = velocity.gain, velocity.gain / velocity.integral_time
         p["torque_limit"], p["torque_constant"] = velocity.limit, motor.torque_constant
         p["velocity_delay"], p["velocity_sample_time"] = velocity.delay, velocity.sample_time
-        p["current_sample_time"] = self.sample_times[0]
+        p["current_sample_time"] = self.sample_times.current
         p["filter_count"] = len(velocity.filters)
         for i, part in enumerate(velocity.filters):
             p["filters"][i] = part.coefficients(velocity.sample_time)

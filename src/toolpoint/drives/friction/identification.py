@@ -61,7 +61,10 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
     make = {"coulomb": Coulomb, "two-exponential": TwoExponential, "stribeck": None}[law]
 
     def built(p: FloatArray) -> Coulomb | Stribeck | TwoExponential:
-        return Stribeck(p[0], p[0] + p[1], p[2], p[3]) if make is None else make(*p)
+        if make is not None:
+            return make(*p)
+        coulomb, rise, velocity, viscous = p
+        return Stribeck(coulomb, coulomb + rise, velocity, viscous)
 
     def residual(p: FloatArray) -> FloatArray:
         return built(p).steady(v) - t

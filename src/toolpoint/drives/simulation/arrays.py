@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.drives.controller.records import SampleCounts
 
 # Passes over the laws and products in the implicit equations of one step.
 PASSES = 60
@@ -45,7 +46,7 @@ class ControlArrays(NamedTuple):
     """Controllers: plant steps for each current, velocity and position sample; records of every axis; set points (n, n_axes);
     excitation (n, n_axes) and its place; force on the tables (n, n_axes), N, the last line held to the end."""
 
-    counts: np.ndarray
+    counts: SampleCounts
     parameters: np.ndarray
     states: np.ndarray
     set_points: np.ndarray

@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats, frozen, positive
 from toolpoint.drives.axis.plant import Plant
-from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS, SET_POINT
+from toolpoint.drives.controller.records import CONTROL_STATE, PARAMETERS, SET_POINT, SampleCounts
 from toolpoint.drives.simulation.arrays import ControlArrays
 from toolpoint.drives.simulation.exact_step import step_matrices
 from toolpoint.drives.simulation.simulate import ServoResult, empty_histories, law_arrays, motion_arrays
@@ -47,5 +47,5 @@ def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: 
 
 
 def _without_controllers(load: FloatArray) -> ControlArrays:
-    return ControlArrays(np.ones(3, np.int64), np.zeros(0, PARAMETERS), np.zeros(0, CONTROL_STATE),
+    return ControlArrays(SampleCounts(1, 1, 1), np.zeros(0, PARAMETERS), np.zeros(0, CONTROL_STATE),
                          np.zeros((1, load.shape[1]), SET_POINT), np.zeros((1, load.shape[1])), 0, np.array(load))

@@ -14,8 +14,8 @@ from toolpoint.drives.axis.outputs import ANGLE, CURRENT_D, CURRENT_Q, OUTPUTS, 
 from toolpoint.drives.controller.kernel import (
     current_sample,
     position_sample,
-    switched_voltage,
     velocity_sample,
+    write_switched_voltage,
 )
 from toolpoint.drives.friction.kernel import bristle_rate, solve_law
 from toolpoint.drives.friction.records import BRISTLE, CONTACT, MAXWELL
@@ -141,14 +141,14 @@ def sample_controllers(step, control, y):
     counts, inject, place = control.counts, control.excitation, control.place
     for i in range(control.parameters.size):
         p, s, b = control.parameters[i], control.states[i], WIDTH * i
-        if step % counts[2] == 0:
-            k = min(step // counts[2], control.set_points.shape[0] - 1)
+        if step % counts.position == 0:
+            k = min(step // counts.position, control.set_points.shape[0] - 1)
             position_sample(p, s, control.set_points[k, i], y[b + ANGLE], y[b + SCALE])
-        k = min(step // counts[1], inject.shape[0] - 1)
-        if step % counts[1] == 0:
+        k = min(step // counts.velocity, inject.shape[0] - 1)
+        if step % counts.velocity == 0:
             velocity_sample(p, s, y[b + ANGLE], y[b + SPEED], inject[k, i] if place == arrays.SPEED else 0.0,
                             inject[k, i] if place == arrays.TORQUE else 0.0)
-        k = min(step // counts[0], inject.shape[0] - 1)
+        k = min(step // counts.current, inject.shape[0] - 1)
         current_sample(p, s, y[b + ANGLE], y[b + SPEED], y[b + CURRENT_D], y[b + CURRENT_Q],
                        inject[k, i] if place == arrays.CURRENT else 0.0, inject[k, i] if place == arrays.VOLTAGE else 0.0)
 
@@ -156,11 +156,11 @@ def sample_controllers(step, control, y):
 @njit(cache=True, nogil=True)
 def held_inputs(step, control, y, u, voltage):
     """Write the inputs that are in force over this step."""
-    every = control.counts[0]
+    every = control.counts.current
     for i in range(control.parameters.size):
         p, s, b = control.parameters[i], control.states[i], WIDTH * i
         if p.six_pulse:
-            switched_voltage(p, s, (step % every) / every, 1.0 / every, y[b + ANGLE], y[b + SPEED], voltage)
+            write_switched_voltage(p, s, (step % every) / every, 1.0 / every, y[b + ANGLE], y[b + SPEED], voltage)
             u[2 * i], u[2 * i + 1] = voltage[0], voltage[1]
         else:
             u[2 * i], u[2 * i + 1] = s.voltage_d, s.voltage_q
@@ -228,9 +228,9 @@ def run(start, steps, matrices, laws, control, motion, histories):
     read(matrices.reading, matrices.direct, x, w, y)
     failed, before = 0, motion.values[1].copy()
     for at in range(start, start + steps):
-        if at % counts[0] == 0:
+        if at % counts.current == 0:
             sample_controllers(at, control, y)
-        if switched or at % counts[0] == 0 or at == start:
+        if switched or at % counts.current == 0 or at == start:
             held_inputs(at, control, y, u, voltage)
             drive[:2 * axes] = u
         if at % every == 0:
@@ -251,7 +251,7 @@ def run(start, steps, matrices, laws, control, motion, histories):
         if held_laws:
             add_rounded(jump, w, x)
         following = at + 1
-        if switched or following % counts[0] == 0 or following % every == 0:
+        if switched or following % counts.current == 0 or following % every == 0:
             read(matrices.reading, matrices.direct, x, w, y)
             if not all_finite(y):
                 failed = -following

@@ -89,10 +89,10 @@ def _run(servo_at: Callable[[Sequence[float]], Servo], nut: FloatArray, command:
     from toolpoint.drives.simulation.kernel import run
 
     servo = servo_at(nut.tolist())
-    step = servo.controllers[0].sample_times[0] / substeps
+    step = servo.controllers[0].sample_times.current / substeps
     grid = _grid(servo_at, servo, nut, command, moves, positions, step)
     ready = prepare(servo, command, substeps=substeps, every=every, matrices=grid.reference)
-    chunk, failed = servo.counts[2] * substeps, 0
+    chunk, failed = servo.counts.position * substeps, 0
     table = np.array([servo.plant.output(i, "table") for i in range(nut.size)])
     rates = np.vstack([command.velocity, np.zeros((1, nut.size))])
     for first in range(0, ready.steps, chunk):

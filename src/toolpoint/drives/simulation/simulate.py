@@ -13,7 +13,7 @@ from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, fr
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.axis.plant import Plant
 from toolpoint.drives.controller.loops import check_stable
-from toolpoint.drives.controller.records import CONTROL_STATE, SET_POINT
+from toolpoint.drives.controller.records import CONTROL_STATE, SET_POINT, SampleCounts
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.friction.records import LAW_STATE
 from toolpoint.drives.program.command import Command
@@ -203,7 +203,7 @@ def control_arrays(servo: Servo, command: Command, substeps: int = 1, *, excitat
     inject = np.zeros((1, axes)) if excitation is None else floats("excitation", excitation.values, (None, axes))
     place = 0 if excitation is None else PLACES.index(excitation.place)
     loads = np.zeros((1, axes)) if load is None else floats("load", load, (None, axes))
-    counts = np.array([c * substeps for c in servo.counts], np.int64)
+    counts = SampleCounts(*(steps * substeps for steps in servo.counts))
     states = np.zeros(axes, CONTROL_STATE)
     return ControlArrays(counts, parameters, states, set_points, np.array(inject), place, np.array(loads))
 

@@ -96,13 +96,12 @@ def _part(name: str) -> str:
 
 def _numbers(servo: Servo, substeps: int) -> str:
     """Return the header with the matrices, laws and controllers."""
-    plant, inner = servo.plant, servo.controllers[0].sample_times[0]
+    plant, inner = servo.plant, servo.controllers[0].sample_times.current
     m = step_matrices(plant, inner / substeps)
-    counts = [c * substeps for c in servo.counts]
     sizes = {"NA": len(plant.axes), "N": m.basis.shape[1], "CORE": m.core.shape[0], "HALF": m.pairs.shape[1],
              "NS": m.scalars.shape[1], "NW": m.shift.shape[0], "NL": plant.laws.size, "NP": plant.products.shape[0],
              "ND": m.inputs.shape[0], "NY": m.reading.shape[1],
-             "COUNT_CURRENT": counts[0], "COUNT_VELOCITY": counts[1], "COUNT_POSITION": counts[2]}
+             **{f"COUNT_{loop.upper()}": steps * substeps for loop, steps in servo.counts._asdict().items()}}
     lines = [f"#define {key} {value}" for key, value in sizes.items()]
     lines += [f"#define STEP {m.step!r}", f'#define STEP_TEXT "{m.step:.9g}"']
     gain = np.zeros((m.scalars.shape[1], m.shift.shape[0]))
@@ -150,7 +149,7 @@ def _description(servo: Servo, name: str, identifier: str, guid: str) -> str:
             if start is None:
                 outputs.append(f"<Unknown index='{len(rows)}'/>")
     units = "".join(f"<Unit name='{unit}'><BaseUnit {base}/></Unit>" for unit, base in _BASE.items())
-    step = servo.controllers[0].sample_times[2]
+    step = servo.controllers[0].sample_times.position
     unknowns = "".join(outputs)
     return (f"<?xml version='1.0' encoding='UTF-8'?>\n<fmiModelDescription fmiVersion='2.0' modelName={quoteattr(name)} "
             f"guid='{guid}' generationTool='toolpoint' variableNamingConvention='flat' license='BSD-3-Clause'>\n"

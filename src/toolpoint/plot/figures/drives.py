@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _POINTS = 6000
 
 
-def enlarged_path(errors: dict[str, ContourError], factor: float = 50.0, title: str = "") -> go.Figure:
+def path_with_error(errors: dict[str, ContourError], factor: float = 50.0, title: str = "") -> go.Figure:
     """Return the commanded path and, for each name, the path with its contour error drawn `factor` times enlarged (mm)."""
     chart = figure(title, 640)
     first = next(iter(errors.values()))
