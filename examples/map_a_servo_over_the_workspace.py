@@ -8,19 +8,19 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint import ToolpointWarning
-from toolpoint.io.yaml import drive_file, machine_file
+from toolpoint.io import read_drives, read_machine
 from toolpoint.pages.servo_map import servo_map_page
-from toolpoint.studies.servo_map import servo_map
+from toolpoint.studies import map_servo
 
 
 def main() -> float:
     """Return the smallest phase margin of the velocity loops, degrees."""
     with resources.as_file(resources.files("toolpoint.app") / "machines") as folder:
-        drives = drive_file.read(folder / "three_axis_vertical_servo_on_structure.yaml")
-        machine = machine_file.read(folder / "three_axis_vertical_drives.yaml")
+        drives = read_drives(folder / "three_axis_vertical_servo_on_structure.yaml")
+        machine = read_machine(folder / "three_axis_vertical_drives.yaml")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToolpointWarning)
-        result = servo_map(drives, machine=machine, grid={"X": np.linspace(-0.3, 0.3, 3)})
+        result = map_servo(drives, machine=machine, grid={"X": np.linspace(-0.3, 0.3, 3)})
     print(result.table())
     pose, axis = result.worst()
     print(f"{result.status}; least phase margin at {dict(result.poses[pose])}, axis {axis}")

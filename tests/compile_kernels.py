@@ -18,7 +18,7 @@ from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, T
 from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.io import read_drives, read_machine
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.studies.drive_experiment import drive_experiment
+from toolpoint.studies.drive_experiment import run_drives
 from toolpoint.vibration import Dof, Modes, frequency_response
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -46,7 +46,7 @@ def main() -> None:
     natural_frequencies(read_machine(MACHINES / "three_axis_vertical.yaml"), {"X": np.zeros(2)}, path="compiled")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        drive_experiment(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))
+        run_drives(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))
 
 
 if __name__ == "__main__":

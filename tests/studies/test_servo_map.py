@@ -16,7 +16,7 @@ from toolpoint.drives import (
     compute_loops,
     four_dof_axis,
 )
-from toolpoint.studies.servo_map import map_servo
+from toolpoint.studies.servo_map import map_margins
 
 LEAD = 0.001591
 ENDS = {"x.base": "saddle:+x", "x.table": "table:+x", "y.base": "bed:+y", "y.table": "saddle:+y"}
@@ -45,7 +45,7 @@ def free_machine(vertical_drives):
 
 def test_map_over_poses(free_machine):
     poses = [{}, {"X": 0.3, "Y": -0.2}, {"X": -0.3, "Z": 0.4}]
-    found = map_servo(free_machine, poses, ends=ENDS, tools=TOOLS, build=servo_of)
+    found = map_margins(free_machine, poses, ends=ENDS, tools=TOOLS, build=servo_of)
     assert found.axes == ("x", "y")
     assert found.stable.all()
     assert found.gain_margin.shape == (3, 2)
@@ -62,11 +62,11 @@ def test_one_pose_is_that_of_the_loops(free_machine):
     labels = list(dict.fromkeys([*ENDS.values(), *TOOLS.values()]))
     structure = Structure.from_modes(eigen.undamped(assemble(free_machine, {}, labels)), ENDS, TOOLS)
     expected = compute_loops(servo_of(structure)).velocity.margins(1, 800).phase
-    found = map_servo(free_machine, [{}], ends=ENDS, tools=TOOLS, build=servo_of)
+    found = map_margins(free_machine, [{}], ends=ENDS, tools=TOOLS, build=servo_of)
     assert found.velocity_phase_margin[0, 1] == pytest.approx(expected)
 
 
 def test_failed_poses_are_kept(free_machine):
-    found = map_servo(free_machine, [{}, {"X": 9.0}], ends=ENDS, tools=TOOLS, build=servo_of)
+    found = map_margins(free_machine, [{}, {"X": 9.0}], ends=ENDS, tools=TOOLS, build=servo_of)
     assert "within" in found.failures[1]
     assert np.isnan(found.gain_margin[1]).all()

@@ -69,14 +69,14 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
     from toolpoint.io.program import read_path
     from toolpoint.io.yaml import drive_file
     from toolpoint.pages.drive_experiment import drive_page
-    from toolpoint.studies.drive_experiment import drive_experiment
+    from toolpoint.studies.drive_experiment import run_drives
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
         description = drive_file.read(drives)
         built = None if machine is None else machine_at(machine, pose)
         path = None if program is None else read_path(program)
-        result = drive_experiment(description, path=path, circle=circle, machine=built, pose=pose, progress=run.step)
+        result = run_drives(description, path=path, circle=circle, machine=built, pose=pose, progress=run.step)
         run.step("page")
         run.save(drive_page(result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings))
     run.warnings[:0] = result.notes
@@ -88,14 +88,14 @@ def _map(drives: Path, machine: Path | None, axes: tuple[str, ...], circle: Circ
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import drive_file, machine_file
     from toolpoint.pages.servo_map import servo_map_page
-    from toolpoint.studies.servo_map import servo_map
+    from toolpoint.studies.servo_map import map_servo
 
     if machine is None:
         raise ToolpointError("--map: a map needs the machine; give --machine FILE")
     description, built = drive_file.read(drives), machine_file.read(machine)
     positions = grid(built, axes, "--map")
     with frame(output, as_json) as run, run.progress("poses") as progress:
-        result = servo_map(description, machine=built, grid=positions, circle=circle, progress=progress)
+        result = map_servo(description, machine=built, grid=positions, circle=circle, progress=progress)
     run.save(servo_map_page(result, warnings=run.warnings))
     run.show(result)
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from toolpoint.studies.calibration import CuttingTest, calibrate
     from toolpoint.studies.chatter_map import chatter_map as map_chatter
-    from toolpoint.studies.drive_experiment import drive_experiment as run_drives
+    from toolpoint.studies.drive_experiment import run_drives
     from toolpoint.studies.joint_study import study_joints
     from toolpoint.studies.lobes_study import chart_lobes
     from toolpoint.studies.machine_modes import solve_modes
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured_update import Measurement, update_machine
     from toolpoint.studies.pose_map import pose_map as map_frequencies
     from toolpoint.studies.sensitivity_study import study_sensitivity
-    from toolpoint.studies.servo_map import servo_map as map_servo
+    from toolpoint.studies.servo_map import map_servo
     from toolpoint.studies.simulated_cut import simulate_cut
     from toolpoint.studies.tool_dynamics import machine_dynamics, measured_dynamics, modal_dynamics, separate_dynamics
     from toolpoint.studies.turning_study import TurningCut, chart_turning
@@ -34,14 +34,13 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "machine_modes": ("solve_modes",), "machine_report": ("study_machine", "study_modes"),
     "measured_comparison": ("compare_with_test", "gather_test"), "measured_response": ("study_responses",),
     "measured_update": ("Measurement", "update_machine"), "sensitivity_study": ("study_sensitivity",),
-    "simulated_cut": ("simulate_cut",),
+    "simulated_cut": ("simulate_cut",), "servo_map": ("map_servo",), "drive_experiment": ("run_drives",),
     "tool_dynamics": ("machine_dynamics", "measured_dynamics", "modal_dynamics", "separate_dynamics"),
     "turning_study": ("TurningCut", "chart_turning"), "uncertain_cut": ("Uncertainty",),
 }
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
-    "map_chatter": ("chatter_map", "chatter_map"), "map_frequencies": ("pose_map", "pose_map"),
-    "map_servo": ("servo_map", "servo_map"), "run_drives": ("drive_experiment", "drive_experiment")}
+    "map_chatter": ("chatter_map", "chatter_map"), "map_frequencies": ("pose_map", "pose_map")}
 
 
 def __getattr__(name: str) -> Any:

@@ -80,7 +80,7 @@ class DriveExperiment:
                 "circular_deviation_m": None if self.circle is None else self.circle.deviation, "status": self.status}
 
 
-def drive_experiment(
+def run_drives(
     drives: DriveDescription, *, path: Path | None = None, circle: tuple[float, float] | None = None,
     machine: Machine | None = None, pose: Mapping[str, float] | None = None, progress: Callable[[str], None] | None = None,
 ) -> DriveExperiment:

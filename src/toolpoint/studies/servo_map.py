@@ -99,7 +99,7 @@ class ServoMap:
                 f"{len(self.failures)} failed)")
 
 
-def servo_map(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, FloatArray],
+def map_servo(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, FloatArray],
               circle: tuple[float, float] | None = None, progress: Progress | None = None) -> ServoMap:
     """Return the margins of described drives over a grid of poses of their machine.
 
@@ -120,12 +120,13 @@ def servo_map(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, 
     free, ends, tools = free_machine(drives, machine)
     build_servo(drives)  # the faults of the description once, and the warnings of its friction
     poses = [dict(zip(grid, values, strict=True)) for values in product(*grid.values())]
-    result = map_servo(free, poses, ends=ends, tools=tools, build=lambda structure: build_servo(drives, structure, warn=False),
-                       circle=circle, progress=progress)
+    at_pose = lambda structure: build_servo(drives, structure, warn=False)
+    result = map_margins(free, poses, ends=ends, tools=tools, build=at_pose,
+                         circle=circle, progress=progress)
     return replace(result, name=drives.name, grid=dict(grid))
 
 
-def map_servo(
+def map_margins(
     machine: Machine, poses: Sequence[Mapping[str, float]], *, ends: Mapping[str, str], tools: Mapping[str, str],
     build: Callable[[Structure], Servo], circle: tuple[float, float] | None = None, progress: Progress | None = None,
 ) -> ServoMap:
