@@ -41,10 +41,10 @@ def _percentages(ctx: click.Context, parameter: click.Parameter, value: str | No
     try:
         if value and len(parts) != len(names):
             raise ValueError
-        found = {name: float(part) / 100 for name, part in zip(names, parts, strict=False) if part.strip() not in ("", "-")}
-        if min(found.values(), default=0.0) < 0:
+        shares = {name: float(part) / 100 for name, part in zip(names, parts, strict=False) if part.strip() not in ("", "-")}
+        if min(shares.values(), default=0.0) < 0:
             raise ValueError
-        return found
+        return shares
     except ValueError:
         raise click.BadParameter(f"{value!r}: write four numbers in percent, none below zero, for example 1,10,5,10; "
                                  "- keeps one") from None

@@ -15,25 +15,25 @@ from toolpoint.machine import Machine
 Pose = Mapping[str, float]
 
 
-class Position(float):
+class WrittenPosition(float):
     """A position in m or rad that remembers as what it was written: ``length``, ``angle``, or nothing for a bare number."""
 
     written: str = ""
 
 
-def position(text: str) -> Position:
+def position(text: str) -> WrittenPosition:
     """Return the position of a text like ``0.1``, ``200mm`` or ``30 deg``; UnitError where it is none."""
     value, kind = units.length_or_angle(text)
-    made = Position(value)
-    made.written = "" if kind is None else kind.name
-    return made
+    written = WrittenPosition(value)
+    written.written = "" if kind is None else kind.name
+    return written
 
 
 def pose_of(text: str) -> dict[str, float]:
     """Return the pose of a text like ``X=0.1,A=30deg``; ToolpointError where it is none."""
     result: dict[str, float] = {}
     for part in text.split(","):
-        name, equals, number = (one.strip() for one in part.partition("="))
+        name, equals, number = (text_part.strip() for text_part in part.partition("="))
         if not equals or not name:
             raise ToolpointError(f"{part!r}: write AXIS=VALUE with a decimal point, for example X=0.1,Y=200mm,A=30deg")
         if name in result:
@@ -58,7 +58,7 @@ def grid(machine: Machine, texts: Sequence[str], option: str) -> dict[str, Float
     return result
 
 
-def _line(text: str, option: str) -> tuple[str, Position, Position, int]:
+def _line(text: str, option: str) -> tuple[str, WrittenPosition, WrittenPosition, int]:
     name, _, rest = text.partition("=")
     parts = rest.split(":")
     form = "write AXIS=FIRST:LAST:NUMBER, for example X=-0.3:0.3:7 or X=-300mm:300mm:7"

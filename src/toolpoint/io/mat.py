@@ -42,7 +42,7 @@ def read_frf(path: str | Path, frequency: str | None = None, values: str | None 
     axis = _named(path, arrays, frequency) if frequency else _only(path, arrays, "frequency", _axes(arrays))
     if axis.ndim != 1:
         raise ToolpointError(f"{path}: frequency {frequency!r} has shape {axis.shape}; must be a vector of Hz")
-    complexes = {name: one for name, one in arrays.items() if np.iscomplexobj(one) and axis.size in one.shape}
+    complexes = {name: array for name, array in arrays.items() if np.iscomplexobj(array) and axis.size in array.shape}
     data = _named(path, arrays, values) if values else _only(path, complexes, "values", complexes)
     if axis.size not in data.shape:
         raise ToolpointError(f"{path}: responses of shape {data.shape} beside {axis.size} lines; one axis must be the lines")
@@ -71,24 +71,26 @@ def read_record(path: str | Path) -> Record:
     Names as in text (`text.record_table`): Fx, Fy, Fz are forces; of a structure's fields the last name counts.
     """
     path = Path(path)
-    arrays = {name.rsplit(".", 1)[-1]: np.real(one) for name, one in variables(path).items()}
-    vectors = {name: one for name, one in arrays.items() if one.ndim == 1 and one.size > 1 and name.lower() not in TIMES}
-    axes = [one for name, one in arrays.items() if name.lower() in TIMES and one.ndim == 1 and one.size > 1]
-    rates = [float(one.reshape(-1)[0]) for name, one in arrays.items() if name.lower() in RATES and one.size == 1]
+    arrays = {name.rsplit(".", 1)[-1]: np.real(array) for name, array in variables(path).items()}
+    long = {name: array for name, array in arrays.items() if array.ndim == 1 and array.size > 1}
+    vectors = {name: array for name, array in long.items() if name.lower() not in TIMES}
+    axes = [array for name, array in long.items() if name.lower() in TIMES]
+    rates = [float(array.reshape(-1)[0]) for name, array in arrays.items() if name.lower() in RATES and array.size == 1]
     if not axes and (not rates or rates[0] <= 0 or not vectors):
         raise ToolpointError(f"{path}: no time vector 'time' and no sample rate 'fs'; it holds "
                              f"{', '.join(arrays) or 'nothing'}; save one of them with the forces")
-    length = axes[0].size if axes else max(one.size for one in vectors.values())
+    length = axes[0].size if axes else max(array.size for array in vectors.values())
     time = axes[0] if axes else np.arange(length) / rates[0]
-    names = [name for name, one in vectors.items() if one.size == length]
+    names = [name for name, array in vectors.items() if array.size == length]
     if not names:
         raise ToolpointError(f"{path}: no vector beside the time of {length} samples; it holds {', '.join(arrays)}")
     return of_columns(path, names, time, np.stack([vectors[name] for name in names], axis=1))
 
 
 def _axes(arrays: dict[str, Array]) -> dict[str, Array]:
-    return {name: one for name, one in arrays.items()
-            if one.ndim == 1 and one.size > 1 and not np.iscomplexobj(one) and (np.diff(one) > 0).all() and one[0] >= 0}
+    vectors = {name: array for name, array in arrays.items() if array.ndim == 1 and array.size > 1}
+    return {name: vector for name, vector in vectors.items()
+            if not np.iscomplexobj(vector) and (np.diff(vector) > 0).all() and vector[0] >= 0}
 
 
 def _named(path: str | Path, arrays: dict[str, Array], name: str) -> Array:
@@ -101,7 +103,7 @@ def _named(path: str | Path, arrays: dict[str, Array], name: str) -> Array:
 
 def _only(path: str | Path, arrays: dict[str, Array], what: str, fitting: dict[str, Array]) -> FloatArray:
     if len(fitting) != 1:
-        listed = ", ".join(f"{name} {one.shape}" for name, one in arrays.items())
+        listed = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
         which = "several fit" if fitting else "none fits"
         raise ToolpointError(f"{path}: {which} as {what} among {listed}; name it: {what}='...'")
     return next(iter(fitting.values()))

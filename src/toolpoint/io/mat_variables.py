@@ -71,26 +71,26 @@ def _table(path: Path) -> dict[str, Any]:
     return {name: value for name, value in table.items() if not name.startswith("__")}
 
 
-def _collect(name: str, item: Any, found: dict[str, Array]) -> None:
+def _collect(name: str, item: Any, arrays: dict[str, Array]) -> None:
     if not isinstance(item, h5py.Dataset) or item.attrs.get("MATLAB_empty", 0):
         return
     kind = item.dtype
     if kind.names and set(kind.names) == {"real", "imag"}:
         raw = item[()]
-        found[name] = _flat((raw["real"] + 1j * raw["imag"]).T)
+        arrays[name] = _flat((raw["real"] + 1j * raw["imag"]).T)
     elif kind.kind in "fiu" and item.attrs.get("MATLAB_class", b"double") != b"char":
-        found[name] = _flat(np.asarray(item[()], float).T)
+        arrays[name] = _flat(np.asarray(item[()], float).T)
 
 
-def _unpacked(name: str, value: Any, found: dict[str, Array]) -> None:
+def _unpacked(name: str, value: Any, arrays: dict[str, Array]) -> None:
     array = np.asarray(value)
     if array.dtype.names and array.size == 1:
         for field in array.dtype.names:
-            _unpacked(f"{name}.{field}", array.reshape(-1)[0][field], found)
+            _unpacked(f"{name}.{field}", array.reshape(-1)[0][field], arrays)
     elif array.dtype.kind in "fiu":
-        found[name] = _flat(array.astype(float))
+        arrays[name] = _flat(array.astype(float))
     elif array.dtype.kind == "c":
-        found[name] = _flat(array.astype(complex))
+        arrays[name] = _flat(array.astype(complex))
 
 
 def _flat(array: Array) -> Array:

@@ -58,12 +58,12 @@ class Report:
 
     def with_section(self, title: str, *parts: Part | str) -> Report:
         """Return the report with one more section."""
-        made = tuple(Text(part) if isinstance(part, str) else part for part in parts)
-        for number, part in enumerate(made):
+        shown = tuple(Text(part) if isinstance(part, str) else part for part in parts)
+        for number, part in enumerate(shown):
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
                      "must be Text, Table, Notes, Listing, Chart or ShapeView", "wrap a plotly figure as Chart(figure)")
-        return replace(self, sections=(*self.sections, Section(str(title), made)))
+        return replace(self, sections=(*self.sections, Section(str(title), shown)))
 
     def html(self) -> str:
         """Return the page: the chart library once, the shape script once, data as inert blocks, no outside address.

@@ -285,8 +285,8 @@ class _Store:
                 raise ToolpointError(f"folder: {path} cannot be read ({error}); delete this file, and only its points are "
                                      "computed again") from None
             for row in table:
-                found = None if row["failed"] else values.get(row["index"], {})
-                done[row["index"]] = Outcome(found, row["failure"], row["seconds"])
+                value = None if row["failed"] else values.get(row["index"], {})
+                done[row["index"]] = Outcome(value, row["failure"], row["seconds"])
         return done
 
 

@@ -23,8 +23,8 @@ from toolpoint.vibration import Modes
 
 def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, ComponentMass]:
     """Return the mass properties of components, given in the machine frame, as joint identification takes them."""
-    found = {name: mass_properties(body) for name, body in bodies.items()}
-    return {name: ComponentMass(one.mass, one.centre, one.inertia) for name, one in found.items()}
+    masses = {name: mass_properties(body) for name, body in bodies.items()}
+    return {name: ComponentMass(properties.mass, properties.centre, properties.inertia) for name, properties in masses.items()}
 
 
 def machine_of(
@@ -50,52 +50,52 @@ def machine_of(
     ToolpointError
         For a joint without stiffness or one whose freedoms are no directions of a frame (general).
     """
-    described = {f"{one.parent}_{one.child}": _joint(one) for one in joints.joints}
-    missing = [one.child for one in joints.joints if one.child not in bodies]
+    described = {f"{joint.parent}_{joint.child}": _joint(joint) for joint in joints.joints}
+    missing = [joint.child for joint in joints.joints if joint.child not in bodies]
     if missing:
         fail("bodies", f"no mass properties of {missing[0]}", "every component of the chain needs them")
-    found = MachineDescription(
+    machine = MachineDescription(
         name, dict(bodies), described, description="Minimal model from measured mode shapes.",
         source="identified from measured modes")
     if owner:
-        found = with_measured_points(build(found), points or {}, owner).description
-    lonely = correlate(build(found), modes).pairs.single_first if owner else []
+        machine = with_measured_points(build(machine), points or {}, owner).description
+    lonely = correlate(build(machine), modes).pairs.single_first if owner else []
     kept = [i for i in range(modes.count) if i not in lonely] or list(range(modes.count))
     ratio = float(np.mean(modes.damping_ratio[kept]))
     measured = ReferenceDescription("measured", tuple(float(f) for f in modes.frequency[kept]),
                                     tuple(float(z) for z in modes.damping_ratio[kept]), "measured")
     left = [f"{modes.frequency[i]:.4g} Hz" for i in range(modes.count) if i not in kept]
     alone = (f"Measured without a partner among the modes of this machine and left out: {', '.join(left)}.",) if left else ()
-    return replace(found, damping_ratio=ratio, reference=(measured,), assumptions=(
+    return replace(machine, damping_ratio=ratio, reference=(measured,), assumptions=(
         f"A damping ratio of {100 * ratio:.3g} %, the mean of the measured ones, is taken for every mode.", *alone,
-        *(f"{one.parent} - {one.child}: {one.status}" for one in joints.joints)))
+        *(f"{joint.parent} - {joint.child}: {joint.status}" for joint in joints.joints)))
 
 
-def _joint(one: JointEstimate) -> JointDescription:
-    if one.kind == "general":
-        return _general(one)
-    if one.stiffness is None:
-        fail(f"joint {one.parent} - {one.child}", "no stiffness", "the masses of the components must be known")
-    stiffness = {way: float(k) for way, k in zip(one.freedoms, one.stiffness, strict=True)}
+def _joint(joint: JointEstimate) -> JointDescription:
+    if joint.kind == "general":
+        return _general(joint)
+    if joint.stiffness is None:
+        fail(f"joint {joint.parent} - {joint.child}", "no stiffness", "the masses of the components must be known")
+    stiffness = {way: float(k) for way, k in zip(joint.freedoms, joint.stiffness, strict=True)}
     low = [way for way, k in stiffness.items() if k <= 0]
     if low:
-        fail(f"joint {one.parent} - {one.child}", f"stiffness {stiffness[low[0]]:g} in {low[0]}", "must be above zero",
+        fail(f"joint {joint.parent} - {joint.child}", f"stiffness {stiffness[low[0]]:g} in {low[0]}", "must be above zero",
              "the modes at hand do not determine it; measure a mode that loads it")
-    (x, y, z), (a, b, c) = one.position.tolist(), one.rotation.tolist()
+    (x, y, z), (a, b, c) = joint.position.tolist(), joint.rotation.tolist()
     frame = FrameDescription((x, y, z), (a, b, c))
-    return JointDescription(one.parent, one.child, frame, stiffness, source="measured")
+    return JointDescription(joint.parent, joint.child, frame, stiffness, source="measured")
 
 
-def _general(one: JointEstimate) -> JointDescription:
-    matrix, name = one.spatial_stiffness, f"joint {one.parent} - {one.child}"
+def _general(joint: JointEstimate) -> JointDescription:
+    matrix, name = joint.spatial_stiffness, f"joint {joint.parent} - {joint.child}"
     if matrix is None:
-        fail(name, f"a general joint with {one.screws.shape[1]} freedoms" + (
-            "" if one.stiffness_matrix is not None else " and no stiffness matrix"),
+        fail(name, f"a general joint with {joint.screws.shape[1]} freedoms" + (
+            "" if joint.stiffness_matrix is not None else " and no stiffness matrix"),
             "only six freedoms with a stiffness matrix, or directions of one frame, can be written as a machine",
             "measure more modes, or model it by hand")
     if np.linalg.eigvalsh(matrix)[0] <= 0:
         fail(name, "a stiffness matrix that is not positive", "must be positive definite",
              "check the masses; measure more modes")
     rows = tuple(tuple(float(v) for v in row) for row in (matrix + matrix.T) / 2)
-    x, y, z = one.position.tolist()
-    return JointDescription(one.parent, one.child, FrameDescription((x, y, z)), stiffness_matrix=rows, source="measured")
+    x, y, z = joint.position.tolist()
+    return JointDescription(joint.parent, joint.child, FrameDescription((x, y, z)), stiffness_matrix=rows, source="measured")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -42,7 +42,7 @@ class LobesStudy:
     doubts: tuple[str, ...] = ()
     runs: tuple[Simulation, ...] = ()
     probability: ProbabilityChart | None = None
-    uncertainty: Uncertainty = Uncertainty()
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
     def noted(self, notes: Sequence[str]) -> LobesStudy:
         """Return the study with further notes before those of its chart."""

@@ -137,8 +137,8 @@ class MachineUpdate:
 
     def report(self) -> str:
         """Return identifiability, fit report and agreement as text."""
-        found = self.fit.identifiability
-        return "\n\n".join([*([] if found is None else [found.table()]), self.fit.report(), self.table()])
+        verdict = self.fit.identifiability
+        return "\n\n".join([*([] if verdict is None else [verdict.table()]), self.fit.report(), self.table()])
 
     def __repr__(self) -> str:
         return f"MachineUpdate({self.machine.name!r}, {self.fit.status}, {self.after!r})"
@@ -191,7 +191,7 @@ def problem(
     if len(poses) != len(sets):
         fail("pose", f"{len(poses)} poses for {len(sets)} sets of targets", "must be one for all, or one for each")
     names = [n for p in given for n in (p.name, *p.links)]
-    models = [_model(machine, names, one, at) for one, at in zip(sets, poses, strict=True)]
+    models = [_model(machine, names, part, at) for part, at in zip(sets, poses, strict=True)]
     return Problem(models, given, sets, sensitivities)
 
 
@@ -273,8 +273,8 @@ def _staged(task: Problem, method: LeastSquares | None, limit: float | None, lea
         return fit_with_restarts(stages[0], method, limit, least_influence=least, restarts=restarts)
     # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
     # would make every stiffness look far better known than it is.
-    found = None if limit is None else identifiability(stages[-2], None, limit, least_influence=least)
-    free = task.names if found is None else found.identifiable
+    verdict = None if limit is None else identifiability(stages[-2], None, limit, least_influence=least)
+    free = task.names if verdict is None else verdict.identifiable
     start = float((task.evaluated(task.start).values ** 2).sum())
     result = _first(stages[0], method, limit, least, free, restarts)
     modal = all(t.frf is None for t in stages[0].targets)
@@ -292,7 +292,7 @@ def _staged(task: Problem, method: LeastSquares | None, limit: float | None, lea
     else:
         result = fit(task, method, free=free, start=result.x)
     left = {} if now is None else now.reasons
-    return replace(result, evaluations=evaluations, start_chi_square=start, identifiability=found, left_alone=left)
+    return replace(result, evaluations=evaluations, start_chi_square=start, identifiability=verdict, left_alone=left)
 
 
 def _first(

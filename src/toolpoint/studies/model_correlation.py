@@ -131,15 +131,15 @@ def correlate(
     return result if frf is None else _with_responses(result, machine, pairing.renamed_frf(frf), pose)
 
 
-def _compared(found: ModelCorrelation, machine: Machine, pose: Pose | None) -> ModelCorrelation:
-    first, second = found.measured.selected(found.pairs.pairs[:, 0]), found.predicted.selected(found.pairs.pairs[:, 1])
-    weight = effective_mass(machine, pose)[found.pairs.pairs[:, 1]]
+def _compared(result: ModelCorrelation, machine: Machine, pose: Pose | None) -> ModelCorrelation:
+    first, second = result.measured.selected(result.pairs.pairs[:, 0]), result.predicted.selected(result.pairs.pairs[:, 1])
+    weight = effective_mass(machine, pose)[result.pairs.pairs[:, 1]]
     weights = coefficients(first, second, weight if weight.sum() > 0 else None)
     # COMAC compares modes with each other: measured shapes get the scale of the model's.
     scaled = first.shape * np.diag(correlation.modal_scale_factor(first.shape, second.shape))
-    rows = _rows(found.measured)
+    rows = _rows(result.measured)
     comac, ecomac = _coordinate_mac(scaled, second.shape, rows), _enhanced(scaled, second.shape, rows)
-    return replace(found, coefficients=weights, comac=comac, ecomac=ecomac)
+    return replace(result, coefficients=weights, comac=comac, ecomac=ecomac)
 
 
 def _rows(modes: Modes) -> dict[Point, list[int]]:
@@ -171,13 +171,13 @@ def effective_mass(machine: Machine, pose: Pose | None = None) -> FloatArray:
 
     The square of the sum of all bodies' momenta at unit modal mass (effective modal mass, all three directions together).
     """
-    found = body_shapes(machine, pose)
-    momentum = np.zeros((3, found.frequency.size))
+    shapes = body_shapes(machine, pose)
+    momentum = np.zeros((3, shapes.frequency.size))
     for link, body in enumerate(machine.bodies):
         first = body.mass[3:6, :3] / body.mass[0, 0]
         centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
-        at = tf.move(found.place.frames[0, link], centre[None])[0]
-        momentum += body.mass[0, 0] * tf.point_velocity(at) @ found.twists[link]
+        at = tf.move(shapes.place.frames[0, link], centre[None])[0]
+        momentum += body.mass[0, 0] * tf.point_velocity(at) @ shapes.twists[link]
     return np.asarray((momentum**2).sum(axis=0))
 
 
@@ -188,18 +188,18 @@ def _bands(frequency: FloatArray, frf: Frf | None) -> FloatArray:
     return np.stack([edges[:-1], edges[1:]], axis=1)
 
 
-def _with_responses(found: ModelCorrelation, machine: Machine, frf: Frf, pose: Pose | None) -> ModelCorrelation:
+def _with_responses(result: ModelCorrelation, machine: Machine, frf: Frf, pose: Pose | None) -> ModelCorrelation:
     lines = frf if frf.frequency[0] > 0 else frf.between(float(frf.frequency[1]), np.inf)
     measured = replace(lines, coherence=None)
     system = assemble(machine, pose, measured.outputs, inputs=measured.inputs)
     # In the quantity that was measured: receptance would blow up the noise of accelerations at low frequency.
     predicted = frequency_response.direct(system, measured.frequency).converted_to(measured.quantity)
     used, values = [], []
-    for low, high in found.bands:
+    for low, high in result.bands:
         inside = (measured.frequency >= low) & (measured.frequency <= high)
         if inside.sum() >= 3:
             used.append((low, high))
             values.append(correlation.frac(measured.between(low, high), predicted.between(low, high)))
     if not used:
         fail("bands", "none with three measured lines", "must hold some", "give bands within the measured lines")
-    return replace(found, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted)
+    return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted)

@@ -79,18 +79,18 @@ def paired_points(
         lost = [str(n) for n in (*known, *known.values()) if n not in (*names, *others)]
         if lost:
             fail("known", f"no point {', '.join(lost)}", "must be points of test and model")
-        found = registration.rigid(a[[names.index(k) for k in known]], b[[others.index(v) for v in known.values()]])
+        fit = registration.rigid(a[[names.index(k) for k in known]], b[[others.index(v) for v in known.values()]])
     else:
-        found = registration.iterative_closest_point(a, b, start)
-    distance = cdist(tf.move(found.transform, a), b)
+        fit = registration.iterative_closest_point(a, b, start)
+    distance = cdist(tf.move(fit.transform, a), b)
     rows, columns = linear_sum_assignment(distance**2)
     near = [(i, j) for i, j in zip(rows, columns, strict=True) if distance[i, j] <= furthest]
     pairs = {names[i]: others[j] for i, j in near}
     single = tuple(n for n in names if n not in pairs)
-    status = found.status if not single else (
-        f"{found.status}; {len(single)} of {len(names)} test points have no model point within {furthest:g} m: check units, "
+    status = fit.status if not single else (
+        f"{fit.status}; {len(single)} of {len(names)} test points have no model point within {furthest:g} m: check units, "
         "give known pairs, or a nearer start")
-    return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, found.transform, single, status)
+    return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, fit.transform, single, status)
 
 
 def _label(point: str | int, unit: FloatArray, direction: str) -> Dof:

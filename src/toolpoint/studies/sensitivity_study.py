@@ -123,13 +123,14 @@ def study_sensitivity(
     slopes = _slopes(machine, names, pose)
     system = assemble(machine, pose, dofs, modal_damping=False)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
-    found = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
-    assert found.modes is not None and found.frequency_slopes is not None
-    assert found.damping_slopes is not None and isinstance(found.shape_slopes, ShapeSlopes)
-    frequency = values[:, None] * found.frequency_slopes / found.modes.frequency
-    return SensitivityStudy(names, tuple(".".join(n.split(".")[:2]) for n in names), values, found.modes.frequency, frequency,
-                            values[:, None] * found.damping_slopes,
-                            _turn(np.real(found.modes.shape), values[:, None, None] * found.shape_slopes.array))
+    prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
+    assert prediction.modes is not None and prediction.frequency_slopes is not None
+    assert prediction.damping_slopes is not None and isinstance(prediction.shape_slopes, ShapeSlopes)
+    frequency = values[:, None] * prediction.frequency_slopes / prediction.modes.frequency
+    parts = tuple(".".join(n.split(".")[:2]) for n in names)
+    damping = values[:, None] * prediction.damping_slopes
+    return SensitivityStudy(names, parts, values, prediction.modes.frequency, frequency, damping, _turn(
+        np.real(prediction.modes.shape), values[:, None, None] * prediction.shape_slopes.array))
 
 
 def _turn(shape: FloatArray, change: FloatArray) -> FloatArray:
@@ -160,18 +161,18 @@ def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> Matr
     place = placed(machine, pose)
     closed = loop_basis(place) if machine.loops else None
     basis = np.eye(machine.size) if closed is None else closed[0]
-    made = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}
+    slopes = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}
     known = matrix_derivatives(machine, plain, pose) if plain else None
     for k, name in enumerate(plain):
         for t, term in enumerate(_TERMS):
             matrices = getattr(known, term)
             if matrices is not None:
-                made[name][t] = matrices[k]
+                slopes[name][t] = matrices[k]
     for name in rest:
         link = machine.link(name.split(".")[1])
-        own, body = body_coordinates(place, link)[0] @ basis, machine.bodies[link]
+        twist, body = body_coordinates(place, link)[0] @ basis, machine.bodies[link]
         if name.endswith(".density"):
-            made[name][0] = own.T @ body.mass @ own
+            slopes[name][0] = twist.T @ body.mass @ twist
         else:
-            made[name][2] = own[6:].T @ body.stiffness @ own[6:]
-    return MatrixDerivatives(names, **{term: np.stack([made[n][t] for n in names]) for t, term in enumerate(_TERMS)})
+            slopes[name][2] = twist[6:].T @ body.stiffness @ twist[6:]
+    return MatrixDerivatives(names, **{term: np.stack([slopes[n][t] for n in names]) for t, term in enumerate(_TERMS)})

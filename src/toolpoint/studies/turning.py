@@ -67,8 +67,8 @@ def oriented(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike
         if _AXES[k] not in labels:
             fail("direction", f"({n[0]:g}, {n[1]:g}, {n[2]:g}), force along ({f[0]:g}, {f[1]:g}, {f[2]:g})",
                  f"the response along {_AXES[k]} is not known", f"known are {', '.join(labels.values())}")
-    wanted = [labels[_AXES[k]] for k in used]
-    plane = plane_dynamics(response, *(wanted if len(wanted) > 1 else wanted * 2))
+    known = [labels[_AXES[k]] for k in used]
+    plane = plane_dynamics(response, *(known if len(known) > 1 else known * 2))
     left, right = n[used], f[used]
     if len(used) == 1:
         left, right = np.append(left, 0.0), np.append(right, 0.0)
@@ -116,8 +116,8 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
     f = f[f > 0]
     k = int(np.argmin(plane.response(f)[:, 0, 0].real))
     ends = float(f[max(k - 1, 0)]), float(f[min(k + 1, f.size - 1)])
-    found = minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]})
-    best = float(found.x) if value(float(found.x)).real <= value(float(f[k])).real else float(f[k])
+    minimum = minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]})
+    best = float(minimum.x) if value(float(minimum.x)).real <= value(float(f[k])).real else float(f[k])
     return best, value(best)
 
 

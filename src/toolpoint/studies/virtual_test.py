@@ -119,14 +119,14 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
 
 def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLike, pose: Pose | None = None) -> Modes:
     """Return the machine's modes at measuring points in x, y, z, mass-normalised, with these damping ratios: the truth."""
-    found = body_shapes(machine, pose)
+    shapes = body_shapes(machine, pose)
     rows, labels = [], []
     for name, (body, at) in points.places.items():
-        moved = tf.move(found.place.displacements[0, machine.link(body)], at[None])[0]
-        rows.append(tf.point_velocity(moved) @ found.twists[machine.link(body)])
+        moved = tf.move(shapes.place.displacements[0, machine.link(body)], at[None])[0]
+        rows.append(tf.point_velocity(moved) @ shapes.twists[machine.link(body)])
         labels += [Dof(name, way) for way in _WAYS]
     shape = np.concatenate(rows)
-    return Modes(found.frequency, np.broadcast_to(ratio, found.frequency.shape), shape, tuple(labels))
+    return Modes(shapes.frequency, np.broadcast_to(ratio, shapes.frequency.shape), shape, tuple(labels))
 
 
 def hammer_records(

@@ -82,9 +82,9 @@ def _unit(text: str) -> tuple[float, Dimension]:
             hint = nearest(symbol)
             raise UnitError(f"unknown unit {symbol!r}" + (f" in {text!r}" if symbol != text else "")
                             + (f"; {hint}" if hint else "; known: m, kg, s, N, Nm, Pa, rad, deg, Hz, rpm, % with prefixes"))
-        scale, own = SYMBOLS[symbol]
+        scale, kind_of_symbol = SYMBOLS[symbol]
         factor *= scale ** (sign * power)
-        dimension = tuple(a + sign * power * b for a, b in zip(dimension, own, strict=True))  # type: ignore[assignment]
+        dimension = tuple(a + sign * power * b for a, b in zip(dimension, kind_of_symbol, strict=True))  # type: ignore[assignment]
     return factor, dimension
 
 

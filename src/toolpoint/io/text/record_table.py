@@ -63,8 +63,8 @@ def of_columns(path: Path, names: Sequence[str], time: FloatArray, values: Float
         worst = int(np.argmax(np.abs(step - step.mean()))) + 1 if step.size else 0
         raise ToolpointError(f"{path}: time does not run evenly (sample {worst}); must have one sample rate; "
                              "resample it, and give the time enough digits")
-    found = [channel_of(name) for name in names]
-    return Record(values, 1 / float(step.mean()), tuple(dof for dof, _ in found), tuple(kind for _, kind in found),
+    labels = [channel_of(name) for name in names]
+    return Record(values, 1 / float(step.mean()), tuple(dof for dof, _ in labels), tuple(kind for _, kind in labels),
                   start=float(time[0]), name=path.name)
 
 
@@ -101,14 +101,14 @@ def _table(path: Path, text: str) -> tuple[list[tuple[str, str]], int, FloatArra
         else:
             rows.append(row)
     separator = next((s for s in (";", "\t", ",") if s in head), None)
-    found = [_HEAD.match(one) for one in (head.split(separator) if separator else re.findall(r"\S+(?:\s*\[[^\]]*\])?", head))]
-    if not faults and (not rows or not head or None in found or len(found) != len(rows[0])):
-        counts = f"{len(found) if head else 0} names for {len(rows[0]) if rows else 0} columns"
+    names = [_HEAD.match(cell) for cell in (head.split(separator) if separator else re.findall(r"\S+(?:\s*\[[^\]]*\])?", head))]
+    if not faults and (not rows or not head or None in names or len(names) != len(rows[0])):
+        counts = f"{len(names) if head else 0} names for {len(rows[0]) if rows else 0} columns"
         faults.append(Fault(max(at, 1), 1, "", f"{counts}; the line before the numbers must name them, "
                             "for example time,Fx,Fy,Fz"))
     if faults:
         raise FileFaults(str(path), text, faults[:50])
-    return [(m[1], m[2] or "") for m in found if m], at, np.array(rows)
+    return [(m[1], m[2] or "") for m in names if m], at, np.array(rows)
 
 
 def _factor(path: Path, text: str, at: int, name: str, unit: str) -> float:

@@ -40,9 +40,9 @@ class Units:
 
 def units(file: UniversalFile) -> Units:
     """Return the units of a file; SI, and a repair noted, where it states none."""
-    for one in file.sets:
-        if one.number == 164:
-            words = file.text(one).upper().replace("D", "E").splitlines()
+    for dataset in file.sets:
+        if dataset.number == 164:
+            words = file.text(dataset).upper().replace("D", "E").splitlines()
             words = " ".join(words[1:]).split()
             try:
                 length, force = float(words[0]), float(words[1])
@@ -59,7 +59,7 @@ def units(file: UniversalFile) -> Units:
 def headers(path: str | Path) -> list[FunctionHeader]:
     """Return the headers of all functions of a file, without reading their values."""
     file = UniversalFile(path)
-    return [functions.header(file, one) for one in file.sets if one.number == 58]
+    return [functions.header(file, dataset) for dataset in file.sets if dataset.number == 58]
 
 
 def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> Frf:
@@ -79,31 +79,31 @@ def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> F
     """
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)
-    every = [(one, functions.header(file, one)) for one in file.sets if one.number == 58]
-    found = [(one, head) for one, head in every if head.kind == RESPONSE]
-    if not found:
+    every = [(dataset, functions.header(file, dataset)) for dataset in file.sets if dataset.number == 58]
+    responses = [(dataset, head) for dataset, head in every if head.kind == RESPONSE]
+    if not responses:
         raise ToolpointError(f"{file.path}: no frequency response (set 58 of function type 4); it holds {file!r}")
-    kind = _quantity(file, [head for _, head in found], quantity)
-    frequency, values, rows, columns = _table(file, found)
-    values = (values * (scale.force / scale.length) * _gravity(file, found[0][1])).astype(complex, copy=False)
-    coherences = [(one, head) for one, head in every if head.kind == COHERENCE]
+    kind = _quantity(file, [head for _, head in responses], quantity)
+    frequency, values, rows, columns = _table(file, responses)
+    values = (values * (scale.force / scale.length) * _gravity(file, responses[0][1])).astype(complex, copy=False)
+    coherences = [(dataset, head) for dataset, head in every if head.kind == COHERENCE]
     coherence = _coherence(file, coherences, frequency, rows, columns)
     _report(file)
     return Frf(frequency, values, rows, columns, kind, coherence=coherence, notes=tuple(file.repairs))
 
 
-def _quantity(file: UniversalFile, found: list[FunctionHeader], given: str | None) -> str:
-    kinds = {head.numerator for head in found}
+def _quantity(file: UniversalFile, heads: list[FunctionHeader], given: str | None) -> str:
+    kinds = {head.numerator for head in heads}
     names = {code: name for name, code in NUMERATOR.items()}
     stated = {names[kind] for kind in kinds if kind in names}
     if len(kinds) > 1 and len(stated) > 1:
         raise ToolpointError(f"{file.path}: responses of different quantities, {', '.join(sorted(stated))}; split the "
                              "file")
-    swapped = [KINDS[head.denominator] for head in found if head.denominator in names]
-    swapped += ["force over another channel" for head in found if KINDS.get(head.numerator) == "force"]
+    swapped = [KINDS[head.denominator] for head in heads if head.denominator in names]
+    swapped += ["force over another channel" for head in heads if KINDS.get(head.numerator) == "force"]
     if swapped:
         if given is None:
-            raise ToolpointError(f"{file.path}: {len(swapped)} of {len(found)} responses are stated as "
+            raise ToolpointError(f"{file.path}: {len(swapped)} of {len(heads)} responses are stated as "
                                  f"{'motion over ' * (swapped[0] in CODES)}{swapped[0]}; must be motion over force: the "
                                  "channels may be swapped; measure again, or state the quantity if only the labels are wrong")
         file.repaired(f"{len(swapped)} responses are not stated as motion over force; read as {given} on request")
@@ -125,15 +125,15 @@ def _gravity(file: UniversalFile, head: FunctionHeader) -> float:
     return 1.0
 
 
-def _table(file: UniversalFile, found: list[tuple[UniversalSet, FunctionHeader]]) -> tuple[
+def _table(file: UniversalFile, parts: list[tuple[UniversalSet, FunctionHeader]]) -> tuple[
         FloatArray, Array, tuple[Dof, ...], tuple[Dof, ...]]:
-    rows = tuple(dict.fromkeys(head.response for _, head in found))
-    columns = tuple(dict.fromkeys(_reference(file, head) for _, head in found))
+    rows = tuple(dict.fromkeys(head.response for _, head in parts))
+    columns = tuple(dict.fromkeys(_reference(file, head) for _, head in parts))
     row_at, column_at = {dof: i for i, dof in enumerate(rows)}, {dof: i for i, dof in enumerate(columns)}
     frequency, values = None, np.empty(0)
     filled = np.zeros((len(rows), len(columns)), bool)
-    for one, head in found:
-        axis, data = functions.values(file, one, head)
+    for dataset, head in parts:
+        axis, data = functions.values(file, dataset, head)
         if not np.isfinite(data).all():
             line = int(np.argmin(np.isfinite(data)))
             raise ToolpointError(f"{file.path}: {head.response} / {head.reference} is not finite at {axis[line]:g} Hz (value "
@@ -165,12 +165,12 @@ def _reference(file: UniversalFile, head: FunctionHeader) -> Dof:
     return head.reference
 
 
-def _coherence(file: UniversalFile, found: list[tuple[UniversalSet, FunctionHeader]], frequency: FloatArray,
+def _coherence(file: UniversalFile, coherences: list[tuple[UniversalSet, FunctionHeader]], frequency: FloatArray,
                rows: tuple[Dof, ...], columns: tuple[Dof, ...]) -> FloatArray | None:
-    if not found:
+    if not coherences:
         return None
     try:
-        axis, values, have_rows, have_columns = _table(file, found)
+        axis, values, have_rows, have_columns = _table(file, coherences)
     except ToolpointError as error:
         file.repaired(f"coherences left out: {str(error).split(': ', 1)[-1]}")
         return None
@@ -185,13 +185,13 @@ def read_record(path: str | Path | UniversalFile) -> Record:
     """Return all time records of a file (function type 1) as one Record; SI."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
     scale = units(file)
-    found = [(one, head) for one in file.sets if one.number == 58
-             for head in [functions.header(file, one)] if head.kind == TIME]
-    if not found:
+    records = [(dataset, head) for dataset in file.sets if dataset.number == 58
+             for head in [functions.header(file, dataset)] if head.kind == TIME]
+    if not records:
         raise ToolpointError(f"{file.path}: no time record (set 58 of function type 1); it holds {file!r}")
     columns, kinds, axes = [], [], []
-    for one, head in found:
-        axis, data = functions.values(file, one, head)
+    for dataset, head in records:
+        axis, data = functions.values(file, dataset, head)
         kind = KINDS.get(head.numerator, "unknown")
         factor = scale.force if kind == "force" else scale.length if kind != "unknown" else 1.0
         columns.append(np.real(data) / factor * (_gravity(file, head) if kind == "acceleration" else 1.0))
@@ -199,7 +199,7 @@ def read_record(path: str | Path | UniversalFile) -> Record:
         axes.append(axis)
     step = _step(file, axes)
     _report(file)
-    return Record(np.stack(columns, axis=1), 1 / step, tuple(head.response for _, head in found), tuple(kinds),
+    return Record(np.stack(columns, axis=1), 1 / step, tuple(head.response for _, head in records), tuple(kinds),
                   start=float(axes[0][0]), name=file.path.stem)
 
 
@@ -216,17 +216,17 @@ def _step(file: UniversalFile, axes: list[FloatArray]) -> float:
 def read_geometry(path: str | Path | UniversalFile) -> MeasuredGeometry:
     """Return points (m) and lines of a file."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
-    found = geometry.geometry(file, units(file).length)
+    shape = geometry.geometry(file, units(file).length)
     _report(file)
-    return found
+    return shape
 
 
 def read_modes(path: str | Path | UniversalFile) -> Modes:
     """Return the mode shapes (sets 55) of a file; see `modes.modes`."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
-    found = modes.modes(file)
+    result = modes.modes(file)
     _report(file)
-    return found
+    return result
 
 
 def _report(file: UniversalFile) -> None:

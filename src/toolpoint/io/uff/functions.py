@@ -60,9 +60,9 @@ class FunctionHeader:
         return self.data_type in (5, 6)
 
 
-def header(file: UniversalFile, one: UniversalSet) -> FunctionHeader:
+def header(file: UniversalFile, dataset: UniversalSet) -> FunctionHeader:
     """Return the header of a function set, read tolerantly; deviations are noted in the file's repairs."""
-    lines = list(one.header)
+    lines = list(dataset.header)
     if len(lines) < 11:
         raise ToolpointError(f"{file.path}: a set 58 of {len(lines)} lines; must have 11 header lines; it is cut short")
     try:
@@ -93,13 +93,13 @@ def _header(file: UniversalFile, lines: list[str]) -> FunctionHeader:
                           numerator[1], lines[0].strip())
 
 
-def values(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> tuple[FloatArray, Array]:
+def values(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> tuple[FloatArray, Array]:
     """Return abscissa (n,) and values (n,), real or complex, of a function set."""
     if head.data_type not in (2, 4, 5, 6) or head.count < 1:
         raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response} states data type {head.data_type} and "
                              f"{head.count} values; must be type 2, 4 (real), 5 or 6 (complex) and one value at least; "
                              "take the set out")
-    numbers = _binary(file, one, head) if one.binary else _text(file, one, head)
+    numbers = _binary(file, dataset, head) if dataset.binary else _text(file, dataset, head)
     each = (1 + head.is_complex) + (not head.even)
     if numbers.size != head.count * each:
         whole = min(numbers.size // each, head.count)
@@ -120,27 +120,27 @@ def _paired(numbers: FloatArray) -> Array:
     return np.ascontiguousarray(numbers).view(complex)
 
 
-def _binary(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> FloatArray:
+def _binary(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> FloatArray:
     width = 8 if head.data_type in (4, 6) else 4
-    raw = file.payload(one)
+    raw = file.payload(dataset)
     each = (1 + head.is_complex) + (not head.even)
-    wanted = head.count * each * width
-    if len(raw) != wanted and len(raw.rstrip(b"\r\n")) >= wanted:
+    size = head.count * each * width
+    if len(raw) != size and len(raw.rstrip(b"\r\n")) >= size:
         file.repaired("stray line ends behind the data of a binary set")
-        raw = raw[:wanted]
-    return np.frombuffer(raw[:len(raw) // width * width], dtype=f"{one.order}f{width}").astype(float)
+        raw = raw[:size]
+    return np.frombuffer(raw[:len(raw) // width * width], dtype=f"{dataset.order}f{width}").astype(float)
 
 
-def _text(file: UniversalFile, one: UniversalSet, head: FunctionHeader) -> FloatArray:
-    data = file.behind(one, HEADER_LINES)
+def _text(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> FloatArray:
+    data = file.behind(dataset, HEADER_LINES)
     if b"D" in data or b"d" in data:
         file.repaired("Fortran D exponents")
-    if one.stop == file.size and data[-1:] not in (b"\r", b"\n"):
+    if dataset.stop == file.size and data[-1:] not in (b"\r", b"\n"):
         data = _less_a_part(data)
-    found, rest = regular(data)
+    numbers, rest = regular(data)
     closing = _CLOSING.search(rest)  # the next sets were taken for lines of this one, which is cut short
     rest = rest if closing is None else rest[:closing.start()]
-    return np.concatenate([found, _any_text(file, head, rest)]) if rest.strip() or not found.size else found
+    return np.concatenate([numbers, _any_text(file, head, rest)]) if rest.strip() or not numbers.size else numbers
 
 
 def _less_a_part(data: bytes) -> bytes:
@@ -162,7 +162,7 @@ def _any_text(file: UniversalFile, head: FunctionHeader, data: bytes) -> FloatAr
     marked, unmarked = _UNMARKED.subn(r"\1E\2", body)
     parted, touching = _TOUCHING.subn(" ", marked)
     try:
-        found = np.array(parted.split(), dtype=float)
+        numbers = np.array(parted.split(), dtype=float)
     except ValueError as error:
         raise ToolpointError(f"{file.path}: function {head.title!r} of {head.response}: {error}; the data are "
                              "damaged") from None
@@ -170,7 +170,7 @@ def _any_text(file: UniversalFile, head: FunctionHeader, data: bytes) -> FloatAr
         file.repaired("exponents of three digits without E")
     if touching:
         file.repaired("numbers that touch each other")
-    return found
+    return numbers
 
 
 def _parsed(body: str) -> FloatArray:
@@ -180,11 +180,11 @@ def _parsed(body: str) -> FloatArray:
 
 
 def _fields(line: str, widths: tuple[int, ...]) -> list[str]:
-    found, at = [], 0
+    words, at = [], 0
     for width in widths:
-        found.append(line[at:at + width].strip())
+        words.append(line[at:at + width].strip())
         at += width
-    return found
+    return words
 
 
 def _whole(word: str) -> bool:

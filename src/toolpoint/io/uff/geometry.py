@@ -51,14 +51,14 @@ def geometry(file: UniversalFile, length_factor: float) -> MeasuredGeometry:
     """Return all points and lines of a file in metres."""
     table: dict[int, tuple[float, float, float]] = {}
     lines: list[tuple[int, ...]] = []
-    for one in file.sets:
-        if one.number in (15, 2411):
-            found = _points_15(file, one) if one.number == 15 else _points_2411(file, one)
-            if table.keys() & found.keys():
+    for dataset in file.sets:
+        if dataset.number in (15, 2411):
+            points = _points_15(file, dataset) if dataset.number == 15 else _points_2411(file, dataset)
+            if table.keys() & points.keys():
                 file.repaired("points given twice: the last is kept")
-            table |= found
-        elif one.number == 82:
-            lines += _lines(file, one)
+            table |= points
+        elif dataset.number == 82:
+            lines += _lines(file, dataset)
     if not table:
         raise ToolpointError(f"{file.path}: no set 15 or 2411; a geometry needs points")
     known = [part for line in lines for part in _known(file, line, table.keys())]
@@ -73,31 +73,31 @@ def _known(file: UniversalFile, line: tuple[int, ...], points: Iterable[int]) ->
     return [line] if len(line) > 1 else []
 
 
-def _points_15(file: UniversalFile, one: UniversalSet) -> dict[int, tuple[float, float, float]]:
-    found = {}
-    for line in _records(file, one):
+def _points_15(file: UniversalFile, dataset: UniversalSet) -> dict[int, tuple[float, float, float]]:
+    points = {}
+    for line in _records(file, dataset):
         words = line.split()
         if len(words) < 7:  # columns that touch
             words = [line[at:at + width] for at, width in ((0, 10), (10, 10), (20, 10), (30, 10), (40, 13), (53, 13),
                                                           (66, 13))]
-        found[_int(file, words[0])] = _three(file, words[4:7])
-    return found
+        points[_int(file, words[0])] = _three(file, words[4:7])
+    return points
 
 
-def _points_2411(file: UniversalFile, one: UniversalSet) -> dict[int, tuple[float, float, float]]:
-    lines = _records(file, one)
+def _points_2411(file: UniversalFile, dataset: UniversalSet) -> dict[int, tuple[float, float, float]]:
+    lines = _records(file, dataset)
     if len(lines) % 2:
         raise ToolpointError(f"{file.path}: a set 2411 of {len(lines)} lines; must have two for every point")
-    found = {}
+    points = {}
     for first, second in zip(lines[::2], lines[1::2], strict=True):
         words = second.split()
         words = words if len(words) == 3 else [second[at:at + 25] for at in (0, 25, 50)]
-        found[_int(file, first[:10].strip() or first.split()[0])] = _three(file, words)
-    return found
+        points[_int(file, first[:10].strip() or first.split()[0])] = _three(file, words)
+    return points
 
 
-def _lines(file: UniversalFile, one: UniversalSet) -> list[tuple[int, ...]]:
-    records = _records(file, one)
+def _lines(file: UniversalFile, dataset: UniversalSet) -> list[tuple[int, ...]]:
+    records = _records(file, dataset)
     if len(records) < 2:
         raise ToolpointError(f"{file.path}: a set 82 of {len(records)} lines; must have a header, a name and points")
     numbers = [_int(file, word) for line in records[2:] for word in line.split()]
@@ -110,8 +110,8 @@ def _lines(file: UniversalFile, one: UniversalSet) -> list[tuple[int, ...]]:
     return [tuple(part) for part in parts if part]
 
 
-def _records(file: UniversalFile, one: UniversalSet) -> list[str]:
-    return [line for line in file.text(one).splitlines() if line.strip()]
+def _records(file: UniversalFile, dataset: UniversalSet) -> list[str]:
+    return [line for line in file.text(dataset).splitlines() if line.strip()]
 
 
 def _int(file: UniversalFile, word: str) -> int:

@@ -28,29 +28,29 @@ def modes(file: UniversalFile) -> Modes:
 
     Shapes with a modal mass (real) or modal A (complex) are scaled by it; where one has none, all stay unscaled.
     """
-    shapes = [_shape(file, one) for one in file.sets if one.number == 55]
-    found = sorted((shape for shape in shapes if shape is not None), key=lambda shape: shape.frequency)
-    if not found:
+    shapes = [_shape(file, dataset) for dataset in file.sets if dataset.number == 55]
+    ordered = sorted((shape for shape in shapes if shape is not None), key=lambda shape: shape.frequency)
+    if not ordered:
         raise ToolpointError(f"{file.path}: no set 55 with mode shapes; it holds {file!r}")
-    keys = list(dict.fromkeys(key for shape in found for key in shape.values))
-    table = np.array([[shape.values.get(key, 0j) for shape in found] for key in keys])
+    keys = list(dict.fromkeys(key for shape in ordered for key in shape.values))
+    table = np.array([[shape.values.get(key, 0j) for shape in ordered] for key in keys])
     moving = np.abs(table).sum(axis=1) > 0
     if not moving.all():
         keys, table = [key for key, keep in zip(keys, moving, strict=True) if keep], table[moving]
-    real = all(shape.real for shape in found)
+    real = all(shape.real for shape in ordered)
     # Among complex modes a real one of modal mass m has the modal A 2 i w m.
     scales = np.array([shape.scale * (2j * 2 * np.pi * shape.frequency * np.sqrt(max(1 - shape.ratio**2, 0.0))
-                                      if shape.real and not real else 1.0) for shape in found])
+                                      if shape.real and not real else 1.0) for shape in ordered])
     scaled = bool((np.abs(scales) > 0).all())
     table = table / np.sqrt(scales) if scaled else table
     kind = ("unit modal mass" if real else "modal A") if scaled else "unscaled"
     array: Array = table.real if real else table
-    return Modes(np.array([shape.frequency for shape in found]), np.array([shape.ratio for shape in found]), array,
+    return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array,
                  tuple(Dof(point, DIRECTIONS[way]) for point, way in keys), kind, notes=tuple(file.repairs))
 
 
-def _shape(file: UniversalFile, one: UniversalSet) -> _Shape | None:
-    lines = file.text(one).splitlines()
+def _shape(file: UniversalFile, dataset: UniversalSet) -> _Shape | None:
+    lines = file.text(dataset).splitlines()
     if len(lines) < 9:
         raise ToolpointError(f"{file.path}: a set 55 of {len(lines)} lines; must have 8 header lines and shapes")
     model = _integers(file, lines[5])
@@ -110,22 +110,22 @@ def _reals(file: UniversalFile, line: str) -> list[float]:
         raise ToolpointError(f"{file.path}: {line.strip()!r} in a set 55 where numbers must stand") from None
 
 
-def written(found: Modes) -> bytes:
+def written(noun: Modes) -> bytes:
     """Return the modes as sets 55 (six digits, as the format has no more)."""
-    is_complex = np.iscomplexobj(found.shape)
-    points = list(dict.fromkeys(dof.point for dof in found.dofs))
-    rotations = any(dof.is_rotation for dof in found.dofs)
+    is_complex = np.iscomplexobj(noun.shape)
+    points = list(dict.fromkeys(dof.point for dof in noun.dofs))
+    rotations = any(dof.is_rotation for dof in noun.dofs)
     each = 6 if rotations else 3
     parts: list[str] = []
-    unit = found.scaling != "unscaled"
-    for i in range(found.count):
+    unit = noun.scaling != "unscaled"
+    for i in range(noun.count):
         table: dict[object, list[complex]] = {point: [0j] * each for point in points}
-        for dof, value in zip(found.dofs, found.shape[:, i].tolist(), strict=True):
+        for dof, value in zip(noun.dofs, noun.shape[:, i].tolist(), strict=True):
             axis = int(np.flatnonzero(dof.unit)[0]) if dof.vector is None else -1
             if axis < 0 or not isinstance(dof.point, int):
                 raise ToolpointError(f"{dof}: a universal file holds numbered points and the axes x .. rz only")
             table[dof.point][axis] = complex(value) * float(dof.unit[axis])
-        parts.append(_head(found, i, is_complex, each, unit))
+        parts.append(_head(noun, i, is_complex, each, unit))
         for point, row in table.items():
             numbers = [part for value in row for part in ((value.real, value.imag) if is_complex else (value.real,))]
             parts.append(f"{point:10d}\n")
@@ -135,18 +135,18 @@ def written(found: Modes) -> bytes:
     return "".join(parts).encode("ascii")
 
 
-def _head(found: Modes, i: int, is_complex: bool, each: int, unit: bool) -> str:
+def _head(noun: Modes, i: int, is_complex: bool, each: int, unit: bool) -> str:
     names = "".join(f"{name:80s}\n" for name in (f"mode {i + 1}", "NONE", "NONE", "NONE", "NONE"))
     kind = 3 if is_complex else NORMAL
     form = f"{1:10d}{kind:10d}{2 if each == 3 else 3:10d}{8:10d}{5 if is_complex else 2:10d}{each:10d}\n"
     if is_complex:
-        s = complex(found.poles[i])
+        s = complex(noun.poles[i])
         a = 1.0 if unit else 0.0
         numbers, count = (s.real, s.imag, a, 0.0, -s.real * a, -s.imag * a), 6
     else:
-        ratio = float(found.damping_ratio[i])
-        viscous = found.damping == "viscous"
-        numbers, count = (float(found.frequency[i]), 1.0 if unit else 0.0, ratio if viscous else 0.0,
+        ratio = float(noun.damping_ratio[i])
+        viscous = noun.damping == "viscous"
+        numbers, count = (float(noun.frequency[i]), 1.0 if unit else 0.0, ratio if viscous else 0.0,
                           0.0 if viscous else 2 * ratio), 4  # type: ignore[assignment]
     return (f"    -1\n    55\n{names}{form}{2:10d}{count:10d}{0:10d}{i + 1:10d}\n"
             + "".join(f"{number:13.5E}" for number in numbers) + "\n")

@@ -79,15 +79,15 @@ def regular(data: bytes) -> tuple[FloatArray, bytes]:
     count = layout.sign.size
     power = parts[:, count:] * (1.0 - direction) - layout.decimals
     inside = np.abs(power) <= LARGEST_POWER
-    found, left = _product(parts[:, :count].ravel(), np.where(inside, power, 0.0).ravel())
-    certain = inside.ravel() & (found + left * _ZIV == found)
-    found *= 1.0 - 2.0 * minus.ravel()
+    values, left = _product(parts[:, :count].ravel(), np.where(inside, power, 0.0).ravel())
+    certain = inside.ravel() & (values + left * _ZIV == values)
+    values *= 1.0 - 2.0 * minus.ravel()
     for i in np.flatnonzero(~certain).tolist():
         row, column = divmod(i, count)
         start = layout.stops[column - 1] if column else 0
         word = data[row * length + start:row * length + layout.stops[column]]
-        found[i] = float(word.upper().replace(b"D", b"E"))
-    return found, data[lines * length:]
+        values[i] = float(word.upper().replace(b"D", b"E"))
+    return values, data[lines * length:]
 
 
 @lru_cache(maxsize=16)
@@ -95,37 +95,37 @@ def _layout(line: bytes) -> _Layout | None:
     """Return the layout of a line, digits given as 1 and signs as blanks; None unless it holds such numbers, parted."""
     body = line.rstrip(b"\r\n")
     fields = list(_FIELD.finditer(body))
-    if not fields or body[fields[-1].end():].strip(b" ") or [0, *(one.end() for one in fields[:-1])] != [
-            one.start() for one in fields]:
+    if not fields or body[fields[-1].end():].strip(b" ") or [0, *(field.end() for field in fields[:-1])] != [
+            field.start() for field in fields]:
         return None
     low = np.frombuffer(line, np.uint8).copy()
     span = np.zeros(len(line), np.uint8)
     weights = np.zeros((len(line), 2 * len(fields)))
     signs, decimals = [], []
-    for i, one in enumerate(fields):
-        lead = one.end(2) - one.start()
-        digits = [*range(*one.span(3)), *range(*one.span(4))]
-        if not 0 < len(digits) <= MOST_DIGITS or (i and (not one[1] or (one[2] and lead < 2))):
+    for i, field in enumerate(fields):
+        lead = field.end(2) - field.start()
+        digits = [*range(*field.span(3)), *range(*field.span(4))]
+        if not 0 < len(digits) <= MOST_DIGITS or (i and (not field[1] or (field[2] and lead < 2))):
             return None
-        for columns, at in ((digits, i), ([*range(*one.span(6))], len(fields) + i)):
+        for columns, at in ((digits, i), ([*range(*field.span(6))], len(fields) + i)):
             low[columns], span[columns] = ord("0"), 9
             weights[columns, at] = 10.0 ** np.arange(len(columns))[::-1]
         # A lone blank between two numbers parts them and cannot hold a sign.
-        signs.append(one.end(2) - 1 if lead > (1 if i else 0) else -1)
-        low[one.end(5)], span[one.end(5)] = ord("+"), 2
-        decimals.append(float(one.end(4) - one.start(4)))
+        signs.append(field.end(2) - 1 if lead > (1 if i else 0) else -1)
+        low[field.end(5)], span[field.end(5)] = ord("+"), 2
+        decimals.append(float(field.end(4) - field.start(4)))
     some = [at for at in signs if at >= 0]
     low[some], span[some] = ord(" "), _MINUS
-    return _Layout(low, span, weights, np.array(signs), np.array([one.end(5) for one in fields]), np.array(decimals),
-                   tuple(one.end() for one in fields))
+    return _Layout(low, span, weights, np.array(signs), np.array([field.end(5) for field in fields]), np.array(decimals),
+                   tuple(field.end() for field in fields))
 
 
 @cache
 def _powers() -> FloatArray:
     """Return 10^q, q = -LARGEST_POWER .. LARGEST_POWER, as rows: nearest float, its upper and lower half, the rest."""
     exact = [Fraction(10) ** q for q in range(-LARGEST_POWER, LARGEST_POWER + 1)]
-    high = np.array([float(one) for one in exact])
-    rest = np.array([float(one - Fraction(near)) for one, near in zip(exact, high.tolist(), strict=True)])
+    high = np.array([float(number) for number in exact])
+    rest = np.array([float(number - Fraction(near)) for number, near in zip(exact, high.tolist(), strict=True)])
     upper = high * _SPLIT - (high * _SPLIT - high)
     return np.stack([high, upper, high - upper, rest])
 

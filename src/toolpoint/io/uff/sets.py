@@ -72,22 +72,22 @@ class UniversalFile:
         """Bytes of the file."""
         return len(self._map)
 
-    def text(self, one: UniversalSet) -> str:
+    def text(self, dataset: UniversalSet) -> str:
         """Return the text records of a set (for a binary one, its header records)."""
-        stop = one.data if one.binary else one.stop
-        return self._map[one.body:stop].decode("latin-1")
+        stop = dataset.data if dataset.binary else dataset.stop
+        return self._map[dataset.body:stop].decode("latin-1")
 
-    def behind(self, one: UniversalSet, lines: int) -> bytes:
+    def behind(self, dataset: UniversalSet, lines: int) -> bytes:
         """Return what stands behind the first lines of a text set, up to its closing delimiter."""
-        data = self._map[one.body:one.stop]
+        data = self._map[dataset.body:dataset.stop]
         start = data[:4096].decode("latin-1").splitlines(keepends=True)
         if len(start) <= lines:  # the last of these lines may go on
             start = data.decode("latin-1").splitlines(keepends=True)
         return data[sum(len(line) for line in start[:lines]):]
 
-    def payload(self, one: UniversalSet) -> bytes:
+    def payload(self, dataset: UniversalSet) -> bytes:
         """Return the binary data of a set."""
-        return self._map[one.data:one.data + one.length]
+        return self._map[dataset.data:dataset.data + dataset.length]
 
     def repaired(self, message: str) -> None:
         """Note a deviation that was read past, once."""
@@ -96,8 +96,8 @@ class UniversalFile:
 
     def __repr__(self) -> str:
         kinds: dict[str, int] = {}
-        for one in self.sets:
-            name = f"{one.number}{'b' if one.binary else ''}"
+        for dataset in self.sets:
+            name = f"{dataset.number}{'b' if dataset.binary else ''}"
             kinds[name] = kinds.get(name, 0) + 1
         listed = ", ".join(f"{count} x {name}" for name, count in kinds.items())
         return f"UniversalFile({self.path.name}: {listed}; {len(self.repairs)} repairs)"
@@ -105,9 +105,9 @@ class UniversalFile:
     def _scan(self) -> Iterator[UniversalSet]:
         at: int | None = self._first()
         while at is not None:
-            found, at = self._one(at)
-            if found is not None:
-                yield found
+            dataset, at = self._one(at)
+            if dataset is not None:
+                yield dataset
 
     def _first(self) -> int:
         match = self._delimiter(0, 65536)
@@ -180,8 +180,8 @@ class UniversalFile:
         guess = start + full * length - (length if not rest else 0)
         if full < 2 or guess > len(self._map):
             return end
-        found = self._delimiter(guess, guess + 3 * length)
-        return end if found is None else guess
+        closing = self._delimiter(guess, guess + 3 * length)
+        return end if closing is None else guess
 
     def _close(self, at: int) -> tuple[int, int | None]:
         match = self._delimiter(at)
@@ -211,18 +211,18 @@ class UniversalFile:
                                  "give byte order, format, lines and bytes; the file is damaged") from None
         at = body
         for _ in range(lines):
-            found = self._map.find(b"\n", at)
-            if found < 0:
+            newline = self._map.find(b"\n", at)
+            if newline < 0:
                 raise ToolpointError(f"{self.path}: a binary set ends within its {lines} header lines; it is cut short")
-            at = found + 1
+            at = newline + 1
         stop = at + length
         ahead = self._map[stop:stop + 12].lstrip(b"\r\n \t")
         if stop > len(self._map) or not ahead.startswith(b"-1"):
             stop = self._recovered(at, length)
         header = self._header(body, at)
-        one = UniversalSet(number, line.decode("latin-1"), body, stop, at, stop - at, order, True, header)
+        dataset = UniversalSet(number, line.decode("latin-1"), body, stop, at, stop - at, order, True, header)
         match = self._delimiter(stop)
-        return one, None if match is None else self._next_open(match[1])
+        return dataset, None if match is None else self._next_open(match[1])
 
     def _recovered(self, at: int, length: int) -> int:
         """Return where the data of a binary set end whose byte count is wrong: at the delimiter that a set follows."""

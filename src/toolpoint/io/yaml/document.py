@@ -124,8 +124,8 @@ def validated(model: type[BaseModel], entry: Any, key: Key, document: Document) 
     try:
         return model.model_validate(entry)
     except ValidationError as error:
-        for one in error.errors(include_url=False):
-            _add_fault(model, one, key, document)
+        for failure in error.errors(include_url=False):
+            _add_fault(model, failure, key, document)
         return None
 
 

@@ -48,20 +48,20 @@ def _description(document: Document) -> d.MachineDescription | None:
     if version != schema.VERSION:
         document.fault(("toolpoint",), f"file version {version!r}; this program reads version {schema.VERSION}"
                        if "toolpoint" in data else "missing; the first line of a machine file is 'toolpoint: 1'")
-    found: dict[str, dict[str, Any]] = {}
+    parts: dict[str, dict[str, Any]] = {}
     for section, model in _SECTIONS.items():
         entries = data.get(section) or {}
         if not isinstance(entries, dict):
             document.fault((section,), "must be names with their data, indented below")
             entries = {}
-        found[section] = {name: part for name, entry in entries.items()
+        parts[section] = {name: part for name, entry in entries.items()
                           if (part := validated(model, entry, (section, name), document)) is not None}
     for section in ("bodies", "joints"):
         if not data.get(section):
             document.fault((section,), "missing; a machine needs at least one")
     rest = {key: value for key, value in data.items() if key not in _SECTIONS}
     top = validated(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
-    converted = _converted(document, found)
+    converted = _converted(document, parts)
     _references(document, top)
     _tree(document, converted, data)
     if document.faults or top is None:
@@ -69,11 +69,11 @@ def _description(document: Document) -> d.MachineDescription | None:
     return _whole(top, converted, document)
 
 
-def _converted(document: Document, found: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
+def _converted(document: Document, parts: dict[str, dict[str, Any]]) -> dict[str, dict[str, Any]]:
     result: dict[str, dict[str, Any]] = {section: {} for section in _SECTIONS}
     makers: dict[str, Callable[..., Any]] = {"bodies": body_of, "joints": _joint, "axes": _axis, "points": _point}
     for section, make in makers.items():
-        for name, part in found[section].items():
+        for name, part in parts[section].items():
             try:
                 result[section][name] = make(part, document)
             except (ToolpointError, units.UnitError) as error:

@@ -28,12 +28,12 @@ def frac_bands(values: ArrayLike, bands: ArrayLike, responses: Sequence[str], ti
         fail("values", f"shape {frac.shape}", f"must be ({len(edges)}, {len(responses)}): bands, responses")
     names = [f"{low:.4g} – {high:.4g} Hz" for low, high in edges]
     rows = [plain(name) for name in responses]
-    made = figure(title, 190 + min(26 * max(len(rows), 3), 700))
+    chart = figure(title, 190 + min(26 * max(len(rows), 3), 700))
     short = frac.size <= 400
-    made.add_heatmap(
+    chart.add_heatmap(
         z=frac.T, x=names, y=rows, zmin=0, zmax=1, colorscale="Viridis", xgap=1, ygap=1,
         text=[[f"{v:.2f}" for v in row] for row in frac.T] if short else None, texttemplate="%{text}" if short else None,
         hovertemplate="%{y}<br>%{x}<br>FRAC %{z:.4f}<extra></extra>", colorbar={"title": {"text": "FRAC"}, "thickness": 14})
-    made.update_xaxes(title_text="Band", showgrid=False)
-    made.update_yaxes(autorange="reversed", showgrid=False)
-    return made
+    chart.update_xaxes(title_text="Band", showgrid=False)
+    chart.update_yaxes(autorange="reversed", showgrid=False)
+    return chart

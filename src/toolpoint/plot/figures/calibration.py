@@ -15,26 +15,26 @@ if TYPE_CHECKING:
 
 def fitted_forces(angle: FloatArray, measured: FloatArray, fitted: FloatArray, title: str = "") -> go.Figure:
     """Return measured (points) and fitted (lines) forces, N, of one record over the rotation (rad) of its samples."""
-    made = figure(title, 380)
+    chart = figure(title, 380)
     degrees = np.degrees(angle)
     for k, way in enumerate("xyz"[:measured.shape[1]]):
-        made.add_scatter(x=degrees, y=measured[:, k], name=f"F{way} measured", mode="markers",
+        chart.add_scatter(x=degrees, y=measured[:, k], name=f"F{way} measured", mode="markers",
                          marker={"color": COLOURS[k], "size": 5, "opacity": 0.5})
-        made.add_scatter(x=degrees, y=fitted[:, k], name=f"F{way} fitted", mode="lines",
+        chart.add_scatter(x=degrees, y=fitted[:, k], name=f"F{way} fitted", mode="lines",
                          line={"color": COLOURS[k], "width": 1.3})
-    made.update_xaxes(title_text="Rotation from the first sample, degrees", range=[0, 360], dtick=45)
-    made.update_yaxes(title_text="Force on the tool, N")
-    return made
+    chart.update_xaxes(title_text="Rotation from the first sample, degrees", range=[0, 360], dtick=45)
+    chart.update_yaxes(title_text="Force on the tool, N")
+    return chart
 
 
 def mean_forces(feeds: FloatArray, measured: FloatArray, fitted: FloatArray) -> go.Figure:
     """Return mean forces (points) and the fitted line over the feed per tooth (m)."""
-    made = figure("", 340)
+    chart = figure("", 340)
     order = np.argsort(feeds)
     for k, way in enumerate("xyz"[:measured.shape[1]]):
-        made.add_scatter(x=1e3 * feeds, y=measured[:, k], name=f"mean F{way}", mode="markers",
+        chart.add_scatter(x=1e3 * feeds, y=measured[:, k], name=f"mean F{way}", mode="markers",
                          marker={"color": COLOURS[k], "size": 8})
-        made.add_scatter(x=1e3 * feeds[order], y=fitted[order, k], mode="lines", line={"color": COLOURS[k]}, showlegend=False)
-    made.update_xaxes(title_text="Feed per tooth, mm")
-    made.update_yaxes(title_text="Mean force on the tool, N")
-    return made
+        chart.add_scatter(x=1e3 * feeds[order], y=fitted[order, k], mode="lines", line={"color": COLOURS[k]}, showlegend=False)
+    chart.update_xaxes(title_text="Feed per tooth, mm")
+    chart.update_yaxes(title_text="Mean force on the tool, N")
+    return chart

@@ -41,22 +41,22 @@ def mac_matrix(
         fail("values", f"{mac.min():g} .. {mac.max():g}", "must be within 0 .. 1")
     left, below = _names("rows", rows, mac.shape[0]), _names("columns", columns, mac.shape[1])
     short = max(mac.shape) <= 20
-    made = figure(title, 160 + min(36 * max(mac.shape[0], 6), 640))
-    made.add_heatmap(
+    chart = figure(title, 160 + min(36 * max(mac.shape[0], 6), 640))
+    chart.add_heatmap(
         z=mac.astype(np.float32), zmin=0, zmax=1, colorscale="Viridis", xgap=1, ygap=1,
         text=[[f"{v:.2f}" for v in row] for row in mac] if short else None, texttemplate="%{text}" if short else None,
         customdata=[[f"{a} – {b}" for b in below] for a in left],
         hovertemplate="%{customdata}<br>MAC %{z:.4f}<extra></extra>",
         colorbar={"title": {"text": "MAC"}, "thickness": 14})
     for i, j in np.zeros((0, 2), int) if pairs is None else np.asarray(pairs, int):
-        made.add_shape(type="rect", x0=j - 0.5, x1=j + 0.5, y0=i - 0.5, y1=i + 0.5,
+        chart.add_shape(type="rect", x0=j - 0.5, x1=j + 0.5, y0=i - 0.5, y1=i + 0.5,
                        line={"color": COLOURS[1], "width": 3}, name="pair")
-    made.update_xaxes(title_text=plain(column_title), tickvals=list(range(len(below))), ticktext=below, showgrid=False,
+    chart.update_xaxes(title_text=plain(column_title), tickvals=list(range(len(below))), ticktext=below, showgrid=False,
                       constrain="domain", tickangle=-45)
-    made.update_yaxes(title_text=plain(row_title), tickvals=list(range(len(left))), ticktext=left, showgrid=False,
+    chart.update_yaxes(title_text=plain(row_title), tickvals=list(range(len(left))), ticktext=left, showgrid=False,
                       autorange="reversed", scaleanchor="x", constrain="domain")
-    made.update_layout(margin={"l": 110, "b": 100}, width=int(made.layout.height * mac.shape[1] / mac.shape[0]) + 140)
-    return made
+    chart.update_layout(margin={"l": 110, "b": 100}, width=int(chart.layout.height * mac.shape[1] / mac.shape[0]) + 140)
+    return chart
 
 
 def _names(what: str, names: Modes | Sequence[str], count: int) -> list[str]:

@@ -62,18 +62,18 @@ def bode(
     named, curves = _curves(frfs, outputs, inputs)
     shown = with_coherence and any(curve.coherence is not None for curve in curves)
     heights = [0.56, 0.25, 0.19] if shown else [0.68, 0.32]
-    made = _stacked(heights, title, 620 if shown else 540)
+    chart = _stacked(heights, title, 620 if shown else 540)
     for curve in curves:
         size = np.abs(curve.values)
-        _line(made, curve, np.where(size > 0, size, np.nan), 1, True, "%{y:.4g} " + _unit(named))
-        _line(made, curve, np.angle(curve.values, deg=True), 2, False, "%{y:.1f}°")
+        _line(chart, curve, np.where(size > 0, size, np.nan), 1, True, "%{y:.4g} " + _unit(named))
+        _line(chart, curve, np.angle(curve.values, deg=True), 2, False, "%{y:.1f}°")
         if shown and curve.coherence is not None:
-            _line(made, curve, curve.coherence, 3, False, "coherence %{y:.3f}")
-    made.update_yaxes(type="log", dtick=1, title_text=_quantity(named), row=1, col=1)
-    made.update_yaxes(title_text="Phase, °", range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], row=2, col=1)
+            _line(chart, curve, curve.coherence, 3, False, "coherence %{y:.3f}")
+    chart.update_yaxes(type="log", dtick=1, title_text=_quantity(named), row=1, col=1)
+    chart.update_yaxes(title_text="Phase, °", range=[-190, 190], tickvals=[-180, -90, 0, 90, 180], row=2, col=1)
     if shown:
-        made.update_yaxes(title_text="Coherence", range=[0, 1.05], tickvals=[0, 0.5, 1], row=3, col=1)
-    return _finished(made, modes, named, log_frequency, len(heights))
+        chart.update_yaxes(title_text="Coherence", range=[0, 1.05], tickvals=[0, 0.5, 1], row=3, col=1)
+    return _finished(chart, modes, named, log_frequency, len(heights))
 
 
 def real_imaginary(
@@ -87,13 +87,13 @@ def real_imaginary(
 ) -> go.Figure:
     """Return the real part over the imaginary part; parameters as for `bode`."""
     named, curves = _curves(frfs, outputs, inputs)
-    made = _stacked([0.5, 0.5], title, 540)
+    chart = _stacked([0.5, 0.5], title, 540)
     for curve in curves:
-        _line(made, curve, curve.values.real, 1, True, "%{y:.4g} " + _unit(named))
-        _line(made, curve, curve.values.imag, 2, False, "%{y:.4g} " + _unit(named))
-    made.update_yaxes(title_text=f"Real, {_unit(named)}", row=1, col=1)
-    made.update_yaxes(title_text=f"Imaginary, {_unit(named)}", row=2, col=1)
-    return _finished(made, modes, named, log_frequency, 2)
+        _line(chart, curve, curve.values.real, 1, True, "%{y:.4g} " + _unit(named))
+        _line(chart, curve, curve.values.imag, 2, False, "%{y:.4g} " + _unit(named))
+    chart.update_yaxes(title_text=f"Real, {_unit(named)}", row=1, col=1)
+    chart.update_yaxes(title_text=f"Imaginary, {_unit(named)}", row=2, col=1)
+    return _finished(chart, modes, named, log_frequency, 2)
 
 
 def nyquist(
@@ -101,17 +101,17 @@ def nyquist(
 ) -> go.Figure:
     """Return imaginary against real part at equal scales, the frequency on hover; parameters as for `bode`."""
     named, curves = _curves(frfs, outputs, inputs)
-    made = figure(title, 540)
+    chart = figure(title, 540)
     for curve in curves:
-        made.add_scatter(
+        chart.add_scatter(
             x=_short(curve.values.real), y=_short(curve.values.imag), customdata=_short(curve.frequency),
             name=plain(curve.name), mode="lines+markers",
             line={"color": curve.colour, "dash": curve.dash, "width": 1.4},
             marker={"size": 4}, hovertemplate="%{customdata:.6g} Hz<br>%{x:.4g} + i (%{y:.4g}) " + _unit(named))
-    made.update_xaxes(title_text=f"Real, {_unit(named)}", zeroline=True, zerolinecolor="rgba(127,127,127,0.5)")
-    made.update_yaxes(title_text=f"Imaginary, {_unit(named)}", scaleanchor="x", zeroline=True,
+    chart.update_xaxes(title_text=f"Real, {_unit(named)}", zeroline=True, zerolinecolor="rgba(127,127,127,0.5)")
+    chart.update_yaxes(title_text=f"Imaginary, {_unit(named)}", scaleanchor="x", zeroline=True,
                       zerolinecolor="rgba(127,127,127,0.5)")
-    return made
+    return chart
 
 
 def coherence(
@@ -123,11 +123,11 @@ def coherence(
     if without:
         fail("frfs", f"no coherence in {without[0] or 'the Frf'}", "must carry one",
              "estimate it from several averages")
-    made = _stacked([1.0], title, 320)
+    chart = _stacked([1.0], title, 320)
     for curve in curves:
-        _line(made, curve, curve.coherence, 1, True, "%{y:.3f}")
-    made.update_yaxes(title_text="Coherence", range=[0, 1.03])
-    return _finished(made, None, named, False, 1)
+        _line(chart, curve, curve.coherence, 1, True, "%{y:.3f}")
+    chart.update_yaxes(title_text="Coherence", range=[0, 1.03])
+    return _finished(chart, None, named, False, 1)
 
 
 def _curves(frfs: Frf | Mapping[str, Frf], outputs: Labels, inputs: Labels) -> tuple[dict[str, Frf], list[_Curve]]:
@@ -174,22 +174,22 @@ def _many(labels: Labels) -> list[Dof | str | int] | None:
 
 
 def _stacked(heights: list[float], title: str, height: int) -> go.Figure:
-    made = make_subplots(rows=len(heights), cols=1, shared_xaxes=True, vertical_spacing=0.045, row_heights=heights)
-    made.update_layout(template=TEMPLATE, height=height)
+    chart = make_subplots(rows=len(heights), cols=1, shared_xaxes=True, vertical_spacing=0.045, row_heights=heights)
+    chart.update_layout(template=TEMPLATE, height=height)
     if title:
-        made.update_layout(title={"text": plain(title)}, margin={"t": 84})
-    return made
+        chart.update_layout(title={"text": plain(title)}, margin={"t": 84})
+    return chart
 
 
-def _line(made: go.Figure, curve: _Curve, values: Array | None, row: int, legend: bool, words: str) -> None:
-    made.add_trace(go.Scatter(
+def _line(chart: go.Figure, curve: _Curve, values: Array | None, row: int, legend: bool, words: str) -> None:
+    chart.add_trace(go.Scatter(
         x=_short(curve.frequency), y=_short(values), name=plain(curve.name), legendgroup=curve.group, showlegend=legend,
         mode="lines", line={"color": curve.colour, "dash": curve.dash, "width": 1.6},
         hovertemplate="%{x:.6g} Hz<br>" + words), row=row, col=1)
 
 
 def _finished(
-    made: go.Figure, modes: Modes | None, named: Mapping[str, Frf], log_frequency: bool, rows: int
+    chart: go.Figure, modes: Modes | None, named: Mapping[str, Frf], log_frequency: bool, rows: int
 ) -> go.Figure:
     low = min(float(frf.frequency[0]) for frf in named.values())
     high = max(float(frf.frequency[-1]) for frf in named.values())
@@ -197,15 +197,15 @@ def _finished(
         if modes.frequency.ndim > 1:
             fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
         inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
-        mark_modes(made, inside, (low, high), log_frequency, row=1, col=1)
+        mark_modes(chart, inside, (low, high), log_frequency, row=1, col=1)
         for row in range(2, rows + 1):
-            mark_modes(made, inside, row=row, col=1)
-    made.update_xaxes(type="log" if log_frequency else "linear")
-    made.update_xaxes(title_text="Frequency, Hz", row=rows, col=1)
+            mark_modes(chart, inside, row=row, col=1)
+    chart.update_xaxes(type="log" if log_frequency else "linear")
+    chart.update_xaxes(title_text="Frequency, Hz", row=rows, col=1)
     if not log_frequency:
-        made.update_xaxes(range=[low, high])
-    made.update_layout(showlegend=True)
-    return made
+        chart.update_xaxes(range=[low, high])
+    chart.update_layout(showlegend=True)
+    return chart
 
 
 def _short(values: Array | None) -> Array:

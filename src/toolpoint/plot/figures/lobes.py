@@ -116,24 +116,24 @@ def stability_chart(
     top = _top(parts) if max_depth is None else max_depth
     if not np.isfinite(top) or top <= 0:
         fail("max_depth", f"{top:g} m", "must be above zero and finite")
-    made = figure(title, 460)
+    chart = figure(title, 460)
     for number, part in enumerate(parts):
         colour = COLOURS[number % len(COLOURS)]
         if isinstance(part, StabilityCurve):
-            _curve(made, part, colour, top, len(parts) == 1)
+            _curve(chart, part, colour, top, len(parts) == 1)
         else:
-            _bars(made, part, colour, top)
+            _bars(chart, part, colour, top)
     for number, (speed, depth, words) in enumerate(points):
-        made.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
+        chart.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
                          marker={"size": 11, "symbol": "x", "color": COLOURS[(len(parts) + number) % len(COLOURS)]},
                          hovertemplate="%{x:.0f} rev/min<br>%{y:.4g} mm")
-    made.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
-    made.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * top])
-    made.update_layout(bargap=0, showlegend=True, barmode="overlay")
-    return made
+    chart.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
+    chart.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * top])
+    chart.update_layout(bargap=0, showlegend=True, barmode="overlay")
+    return chart
 
 
-def _curve(made: go.Figure, curve: StabilityCurve, colour: str, top: float, filled: bool) -> None:
+def _curve(chart: go.Figure, curve: StabilityCurve, colour: str, top: float, filled: bool) -> None:
     words, extra = ["%{x:.0f} rev/min", "limit %{text} mm"], list[Any]()
     for values, text in ((curve.chatter_frequency, "chatter %{{customdata[{}]:.1f}} Hz"),
                          (None if curve.error is None else 1e3 * curve.error, "error ± %{{customdata[{}]:.2g}} mm"),
@@ -142,14 +142,14 @@ def _curve(made: go.Figure, curve: StabilityCurve, colour: str, top: float, fill
             words.append(text.format(len(extra)))
             extra.append(values)
     depth = np.where(np.isnan(curve.depth), np.inf, curve.depth)
-    made.add_scatter(
+    chart.add_scatter(
         x=curve.speed_rpm, y=1e3 * np.minimum(depth, 3 * top), name=plain(curve.name), mode="lines",
         text=[f"{1e3 * d:.4g}" if np.isfinite(d) else "none found, above range" for d in depth],
         line={"color": colour, "width": 2}, fill="tozeroy" if filled else None, fillcolor=STABLE if filled else None,
         customdata=list(zip(*extra)) if extra else None, hovertemplate="<br>".join(words))
 
 
-def _bars(made: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
+def _bars(chart: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
     width = _widths(part.speed_rpm)
     rows: list[tuple[float, float, float, float, str]] = []
     for i, speed in enumerate(part.speed_rpm):
@@ -162,7 +162,7 @@ def _bars(made: go.Figure, part: StabilityIntervals, colour: str, top: float) ->
                 if part.error is not None:
                     words += f"<br>error ± {1e3 * np.asarray(part.error[i])[k]:.2g} mm"
                 rows.append((float(speed), float(low), min(float(high), top), width[i], words))
-    made.add_bar(
+    chart.add_bar(
         x=[r[0] for r in rows], base=[1e3 * r[1] for r in rows], y=[1e3 * (r[2] - r[1]) for r in rows],
         width=[r[3] for r in rows], name=plain(part.name),
         marker={"color": with_alpha(colour, 0.42), "line": {"width": 0}},
@@ -176,9 +176,9 @@ def _widths(speed: FloatArray) -> FloatArray:
 
 
 def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
-    found: list[Array] = [part.depth if isinstance(part, StabilityCurve)
+    depths: list[Array] = [part.depth if isinstance(part, StabilityCurve)
                           else np.concatenate([np.asarray(i).ravel() for i in part.intervals]) for part in parts]
-    depth = np.concatenate(found)
+    depth = np.concatenate(depths)
     depth = depth[np.isfinite(depth) & (depth > 0)]
     if depth.size == 0:
         fail("limits", "no finite depth", "a depth must be finite", "give max_depth, m, for the top of the chart")

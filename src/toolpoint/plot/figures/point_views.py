@@ -25,7 +25,7 @@ def point_pairs(
 
     Points without partner are drawn as crosses.
     """
-    made = views(title)
+    chart = views(title)
     a = {name: floats(f"test[{name!r}]", at, (3,)) for name, at in test.items()}
     b = {name: floats(f"model[{name!r}]", at, (3,)) for name, at in model.items()}
     lost = [name for name in (*pairs,) if name not in a] + [name for name in pairs.values() if name not in b]
@@ -34,7 +34,7 @@ def point_pairs(
     other = {name: at for name, at in b.items() if name not in set(pairs.values())}
     single = {name: at for name, at in a.items() if name not in pairs}
     for view in range(3):
-        segments(made, view, [(a[p], b[q]) for p, q in pairs.items()], COLOURS[6])
+        segments(chart, view, [(a[p], b[q]) for p, q in pairs.items()], COLOURS[6])
         for name, at, mark in (
                 ("model, paired", {q: b[q] for q in pairs.values()},
                  {"symbol": "square-open", "size": 11, "color": COLOURS[0]}),
@@ -42,8 +42,8 @@ def point_pairs(
                 ("model, single", other, {"symbol": "square-open", "size": 8, "color": _GREY}),
                 ("test, single", single, {"symbol": "x", "size": 9, "color": COLOURS[3]})):
             if at:
-                dots(made, view, at, name, mark)
-    return made
+                dots(chart, view, at, name, mark)
+    return chart
 
 
 def point_values(
@@ -69,53 +69,53 @@ def point_values(
     unknown = [name for name in values if name not in at]
     if unknown or not values:
         fail("values", f"{unknown[0]!r} without a position" if unknown else "none", "must be of points", "give its position")
-    made = views(title)
+    chart = views(title)
     known = {name: at[name] for name in values}
     scale = "RdYlBu" if good_is_high else "RdYlBu_r"
     for view in range(3):
-        segments(made, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], _GREY)
+        segments(chart, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], _GREY)
         rest = {name: xyz for name, xyz in at.items() if name not in values}
         if rest:
-            dots(made, view, rest, "no value", {"size": 5, "color": _GREY})
+            dots(chart, view, rest, "no value", {"size": 5, "color": _GREY})
         numbers = [float(values[name]) for name in known]
         mark = {"size": 10, "color": numbers, "colorscale": scale, "cmin": limits[0], "cmax": limits[1],
                 "line": {"width": 0.5, "color": "rgba(60,60,60,0.6)"}, "showscale": view == 2,
                 "colorbar": {"title": {"text": plain(quantity)}, "thickness": 14}}
         words = [f"{plain(name)}: {plain(quantity)} {v:.3f}" for name, v in zip(known, numbers, strict=True)]
-        dots(made, view, known, quantity, mark, words, False)
-    return made
+        dots(chart, view, known, quantity, mark, words, False)
+    return chart
 
 
 def views(title: str) -> go.Figure:
     """Return an empty figure of three views with equal scales."""
-    made = make_subplots(rows=1, cols=3, subplot_titles=[name for name, _, _ in VIEWS], horizontal_spacing=0.07)
-    made.update_layout(template=TEMPLATE, height=460, legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
+    chart = make_subplots(rows=1, cols=3, subplot_titles=[name for name, _, _ in VIEWS], horizontal_spacing=0.07)
+    chart.update_layout(template=TEMPLATE, height=460, legend={"orientation": "h", "y": -0.2, "yanchor": "top"},
                        margin={"t": 84 if title else 48, "b": 60})
     if title:
-        made.update_layout(title={"text": plain(title)})
+        chart.update_layout(title={"text": plain(title)})
     for k, (_, i, j) in enumerate(VIEWS):
         suffix = "" if k == 0 else str(k + 1)
-        made.update_xaxes(title_text=f"{'xyz'[i]}, m", row=1, col=k + 1, constrain="domain")
-        made.update_yaxes(title_text=f"{'xyz'[j]}, m", row=1, col=k + 1, scaleanchor=f"x{suffix}", constrain="domain")
-    return made
+        chart.update_xaxes(title_text=f"{'xyz'[i]}, m", row=1, col=k + 1, constrain="domain")
+        chart.update_yaxes(title_text=f"{'xyz'[j]}, m", row=1, col=k + 1, scaleanchor=f"x{suffix}", constrain="domain")
+    return chart
 
 
-def dots(made: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict, words: list[str] | None = None,  # type: ignore[type-arg]
+def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict, words: list[str] | None = None,  # type: ignore[type-arg]
          legend: bool = True) -> None:
     """Add points (name to position) to a view (0, 1, 2)."""
     _, i, j = VIEWS[view]
     xyz = np.array(list(at.values())).reshape(-1, 3)
-    made.add_scatter(x=xyz[:, i], y=xyz[:, j], mode="markers", marker=mark, name=plain(name), legendgroup=name,
+    chart.add_scatter(x=xyz[:, i], y=xyz[:, j], mode="markers", marker=mark, name=plain(name), legendgroup=name,
                      showlegend=legend and view == 0, text=words or [plain(point) for point in at],
                      hovertemplate="%{text}<extra></extra>", row=1, col=view + 1)
 
 
-def segments(made: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], colour: str) -> None:
+def segments(chart: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], colour: str) -> None:
     """Add lines between pairs of positions to a view."""
     if not ends:
         return
     _, i, j = VIEWS[view]
     x = [v for a, b in ends for v in (float(a[i]), float(b[i]), None)]
     y = [v for a, b in ends for v in (float(a[j]), float(b[j]), None)]
-    made.add_scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 1}, hoverinfo="skip", showlegend=False,
+    chart.add_scatter(x=x, y=y, mode="lines", line={"color": colour, "width": 1}, hoverinfo="skip", showlegend=False,
                      row=1, col=view + 1)

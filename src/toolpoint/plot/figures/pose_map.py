@@ -42,14 +42,14 @@ def frequency_curves(
     if values.ndim != 2:
         fail("frequency", f"shape {values.shape}", f"must be ({at.size}, modes)")
     words = _names(names, values.shape[1])
-    made = figure(title, 420)
+    chart = figure(title, 420)
     for i, name in enumerate(words):
-        made.add_scatter(x=at, y=values[:, i], name=name, mode="lines+markers" if at.size <= 40 else "lines",
+        chart.add_scatter(x=at, y=values[:, i], name=name, mode="lines+markers" if at.size <= 40 else "lines",
                          line={"color": COLOURS[i % len(COLOURS)], "width": 2}, marker={"size": 5},
                          hovertemplate=f"{plain(axis)} %{{x:.4g}} {plain(unit)}<br>%{{y:.4f}}")
-    made.update_xaxes(title_text=f"{plain(axis)}, {plain(unit)}")
-    made.update_yaxes(title_text=plain(quantity))
-    return made
+    chart.update_xaxes(title_text=f"{plain(axis)}, {plain(unit)}")
+    chart.update_yaxes(title_text=plain(quantity))
+    return chart
 
 
 def frequency_map(
@@ -79,30 +79,30 @@ def frequency_map(
         fail("frequency", f"shape {values.shape}", "must be (nx, ny, modes) with nx and ny of 2 or more",
              "for one axis use frequency_curves")
     words = _names(names, values.shape[2])
-    made = figure(title, 500)
+    chart = figure(title, 500)
     for i, name in enumerate(words):
-        made.add_contour(
+        chart.add_contour(
             x=across, y=along, z=values[:, :, i].T, name=name, visible=i == 0, colorscale="Viridis", connectgaps=False,
             contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}}, line={"width": 0.6},
             colorbar={"title": {"text": plain(quantity), "side": "right"}, "thickness": 14},
             hovertemplate=f"{plain(axes[0])} %{{x:.4g}}, {plain(axes[1])} %{{y:.4g}} {plain(unit)}<br>%{{z:.4f}}")
-    lost = _crosses(made, across, along, values)
-    made.update_xaxes(title_text=f"{plain(axes[0])}, {plain(unit)}")
-    made.update_yaxes(title_text=f"{plain(axes[1])}, {plain(unit)}")
+    lost = _crosses(chart, across, along, values)
+    chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(unit)}")
+    chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(unit)}")
     if len(words) > 1:
         buttons = [{"label": name, "method": "restyle",
                     "args": [{"visible": [k == i for k in range(len(words))] + [True] * lost}]}
                    for i, name in enumerate(words)]
-        made.update_layout(updatemenus=[{"type": "dropdown", "buttons": buttons, "x": 0, "xanchor": "left", "y": 1.14,
+        chart.update_layout(updatemenus=[{"type": "dropdown", "buttons": buttons, "x": 0, "xanchor": "left", "y": 1.14,
                                          "yanchor": "bottom", "bgcolor": "rgba(127,127,127,0.12)"}], margin={"t": 96})
-    return made
+    return chart
 
 
-def _crosses(made: go.Figure, x: FloatArray, y: FloatArray, values: FloatArray) -> int:
+def _crosses(chart: go.Figure, x: FloatArray, y: FloatArray, values: FloatArray) -> int:
     i, j = np.nonzero(np.isnan(values).any(axis=2))
     if i.size == 0:
         return 0
-    made.add_scatter(x=x[i], y=y[j], mode="markers", name="pose failed", showlegend=True,
+    chart.add_scatter(x=x[i], y=y[j], mode="markers", name="pose failed", showlegend=True,
                      marker={"symbol": "x", "color": COLOURS[1], "size": 9})
     return 1
 

@@ -33,43 +33,43 @@ def posterior_corner(
     if not x.size:
         fail("values", "no samples", "must be at least one sample of one parameter")
     n = min(x.shape[1], _MOST)
-    made = make_subplots(n, n, shared_xaxes=True, horizontal_spacing=0.02, vertical_spacing=0.02)
-    made.update_layout(figure(title, 190 + 130 * n, showlegend=False).layout)
+    chart = make_subplots(n, n, shared_xaxes=True, horizontal_spacing=0.02, vertical_spacing=0.02)
+    chart.update_layout(figure(title, 190 + 130 * n, showlegend=False).layout)
     ends = np.quantile(x[:, :n], [0.001, 0.999], axis=0)
     edges = [np.linspace(ends[0, k], ends[1, k], _BINS + 1) for k in range(n)]
     for k in range(n):
-        _alone(made, k, x[:, k], edges[k], None if normal is None else tuple(float(np.asarray(a)[k]) for a in normal))
+        _alone(chart, k, x[:, k], edges[k], None if normal is None else tuple(float(np.asarray(a)[k]) for a in normal))
         for j in range(k):
-            _pair(made, k, j, x, edges)
-    _labels(made, n, [plain(name) for name in names])
-    return made
+            _pair(chart, k, j, x, edges)
+    _labels(chart, n, [plain(name) for name in names])
+    return chart
 
 
-def _alone(made: go.Figure, k: int, x: FloatArray, edges: FloatArray, normal: tuple[float, ...] | None) -> None:
+def _alone(chart: go.Figure, k: int, x: FloatArray, edges: FloatArray, normal: tuple[float, ...] | None) -> None:
     density, _ = np.histogram(x, edges, density=True)
     middle = (edges[1:] + edges[:-1]) / 2
-    made.add_bar(x=middle, y=density, marker={"color": COLOURS[0], "line": {"width": 0}}, row=k + 1, col=k + 1,
+    chart.add_bar(x=middle, y=density, marker={"color": COLOURS[0], "line": {"width": 0}}, row=k + 1, col=k + 1,
                  hovertemplate="%{x:.5g}<extra></extra>")
     if normal is not None:
         mean, sd = normal
         line = np.linspace(edges[0], edges[-1], 160)
-        made.add_scatter(x=line, y=np.exp(-((line - mean) / sd) ** 2 / 2) / (sd * np.sqrt(2 * np.pi)), mode="lines",
+        chart.add_scatter(x=line, y=np.exp(-((line - mean) / sd) ** 2 / 2) / (sd * np.sqrt(2 * np.pi)), mode="lines",
                          line={"color": COLOURS[1], "width": 2}, hoverinfo="skip", row=k + 1, col=k + 1)
 
 
-def _pair(made: go.Figure, row: int, column: int, x: FloatArray, edges: Sequence[FloatArray]) -> None:
+def _pair(chart: go.Figure, row: int, column: int, x: FloatArray, edges: Sequence[FloatArray]) -> None:
     cells = [np.linspace(e[0], e[-1], _CELLS + 1) for e in (edges[column], edges[row])]
     count, _, _ = np.histogram2d(x[:, column], x[:, row], cells)
     shown = np.where(count > 0, count, np.nan).T
     middle = [(e[1:] + e[:-1]) / 2 for e in cells]
-    made.add_heatmap(x=middle[0], y=middle[1], z=shown, colorscale="Viridis", showscale=False, row=row + 1, col=column + 1,
+    chart.add_heatmap(x=middle[0], y=middle[1], z=shown, colorscale="Viridis", showscale=False, row=row + 1, col=column + 1,
                      hovertemplate="%{x:.5g}, %{y:.5g}: %{z} samples<extra></extra>")
 
 
-def _labels(made: go.Figure, n: int, names: Sequence[str]) -> None:
-    made.update_xaxes(showgrid=False, nticks=4, tickangle=0, showticklabels=False)
-    made.update_yaxes(showgrid=False, nticks=4, showticklabels=False)
+def _labels(chart: go.Figure, n: int, names: Sequence[str]) -> None:
+    chart.update_xaxes(showgrid=False, nticks=4, tickangle=0, showticklabels=False)
+    chart.update_yaxes(showgrid=False, nticks=4, showticklabels=False)
     for k in range(n):
-        made.update_xaxes(title_text=names[k], showticklabels=True, title_font_size=11, tickfont_size=10, row=n, col=k + 1)
+        chart.update_xaxes(title_text=names[k], showticklabels=True, title_font_size=11, tickfont_size=10, row=n, col=k + 1)
         if k:
-            made.update_yaxes(title_text=names[k], showticklabels=True, title_font_size=11, tickfont_size=10, row=k + 1, col=1)
+            chart.update_yaxes(title_text=names[k], showticklabels=True, title_font_size=11, tickfont_size=10, row=k + 1, col=1)

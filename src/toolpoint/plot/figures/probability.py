@@ -15,32 +15,33 @@ LEVELS = ((0.95, "solid"), (0.5, "dash"), (0.05, "dot"))
 MOST_BARS = 12
 
 
-def probability_chart(found: ProbabilityChart, points: Sequence[tuple[float, float, str]] = (), title: str = "") -> go.Figure:
+def probability_chart(sampled: ProbabilityChart, points: Sequence[tuple[float, float, str]] = (), title: str = "") -> go.Figure:
     """Return P(stable) over spindle speed and depth, with the depths of 95, 50 and 5 % and cuts (rev/min, m, words)."""
-    made = figure(title, 460)
-    percent = 100 * found.probability.T
-    made.add_heatmap(x=found.speeds, y=1e3 * found.depths, z=percent, zmin=0, zmax=100, colorscale="Viridis",
-                     customdata=100 * found.error.T, colorbar={"title": {"text": "P(stable), %"}},
+    chart = figure(title, 460)
+    percent = 100 * sampled.probability.T
+    chart.add_heatmap(x=sampled.speeds, y=1e3 * sampled.depths, z=percent, zmin=0, zmax=100, colorscale="Viridis",
+                     customdata=100 * sampled.error.T, colorbar={"title": {"text": "P(stable), %"}},
                      hovertemplate="%{x:.0f} rev/min, %{y:.3g} mm<br>stable with %{z:.0f} ± %{customdata:.0f} %<extra></extra>")
     for level, dash in LEVELS:
-        made.add_scatter(x=found.speeds, y=1e3 * found.depth_at(level), mode="lines", name=f"{100 * level:g} % stable",
+        chart.add_scatter(x=sampled.speeds, y=1e3 * sampled.depth_at(level), mode="lines", name=f"{100 * level:g} % stable",
                          line={"color": "white", "width": 2, "dash": dash}, hoverinfo="skip")
     for speed, depth, words in points:
-        made.add_scatter(x=[speed], y=[1e3 * depth], mode="markers", name=words,
+        chart.add_scatter(x=[speed], y=[1e3 * depth], mode="markers", name=words,
                          marker={"size": 12, "symbol": "x" if "chatter" in words else "circle",
                                  "color": COLOURS[1], "line": {"width": 1.5, "color": "white"}})
-    made.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none", range=[found.speeds[0], found.speeds[-1]])
-    made.update_yaxes(title_text="Axial depth of cut, mm", range=[0, 1e3 * float(found.depths[-1])])
-    made.update_layout(plot_bgcolor="rgba(127,127,127,0.25)", legend={"bgcolor": "rgba(127,127,127,0.35)"})
-    return made
+    chart.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none",
+                       range=[sampled.speeds[0], sampled.speeds[-1]])
+    chart.update_yaxes(title_text="Axial depth of cut, mm", range=[0, 1e3 * float(sampled.depths[-1])])
+    chart.update_layout(plot_bgcolor="rgba(127,127,127,0.25)", legend={"bgcolor": "rgba(127,127,127,0.35)"})
+    return chart
 
 
 def importance_chart(share: Mapping[str, float], title: str = "") -> go.Figure:
     """Return the share of the limit's variance that every parameter explains, largest on top (the first twelve)."""
     names = list(share)[:MOST_BARS][::-1]
-    made = figure(title, 120 + 26 * len(names))
-    made.add_bar(x=[100 * share[name] for name in names], y=names, orientation="h", marker={"color": COLOURS[0]},
+    chart = figure(title, 120 + 26 * len(names))
+    chart.add_bar(x=[100 * share[name] for name in names], y=names, orientation="h", marker={"color": COLOURS[0]},
                  hovertemplate="%{y}: %{x:.1f} %<extra></extra>")
-    made.update_xaxes(title_text="Share of the limit's variance, %", rangemode="tozero")
-    made.update_yaxes(type="category")
-    return made
+    chart.update_xaxes(title_text="Share of the limit's variance, %", rangemode="tozero")
+    chart.update_yaxes(type="category")
+    return chart

@@ -33,16 +33,16 @@ def sensitivity_map(
     if table.shape != (len(parameters), at.size) or not table.size:
         fail("values", f"shape {table.shape}", f"must be ({len(parameters)}, {at.size}): parameters, modes")
     top = max(float(np.abs(table).max()), 1e-12)
-    made = figure(title, 170 + 21 * max(len(parameters), 5))
-    made.add_heatmap(
+    chart = figure(title, 170 + 21 * max(len(parameters), 5))
+    chart.add_heatmap(
         z=table, x=[f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)], y=[plain(name) for name in parameters],
         zmin=-top if diverging else 0.0, zmax=top, colorscale="RdBu" if diverging else "Viridis", reversescale=diverging,
         xgap=1, ygap=1, text=[[f"{v:.3f}" if abs(v) >= 5e-4 else "" for v in row] for row in table], texttemplate="%{text}",
         hovertemplate="%{y}<br>mode %{x}<br>" + plain(quantity) + " %{z:.5f}<extra></extra>",
         colorbar={"title": {"text": plain(quantity), "side": "right"}, "thickness": 14})
-    made.update_xaxes(title_text="Mode", showgrid=False, type="category")
-    made.update_yaxes(autorange="reversed", showgrid=False, automargin=True)
-    return made
+    chart.update_xaxes(title_text="Mode", showgrid=False, type="category")
+    chart.update_yaxes(autorange="reversed", showgrid=False, automargin=True)
+    return chart
 
 
 def cumulative_bars(
@@ -54,14 +54,14 @@ def cumulative_bars(
     if not rows:
         fail("parts", "none", "must be at least one")
     chosen = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:10]
-    made = figure(title, 430, barmode="group")
+    chart = figure(title, 430, barmode="group")
     words = [f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)]
     for k, name in enumerate(chosen):
         pattern = {"shape": "" if k < len(COLOURS) else "/"}
-        made.add_bar(x=words, y=rows[name], name=plain(name),
+        chart.add_bar(x=words, y=rows[name], name=plain(name),
                      marker={"color": COLOURS[k % len(COLOURS)], "pattern": pattern, "line": {"width": 0}},
                      hovertemplate="%{x}<br>" + plain(quantity) + " %{y:.4f}<extra>" + plain(name) + "</extra>")
-    made.update_xaxes(title_text="Mode", type="category")
-    made.update_yaxes(title_text=plain(quantity), zeroline=True, zerolinecolor="rgba(127,127,127,0.8)")
-    made.update_layout(legend={"orientation": "h", "y": -0.22, "yanchor": "top"})
-    return made
+    chart.update_xaxes(title_text="Mode", type="category")
+    chart.update_yaxes(title_text=plain(quantity), zeroline=True, zerolinecolor="rgba(127,127,127,0.8)")
+    chart.update_layout(legend={"orientation": "h", "y": -0.22, "yanchor": "top"})
+    return chart

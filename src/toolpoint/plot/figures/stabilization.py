@@ -30,33 +30,33 @@ def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: 
     shapes : sequence of int, optional
         For every pole the number of its shape in a view of the page, -1 where there is none: a click then shows it.
     """
-    made = figure(title, 560)
+    chart = figure(title, 560)
     if indicator is not None:
-        made.add_scatter(x=indicator.frequency, y=indicator.values[:, 0], name="CMIF", yaxis="y2", mode="lines",
+        chart.add_scatter(x=indicator.frequency, y=indicator.values[:, 0], name="CMIF", yaxis="y2", mode="lines",
                          line={"color": "rgba(127,127,127,0.6)", "width": 1}, hoverinfo="skip")
     number = np.full(diagram.poles.size, -1) if shapes is None else np.asarray(shapes)
     for level, name in enumerate(LEVELS):
         at = diagram.level == level
         if not at.any():
             continue
-        made.add_scatter(
+        chart.add_scatter(
             x=diagram.frequency[at], y=diagram.order[at], name=name, mode="markers",
             marker={"symbol": _SYMBOLS[level], "color": COLOURS[level % len(COLOURS)], "size": 5 + level},
             customdata=[[int(n), float(d)] for n, d in zip(number[at], 100 * diagram.damping_ratio[at], strict=True)],
             hovertemplate="%{x:.3f} Hz<br>order %{y}<br>damping %{customdata[1]:.3f} %<extra>" + plain(name) + "</extra>")
-    made.update_xaxes(title_text="Frequency, Hz")
-    made.update_yaxes(title_text="Model order")
-    made.update_layout(yaxis2={"overlaying": "y", "side": "right", "type": "log", "showgrid": False, "title": {"text": "CMIF"},
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="Model order")
+    chart.update_layout(yaxis2={"overlaying": "y", "side": "right", "type": "log", "showgrid": False, "title": {"text": "CMIF"},
                                "exponentformat": "power"}, legend={"orientation": "h", "y": -0.2})
-    return made
+    return chart
 
 
 def indicators(first: Indicator, title: str = "") -> go.Figure:
     """Return all curves of a mode indicator function over frequency, logarithmic."""
-    made = figure(title, 380)
+    chart = figure(title, 380)
     for i in range(first.values.shape[1]):
-        made.add_scatter(x=first.frequency, y=first.values[:, i], name=f"singular value {i + 1}", mode="lines",
+        chart.add_scatter(x=first.frequency, y=first.values[:, i], name=f"singular value {i + 1}", mode="lines",
                          line={"color": COLOURS[i % len(COLOURS)], "width": 1.5})
-    made.update_xaxes(title_text="Frequency, Hz")
-    made.update_yaxes(title_text="CMIF", type="log", exponentformat="power")
-    return made
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="CMIF", type="log", exponentformat="power")
+    return chart

@@ -43,10 +43,10 @@ TEMPLATE = go.layout.Template(
 
 def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
     """Return an empty figure in the common style."""
-    made = go.Figure(layout={"template": TEMPLATE, "height": height, **layout})
+    chart = go.Figure(layout={"template": TEMPLATE, "height": height, **layout})
     if title:
-        made.update_layout(title={"text": plain(title)}, margin={"t": 84})
-    return made
+        chart.update_layout(title={"text": plain(title)}, margin={"t": 84})
+    return chart
 
 
 def plain(text: object) -> str:
@@ -61,7 +61,7 @@ def with_alpha(colour: str, alpha: float) -> str:
     return "rgba({},{},{},{:g})".format(*(int(colour[i:i + 2], 16) for i in (1, 3, 5)), alpha)
 
 
-def mark_modes(made: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, logarithmic: bool = False,
+def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, logarithmic: bool = False,
                row: Any = None, col: Any = None) -> None:
     """Draw a thin vertical line at each frequency (Hz); with `span`, the ends of the axis, labelled at its foot.
 
@@ -70,7 +70,7 @@ def mark_modes(made: go.Figure, frequency: ArrayLike, span: tuple[float, float] 
     """
     every = np.sort(np.atleast_1d(np.asarray(frequency, float)))
     for f in every:
-        made.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col)
+        chart.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col)
     if span is None or not every.size:
         return
     at = _along(every, span, logarithmic)
@@ -78,7 +78,7 @@ def mark_modes(made: go.Figure, frequency: ArrayLike, span: tuple[float, float] 
         some = every[group]
         words = ", ".join(f"{f:.4g}" for f in some) if some.size <= _SHARED else f"{some[0]:.4g} .. {some[-1]:.4g}"
         place = float(np.log10(some[-1]) if logarithmic else some[-1])
-        made.add_annotation(
+        chart.add_annotation(
             x=place, y=0, yref="y domain", text=f"{words} Hz" + (f", {some.size} modes" if some.size > _SHARED else ""),
             font={"size": 10}, textangle=-90, yanchor="bottom", showarrow=False, row=row, col=col,
             xanchor="right" if at[group[-1]] > 1 - _LABEL_WIDTH else "left")

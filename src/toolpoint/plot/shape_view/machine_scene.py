@@ -25,15 +25,15 @@ def machine_scene(machine: Machine, pose: Pose | None = None) -> Scene:
 
 def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -> tuple[Scene, AnimatedShapes]:
     """Return the scene at one pose and the lowest undamped modes on its nodes."""
-    found = body_shapes(machine, pose, modes)
-    scene, links = _scene(found.place)
-    moved = np.zeros((found.frequency.size, len(scene.nodes), 3))
+    shapes = body_shapes(machine, pose, modes)
+    scene, links = _scene(shapes.place)
+    moved = np.zeros((shapes.frequency.size, len(scene.nodes), 3))
     for link in range(len(machine.bodies)):
         at = links == link
-        velocity = tf.point_velocity(scene.nodes[at]) @ found.twists[link]
+        velocity = tf.point_velocity(scene.nodes[at]) @ shapes.twists[link]
         moved[:, at] = np.moveaxis(velocity, -1, 0)
     ratio = machine.description.damping_ratio
-    return scene, AnimatedShapes(found.frequency, np.full(found.frequency.size, ratio or 0.0), moved.astype(complex))
+    return scene, AnimatedShapes(shapes.frequency, np.full(shapes.frequency.size, ratio or 0.0), moved.astype(complex))
 
 
 def _scene(place: Placement) -> tuple[Scene, np.ndarray]:
