@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint.io import read_frf
-from toolpoint.io.text import frf_table
+from toolpoint.io.numpy_arrays import write_frf
 from toolpoint.pages.lobes import lobes_page
 from toolpoint.studies import chart_lobes, modal_dynamics, separate_dynamics
 from toolpoint.vibration import Modes, frequency_response
@@ -21,9 +21,9 @@ def main() -> float:
     with tempfile.TemporaryDirectory() as folder:
         frf = {}
         for way in ("x", "y"):
-            file = Path(folder) / f"{way}.txt"
+            file = Path(folder) / f"{way}.npz"
             label = [f"tip:+{way}"]
-            frf_table.write(frequency_response.modal(tip, np.arange(2.0, 6000.0, 1.0), outputs=label, inputs=label), file)
+            write_frf(frequency_response.modal(tip, np.arange(2.0, 6000.0, 1.0), outputs=label, inputs=label), file)
             frf[way] = read_frf(file)
         result = chart_lobes(separate_dynamics(frf["x"], frf["y"], band=(50, 6000)), CUT, speeds=SPEEDS)
         print(result.table())

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from toolpoint.io import frf_files
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.text import frf_table
 
@@ -48,6 +49,6 @@ def test_binary_and_missing_files(tmp_path):
 
 def test_measured_tool_holder(measured):
     paths = [measured / "tool_holder_frf" / f"Point_{i}_Channel_1_CH1.txt" for i in range(1, 6)]
-    frf = frf_table.read_several(paths, [f"{i}:+x" for i in range(1, 6)], "1:+x")
+    frf = frf_files.read(paths, names=[f"{i}__1" for i in range(1, 6)])
     assert frf.values.shape == (5001, 5, 1)
     np.testing.assert_allclose(np.diff(frf.frequency), 1.0)

@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.vibration import Frf
+from toolpoint.vibration.dof import dofs
 
 KEYS = ("frequency", "values", "outputs", "inputs", "quantity")
 
@@ -31,9 +32,8 @@ def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
     stated = str(arrays["quantity"]) if "quantity" in arrays else None
     if None not in (stated, quantity) and stated != quantity:
         raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")
-    labels = [tuple(str(label) for label in arrays[key].reshape(-1)) for key in ("outputs", "inputs")]
-    return Frf(arrays["frequency"], arrays["values"], labels[0], labels[1],  # type: ignore[arg-type]
-               stated or quantity or "receptance")
+    outputs, inputs = (dofs([str(label) for label in arrays[key].reshape(-1)]) for key in ("outputs", "inputs"))
+    return Frf(arrays["frequency"], arrays["values"], outputs, inputs, stated or quantity or "receptance")
 
 
 def states_quantity(path: str | Path) -> bool:

@@ -121,8 +121,8 @@ def pose_map(
     shape = tuple(len(v) for v in grid.values())
     values, reasons = [], []
     for block, outcome in zip(blocks, run.outcomes, strict=True):
-        lost = outcome.values is None
-        values.append(np.full((len(block), modes), np.nan) if lost else outcome.values["frequency"])  # type: ignore[index]
-        reasons += [outcome.failure] * len(block) if lost else list(map(str, outcome.values["reasons"]))  # type: ignore[index]
+        parts = outcome.values
+        values.append(np.full((len(block), modes), np.nan) if parts is None else parts["frequency"])
+        reasons += [outcome.failure] * len(block) if parts is None else list(map(str, parts["reasons"]))
     failures = {tuple(int(k) for k in np.unravel_index(i, shape)): reason for i, reason in enumerate(reasons) if reason}
     return PoseMap(grid, np.concatenate(values).reshape(*shape, modes), failures)

@@ -146,8 +146,9 @@ def lobes(
 def depth_limit(problem: MillingProblem) -> float:
     """Return a depth (m) well above the lowest limit of a cut, for the range of a chart: 12/(K_t max |Re G|), <= 0.5 m."""
     low, high = problem.plane.span
-    f = np.linspace(0.5 * low, 2 * high, 4000) if problem.plane.is_modal else problem.plane.frequency
-    softness = float(np.abs(np.real(problem.plane.response(f))).max())  # type: ignore[arg-type]
+    lines = problem.plane.frequency
+    f = np.linspace(0.5 * low, 2 * high, 4000) if lines is None else lines
+    softness = float(np.abs(np.real(problem.plane.response(f))).max())
     if not np.isfinite(softness) or softness <= 0:
         raise ToolpointError("dynamics: no compliance in the cutting plane; the cut is stable at any depth")
     return float(min(0.5, 12 / (problem.coefficients.kt * softness)))

@@ -105,9 +105,8 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
     def value(f: float) -> complex:
         return complex(plane.response(np.array([f]))[0, 0, 0])
 
-    if not plane.is_modal:  # linear between lines: the least is at a line
-        f: FloatArray = plane.frequency  # type: ignore[assignment]
-        f = f[f > 0]
+    if plane.frequency is not None:  # linear between lines: the least is at a line
+        f = plane.frequency[plane.frequency > 0]
         best = float(f[int(np.argmin(plane.response(f)[:, 0, 0].real))])
         return best, value(best)
     centre, half = np.abs(plane.poles) / (2 * np.pi), np.maximum(-plane.poles.real / (2 * np.pi), 1e-12)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,6 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.vibration import Dof, Frf
-from toolpoint.vibration.dof import dofs
-from toolpoint.vibration.frf import joined
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eEdD][-+]?\d+)?|[-+]?nan|[-+]?inf(?:inity)?"
 _LINE = re.compile(rf"^\s*({_NUMBER})(?:[\s,;]+({_NUMBER}))(?:[\s,;]+({_NUMBER}))\s*[,;]?\s*$", re.IGNORECASE)
@@ -42,12 +39,6 @@ def read(path: str | Path, output: Dof | str = "1:+x", input: Dof | str | None =
     label = (lambda d: d if isinstance(d, Dof) else Dof.parse(d))
     values = (table[:, 1] + 1j * table[:, 2])[:, None, None]
     return Frf(table[:, 0], values, (label(output),), (label(driven),), quantity)
-
-
-def read_several(paths: Iterable[str | Path], outputs: Iterable[Dof | str], input: Dof | str,
-                 quantity: str = "receptance") -> Frf:
-    """Return the responses of several files with one common input as one Frf, an output for each file."""
-    return joined([read(path, output, input, quantity) for path, output in zip(paths, dofs(outputs), strict=True)])
 
 
 def write(frf: Frf, path: str | Path) -> None:

@@ -130,7 +130,7 @@ def _table(file: UniversalFile, parts: list[tuple[UniversalSet, FunctionHeader]]
     rows = tuple(dict.fromkeys(head.response for _, head in parts))
     columns = tuple(dict.fromkeys(_reference(file, head) for _, head in parts))
     row_at, column_at = {dof: i for i, dof in enumerate(rows)}, {dof: i for i, dof in enumerate(columns)}
-    frequency, values = None, np.empty(0)
+    frequency, values = np.empty(0), np.empty(0)
     filled = np.zeros((len(rows), len(columns)), bool)
     for dataset, head in parts:
         axis, data = functions.values(file, dataset, head)
@@ -138,7 +138,7 @@ def _table(file: UniversalFile, parts: list[tuple[UniversalSet, FunctionHeader]]
             line = int(np.argmin(np.isfinite(data)))
             raise ToolpointError(f"{file.path}: {head.response} / {head.reference} is not finite at {axis[line]:g} Hz (value "
                                  f"{line + 1} of {data.size}); measure it again or take the response out")
-        if frequency is None:
+        if not filled.any():
             # One contiguous run for each response while reading; turned to lines first at the end.
             frequency, values = axis, np.empty((len(rows), len(columns), axis.size), data.dtype)
         if not (np.array_equal(axis, frequency) or (axis.size == frequency.size and np.allclose(axis, frequency, rtol=1e-6))):
@@ -155,7 +155,7 @@ def _table(file: UniversalFile, parts: list[tuple[UniversalSet, FunctionHeader]]
         row, column = np.argwhere(~filled)[0]
         raise ToolpointError(f"{file.path}: {int((~filled).sum())} of {filled.size} responses are missing, the first "
                              f"{rows[row]} / {columns[column]}; read fewer references or complete the file")
-    return frequency, values.transpose(2, 0, 1), rows, columns  # type: ignore[return-value]
+    return frequency, values.transpose(2, 0, 1), rows, columns
 
 
 def _reference(file: UniversalFile, head: FunctionHeader) -> Dof:

@@ -139,6 +139,7 @@ def _head(noun: Modes, i: int, is_complex: bool, each: int, unit: bool) -> str:
     names = "".join(f"{name:80s}\n" for name in (f"mode {i + 1}", "NONE", "NONE", "NONE", "NONE"))
     kind = 3 if is_complex else NORMAL
     form = f"{1:10d}{kind:10d}{2 if each == 3 else 3:10d}{8:10d}{5 if is_complex else 2:10d}{each:10d}\n"
+    numbers: tuple[float, ...]
     if is_complex:
         s = complex(noun.poles[i])
         a = 1.0 if unit else 0.0
@@ -147,6 +148,6 @@ def _head(noun: Modes, i: int, is_complex: bool, each: int, unit: bool) -> str:
         ratio = float(noun.damping_ratio[i])
         viscous = noun.damping == "viscous"
         numbers, count = (float(noun.frequency[i]), 1.0 if unit else 0.0, ratio if viscous else 0.0,
-                          0.0 if viscous else 2 * ratio), 4  # type: ignore[assignment]
+                          0.0 if viscous else 2 * ratio), 4
     return (f"    -1\n    55\n{names}{form}{2:10d}{count:10d}{0:10d}{i + 1:10d}\n"
             + "".join(f"{number:13.5E}" for number in numbers) + "\n")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -100,8 +101,8 @@ def views(title: str) -> go.Figure:
     return chart
 
 
-def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict, words: list[str] | None = None,  # type: ignore[type-arg]
-         legend: bool = True) -> None:
+def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict[str, Any],
+         words: list[str] | None = None, legend: bool = True) -> None:
     """Add points (name to position) to a view (0, 1, 2)."""
     _, i, j = VIEWS[view]
     xyz = np.array(list(at.values())).reshape(-1, 3)

@@ -216,7 +216,7 @@ def _found(what: str, rows: Iterable[Iterable[str | int]], place: Mapping[str | 
 
 
 def _place(what: str, place: Mapping[str | int, int], point: Hashable) -> int:
-    if point not in place:
+    if not isinstance(point, (str, int)) or point not in place:
         known = ", ".join(map(str, list(place)[:6])) + (" ..." if len(place) > 6 else "")
         fail(what, f"point {point!r} has no coordinates", f"must be one of {known}")
-    return place[point]  # type: ignore[index]
+    return place[point]
