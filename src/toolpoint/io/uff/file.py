@@ -130,7 +130,8 @@ def _table(file: UniversalFile, parts: list[tuple[UniversalSet, FunctionHeader]]
     rows = tuple(dict.fromkeys(head.response for _, head in parts))
     columns = tuple(dict.fromkeys(_reference(file, head) for _, head in parts))
     row_at, column_at = {dof: i for i, dof in enumerate(rows)}, {dof: i for i, dof in enumerate(columns)}
-    frequency, values = np.empty(0), np.empty(0)
+    frequency: FloatArray = np.empty(0)
+    values: Array = np.empty(0)
     filled = np.zeros((len(rows), len(columns)), bool)
     for dataset, head in parts:
         axis, data = functions.values(file, dataset, head)
