@@ -29,9 +29,9 @@ class ToolpointWarning(UserWarning):
     """A doubtful input or result; what it marks is also written in the result."""
 
 
-def fail(name: str, found: str, limit: str, remedy: str = "") -> NoReturn:
+def fail(name: str, value: str, limit: str, remedy: str = "") -> NoReturn:
     """Raise a ToolpointError in the one form that every message of the package has."""
-    raise ToolpointError(f"{name}: {found}; {limit}" + (f" ({remedy})" if remedy else ""))
+    raise ToolpointError(f"{name}: {value}; {limit}" + (f" ({remedy})" if remedy else ""))
 
 
 def frozen(array: Array) -> Array:

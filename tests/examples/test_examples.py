@@ -56,6 +56,19 @@ def test_a_command_in_python(name, number, deviation, source):
     assert run(name) == pytest.approx(number, rel=deviation), source
 
 
+def test_a_modal_test_is_judged_and_its_sensor_taken_out():
+    assert run("judge_a_modal_test.py") < 1e-6
+
+
+def test_two_shakers_at_once():
+    # Leakage at a line spacing of a fifth of the half-power band leaves some per cent on the peaks.
+    assert run("shake_a_structure.py") < 0.1
+
+
+def test_a_foundation_carries_the_weight():
+    assert run("weigh_a_machine.py") == pytest.approx(1.0, rel=1e-9)
+
+
 def test_frequencies_of_a_map_are_those_of_the_pose():
     assert run("map_frequencies.py") < 1e-9
 

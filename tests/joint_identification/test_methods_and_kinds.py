@@ -16,7 +16,7 @@ from toolpoint.joint_identification import (
 )
 from toolpoint.joint_identification.finite_motion import bisector_axis, meeting_point, relative_bisector_axes
 from toolpoint.joint_identification.measured import component
-from toolpoint.joint_identification.relative_motion import finite_relative, screw_axis
+from toolpoint.joint_identification.relative_motion import screw_axis
 from toolpoint.joint_identification.rigid_motion import rigid_motion
 from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
@@ -142,12 +142,6 @@ def test_perpendicular_bisectors_find_the_axis_of_a_finite_rotation():
     np.testing.assert_allclose(meeting_point((axis, other)), POINT, atol=1e-9)
     with pytest.raises(ToolpointError, match="no rotation"):
         bisector_axis(rest, rest)
-
-
-def test_undoing_the_motion_before_leaves_the_relative_one():
-    rng = np.random.default_rng(7)
-    before, own = tf.exponential(rng.normal(size=6)), tf.exponential(rng.normal(size=6))
-    np.testing.assert_allclose(finite_relative(before, before @ own), own, atol=1e-12)
 
 
 def test_naive_axes_of_the_published_magazine_pass_near_its_joint_without_noise():

@@ -107,7 +107,7 @@ def test_two_springs_in_series_are_told_apart_by_no_data():
     found = identifiability(problem)
     assert len(found.identifiable) == 1
     assert found.singular_values[-1] < 1e-6
-    assert "imitate" in found.reasons[found.not_identifiable[0]]
+    assert "imitate" in found.reasons[next(name for name in found.names if name not in found.identifiable)]
 
 
 def test_covariance_holds_by_monte_carlo():

@@ -118,11 +118,6 @@ class JointEstimate:
         return float(np.sqrt(max(np.linalg.eigvalsh(self.axis_covariance)[-1], 0.0)))
 
     @property
-    def axis_interval(self) -> float:
-        """Half width of the 95 % interval of the axis' direction, rad, in its less certain way."""
-        return Z95 * self.axis_deviation
-
-    @property
     def stiffness_interval(self) -> FloatArray | None:
         """Half width of the 95 % interval of each stiffness."""
         return None if self.stiffness_deviation is None else Z95 * self.stiffness_deviation

@@ -14,7 +14,6 @@ from scipy import stats
 
 from toolpoint._check import FloatArray
 from toolpoint.joint_identification.rigid_motion import RigidMotion
-from toolpoint.spatial import transform as tf
 from toolpoint.spatial.screw import Screw, screw
 
 
@@ -91,11 +90,6 @@ def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:
 
 def _skew(v: FloatArray) -> FloatArray:
     return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
-
-
-def finite_relative(parent: FloatArray, child: FloatArray) -> FloatArray:
-    """Return the motion of the child with that of the parent undone, both transforms (..., 4, 4) from rest."""
-    return tf.inverse(parent) @ child
 
 
 def relative(parent: RigidMotion | None, child: RigidMotion, parent_name: str, *, scale: tuple[FloatArray, FloatArray, float]

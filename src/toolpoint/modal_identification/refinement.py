@@ -14,7 +14,7 @@ frame in modal analysis: Guillaume, Verboven, Vanlanduit, ISMA 23 (1998); El-Kaf
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -278,8 +278,3 @@ def _moved(data: Data, fit: PoleFit, step: FloatArray) -> PoleFit | None:
         return None
     factors = (change[:, 2::2] + 1j * change[:, 3::2]).T
     return solvable(data, poles, fit.participation + factors, weight=fit.weight)
-
-
-def with_weight(fit: PoleFit, weight: FloatArray) -> PoleFit:
-    """Return the fit with other weights (not solved again)."""
-    return replace(fit, weight=weight)

@@ -64,17 +64,6 @@ def to_quaternion(rotation: ArrayLike) -> FloatArray:
     return np.where(row[..., :1] < 0, -row, row)
 
 
-def from_quaternion(quaternion: ArrayLike) -> FloatArray:
-    """Return the matrix of a quaternion (w, x, y, z) of any length above zero, shape (..., 3, 3)."""
-    q = floats("quaternion", quaternion, (4,))
-    length = np.linalg.norm(q, axis=-1, keepdims=True)
-    if (length == 0).any():
-        fail("quaternion", "length 0", "must not be zero")
-    w, v = q[..., :1, None] / length[..., None], q[..., 1:] / length
-    k = skew(v)
-    return np.eye(3) + 2 * w * k + 2 * k @ k
-
-
 def about(axis: str | ArrayLike, angle: ArrayLike) -> FloatArray:
     """Return the rotation by `angle` (rad, any shape) about ``x``, ``y``, ``z`` or a vector, shape (..., 3, 3)."""
     unit = np.eye(3)["xyz".index(one_of("axis", axis, "xyz"))] if isinstance(axis, str) else floats("axis", axis, (3,))

@@ -54,11 +54,6 @@ class Identifiability:
             total[group] = total.get(group, 0.0) + float(value) ** 2
         return tuple(sorted(((g, v**0.5) for g, v in total.items()), key=lambda item: -item[1]))
 
-    @property
-    def not_identifiable(self) -> tuple[str, ...]:
-        """Names of the parameters that stay where they are."""
-        return tuple(n for n in self.names if n not in self.identifiable)
-
     def table(self) -> str:
         """Return rank, influence, deviation and verdict of every parameter, and the ranking of the groups, as text."""
         width = max(len(n) for n in self.names)
