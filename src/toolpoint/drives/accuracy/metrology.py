@@ -46,7 +46,7 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
     start = p.mean(axis=0)
     q = p - start
     fit = np.linalg.lstsq(np.column_stack([2 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)[0]
-    middle = fit[:2]
+    middle, offset = fit[:2], fit[-1]
 
     def separation(c: FloatArray) -> float:
         r = np.hypot(*(q - c).T)
@@ -55,11 +55,11 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
     if method == "minimum zone":
         scale = max(separation(middle), 1e-12)
         narrowest = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
-                         method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
+                             method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
         middle = middle + scale * narrowest.x
     nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)
     whole = middle + start
-    return CircularTest((float(whole[0]), float(whole[1])), float(np.sqrt(fit[2] + fit[:2] @ fit[:2])),
+    return CircularTest((float(whole[0]), float(whole[1])), float(np.sqrt(offset + fit[:2] @ fit[:2])),
                         separation(middle), float(nominal.max()), float(nominal.min()), method)
 
 

@@ -56,9 +56,9 @@ def velocity_sample(p, s, angle, speed, add_speed, add_torque):
 def filter_torque(p, s, torque):
     """Return the torque behind the filters: second-order stages in transposed direct form II (two memories each)."""
     for i in range(p.filter_count):
-        y = p.filters[i, 0] * torque + s.filter_memory[i, 0]
-        s.filter_memory[i, 0] = p.filters[i, 1] * torque - p.filters[i, 3] * y + s.filter_memory[i, 1]
-        s.filter_memory[i, 1] = p.filters[i, 2] * torque - p.filters[i, 4] * y
+        y = p.filter_b0[i] * torque + s.filter_first[i]
+        s.filter_first[i] = p.filter_b1[i] * torque - p.filter_a1[i] * y + s.filter_second[i]
+        s.filter_second[i] = p.filter_b2[i] * torque - p.filter_a2[i] * y
         torque = y
     return torque
 

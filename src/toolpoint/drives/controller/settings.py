@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import count, fail, one_of, positive, scalar
 from toolpoint.drives.axis.motor import Inverter, SynchronousMotor, TorqueMotor
 from toolpoint.drives.controller.filters import Filter
-from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS, PARAMETERS, SampleTimes
+from toolpoint.drives.controller.records import FILTER_FIELDS, MAX_DELAY, MAX_FILTERS, PARAMETERS, SampleTimes
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,8 @@ class Controller:
         p["current_sample_time"] = self.sample_times.current
         p["filter_count"] = len(velocity.filters)
         for i, part in enumerate(velocity.filters):
-            p["filters"][i] = part.coefficients(velocity.sample_time)
+            for name, value in zip(FILTER_FIELDS, part.coefficients(velocity.sample_time), strict=True):
+                p[name][i] = value
         if self.current is not None and isinstance(motor, SynchronousMotor):
             self._write_current(p, self.current, motor)
         return p

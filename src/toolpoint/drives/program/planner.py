@@ -163,7 +163,8 @@ def smooth_command(command: Command, window: float) -> Command:
         padded = np.vstack([np.repeat(first, n, 0), v, np.repeat(last, n, 0)])
         total = np.vstack([np.zeros_like(v[:1]), np.cumsum(padded, axis=0)])
         parts.append((total[n:] - total[:-n]) / n)
-    return Command(parts[0], command.sample_time, parts[1], parts[2])
+    position, velocity, acceleration = parts
+    return Command(position, command.sample_time, velocity, acceleration)
 
 
 def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], *, sample_time: float) -> Command:

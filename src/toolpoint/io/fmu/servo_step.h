@@ -234,9 +234,9 @@ static void velocity_sample(const Parameters *p, ControlState *s, double angle, 
     const double error = s->speed_set - speed;
     double torque = p->velocity_gain * error + s->speed_integral + s->torque_feedforward;
     for (int i = 0; i < p->filter_count; i++) {
-        const double *b = p->filters[i], y = b[0] * torque + s->filter_memory[i][0];
-        s->filter_memory[i][0] = b[1] * torque - b[3] * y + s->filter_memory[i][1];
-        s->filter_memory[i][1] = b[2] * torque - b[4] * y;
+        const double y = p->filter_b0[i] * torque + s->filter_first[i];
+        s->filter_first[i] = p->filter_b1[i] * torque - p->filter_a1[i] * y + s->filter_second[i];
+        s->filter_second[i] = p->filter_b2[i] * torque - p->filter_a2[i] * y;
         torque = y;
     }
     const double limit = p->has_current_loop ? fmin(p->torque_limit, p->current_limit * p->torque_constant) : p->torque_limit;
