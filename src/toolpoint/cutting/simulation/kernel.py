@@ -1,7 +1,15 @@
-"""Compiled kernel of the milling simulation: exact modal steps, forces linear over a step, memory of several flutes."""
+r"""Compiled kernel of the milling simulation: exact modal steps, forces linear over a step, memory of several flutes.
+
+Between two steps the force is a straight line in time, so the modal equation :math:`\dot z = s z + R^T F` has an exact step,
+:math:`z' = e^{s h} z + W_0 F + W_1 F'`. The force F' at the end depends on the displacement there, which depends on F' in turn:
+two rounds of :math:`r' = r_0 + C F'` (C the compliance of the end's own force) solve that, since C is of second order in h.
+A chip is as thick as the least of the distances to the surfaces that the remembered passages left; a delay that is no whole
+number of steps is interpolated between two steps. Entry and exit fall between steps too: an element's force counts with the
+share of the hat function about the step that lies within its arc, which is the weight of a force that is linear over a step.
+"""
 
 # mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
+# numba reads these functions; their argument types are in `records`.
 from __future__ import annotations
 
 import math
@@ -29,125 +37,125 @@ def _hat(u):
     return 0.5 * (1 + u) ** 2 if u < 0 else 1.0 - 0.5 * (1 - u) ** 2
 
 
-@nb.njit(cache=True, nogil=True, fastmath=True)
-def simulate(steps, period_steps, feed_step, decay, left, first, last, compliance, state, start, angle_step, lag, share,
-             meridian, arc, delay, extra, cutting, edge, memory, linear, damping, friction, dt, fed, displacement, force,
-             torque, chip_max):
-    """March `steps` steps; displacement, force (steps + 1, d), torque and chip_max (steps + 1,) are filled, d = 2 or 3.
+@nb.njit(cache=True, nogil=True)
+def contact_table(rotation, edges):
+    """Engaged share of every element at every step of a revolution, shape (repeat, elements)."""
+    contact = np.empty((rotation.repeat, edges.lag.size))
+    for k in range(rotation.repeat):
+        for e in range(edges.lag.size):
+            phi = (rotation.start + k * rotation.step - edges.lag[e]) % (2 * math.pi)
+            contact[k, e] = engaged_share(phi, rotation.step, edges.entry[e], edges.leave[e])
+    return contact
 
-    decay (n, modes), first, last (n, modes, d), compliance (n, d, d), damping, dt (n,): of each of the n steps after which
-    the speed repeats; n is 1 at constant speed. fed: empty at constant speed, otherwise the feed in m at every step, the
-    first of them as many steps before the start as there are more than `steps` + 1. linear: edges outside the material
-    stay in contact.
-    lag, share (elements,): angle behind tooth 0 and length of each edge element; meridian (elements, 3): sine and cosine of
-    its axial immersion angle and its radius over the cutter's; arc (elements, 2): entry and exit; delay, extra (elements,
-    memory): steps back to the i-th earlier passage and the static chip it leaves beside feed (run-out), m; feed_step is the
-    feed in m per step. cutting, edge = (t, n, a); damping = process damping per metre over cutting speed, friction its share
-    along the tangent.
+
+@nb.njit(cache=True, nogil=True, fastmath=True)
+def simulate(rotation, structure, state, edges, law, trace):
+    """March all steps from modal states `state` and fill the trace; returns the last step, earlier where the tool passes 1 m.
+
+    rotation, structure, edges, law, trace : `Rotation`, `ModalSteps`, `EdgeElements`, `ForceLaw`, `Trace`. Their arrays are
+    taken out once: a field read within the loop costs a reference count, which is dear at ten million steps a second.
     """
-    kinds, modes, elements, ways = decay.shape[0], decay.shape[1], lag.size, left.shape[0]
+    kinds, ways, modes = structure.first.shape
     spatial = ways == 3
-    before = fed.size - steps - 1
-    dre, dim = decay.real.copy(), decay.imag.copy()
+    # Real and imaginary parts apart: loops over modes vectorise.
+    decay_re, decay_im = structure.decay.real.copy(), structure.decay.imag.copy()
+    left_re, left_im = structure.left.real.copy(), structure.left.imag.copy()
+    first_re, first_im = structure.first.real.copy(), structure.first.imag.copy()
+    last_re, last_im = structure.last.real.copy(), structure.last.imag.copy()
+    compliance, length = structure.compliance, structure.length
+    lag, share, outward, upward, radius = edges.lag, edges.share, edges.outward, edges.upward, edges.radius
+    delay, extra = edges.delay, edges.extra
+    elements, memory = delay.shape
+    cutting, edge, damping, friction, linear = law.cutting, law.edge, law.damping, law.friction, law.linear
+    displacement, force, torque, chip_max = trace.displacement, trace.force, trace.torque, trace.chip
+    start, angle_step, feed_step, fed = rotation.start, rotation.step, rotation.feed, rotation.fed
+    before = fed.size - rotation.steps - 1
     zre, zim = state.real.copy(), state.imag.copy()
-    lxr, lxi, lyr, lyi = left[0].real.copy(), left[0].imag.copy(), left[1].real.copy(), left[1].imag.copy()
-    lzr, lzi = left[ways - 1].real.copy(), left[ways - 1].imag.copy()
-    fxr, fxi = first[:, :, 0].real.copy(), first[:, :, 0].imag.copy()
-    fyr, fyi = first[:, :, 1].real.copy(), first[:, :, 1].imag.copy()
-    fzr, fzi = first[:, :, ways - 1].real.copy(), first[:, :, ways - 1].imag.copy()
-    gxr, gxi = last[:, :, 0].real.copy(), last[:, :, 0].imag.copy()
-    gyr, gyi = last[:, :, 1].real.copy(), last[:, :, 1].imag.copy()
-    gzr, gzi = last[:, :, ways - 1].real.copy(), last[:, :, ways - 1].imag.copy()
-    contact = np.empty((period_steps, elements))
-    for k in range(period_steps):
-        for e in range(elements):
-            phi = (start + k * angle_step - lag[e]) % (2 * math.pi)
-            contact[k, e] = engaged_share(phi, angle_step, arc[e, 0], arc[e, 1])
-    fx, fy, fz = force[0, 0], force[0, 1], 0.0
-    for k in range(1, steps + 1):
-        rx, ry, rz = 0.0, 0.0, 0.0
-        kind = (k - 1) % kinds
+    contact = contact_table(rotation, edges)
+    fx, fy, fz = force[0, 0], force[0, 1], force[0, 2]
+    for k in range(1, rotation.steps + 1):
+        kind, row = (k - 1) % kinds, k % rotation.repeat
+        rx, ry, rz = 0.0, 0.0, 0.0  # displacement at the step's end without the force there
         for m in range(modes):
-            re = dre[kind, m] * zre[m] - dim[kind, m] * zim[m] + fxr[kind, m] * fx + fyr[kind, m] * fy
-            im = dre[kind, m] * zim[m] + dim[kind, m] * zre[m] + fxi[kind, m] * fx + fyi[kind, m] * fy
+            re = decay_re[kind, m] * zre[m] - decay_im[kind, m] * zim[m] + first_re[kind, 0, m] * fx + first_re[kind, 1, m] * fy
+            im = decay_re[kind, m] * zim[m] + decay_im[kind, m] * zre[m] + first_im[kind, 0, m] * fx + first_im[kind, 1, m] * fy
             if spatial:
-                re += fzr[kind, m] * fz
-                im += fzi[kind, m] * fz
-                rz += lzr[m] * re - lzi[m] * im
+                re += first_re[kind, 2, m] * fz
+                im += first_im[kind, 2, m] * fz
+                rz += left_re[2, m] * re - left_im[2, m] * im
             zre[m], zim[m] = re, im
-            rx += lxr[m] * re - lxi[m] * im
-            ry += lyr[m] * re - lyi[m] * im
+            rx += left_re[0, m] * re - left_im[0, m] * im
+            ry += left_re[1, m] * re - left_im[1, m] * im
         rx, ry, rz = 2 * rx, 2 * ry, 2 * rz
-        fx, fy, fz, moment, thick = 0.0, 0.0, 0.0, 0.0, 0.0
-        row = k % period_steps
         px, py, pz = rx, ry, rz
+        fx, fy, fz, moment, thick = 0.0, 0.0, 0.0, 0.0, 0.0
         for _ in range(2):
-            nx, ny, nz, nm, thick = 0.0, 0.0, 0.0, 0.0, 0.0
+            fx, fy, fz, moment, thick = 0.0, 0.0, 0.0, 0.0, 0.0
             for e in range(elements):
                 g = contact[row, e]
                 if g <= 0.0:
                     continue
+                # Outward normal n = (out sin phi, out cos phi, -up), tangent t = (cos phi, -sin phi, 0).
                 phi = start + row * angle_step - lag[e]
                 s, c = math.sin(phi), math.cos(phi)
-                up, along = meridian[e, 0], meridian[e, 1]
-                here = up * (s * px + c * py) - along * pz
+                out, up = outward[e], upward[e]
+                here = out * (s * px + c * py) - up * pz
                 h = 1e300
-                for i in range(memory):
+                for i in range(memory):  # what the i-th passage before left, at a time between two steps
                     back = delay[e, i]
                     at = k - back
                     low = math.floor(at)
                     part = at - low
                     was = 0.0
                     if low >= 0:
-                        was = _along(displacement, low, up * s, up * c, along, spatial)
+                        was = along(displacement, low, out * s, out * c, up, spatial)
                         if part > 0.0:
-                            was += part * (_along(displacement, low + 1, up * s, up * c, along, spatial) - was)
+                            was += part * (along(displacement, low + 1, out * s, out * c, up, spatial) - was)
                     advance = feed_step * back
                     if before > 0:
                         from_start = low + before
                         advance = fed[k + before] - fed[from_start] - part * (fed[from_start + 1] - fed[from_start])
-                    h = min(h, (advance * s + extra[e, i]) * up + here - was)
+                    h = min(h, (advance * s + extra[e, i]) * out + here - was)
                 if h <= 0.0 and not linear:
                     continue
                 ft = cutting[0] * h + edge[0]
                 fn = cutting[1] * h + edge[1]
                 fa = cutting[2] * h + edge[2]
                 if damping[kind] > 0.0:
-                    drag = damping[kind] * (here - _along(displacement, k - 1, up * s, up * c, along, spatial)) / dt[kind]
+                    drag = damping[kind] * (here - along(displacement, k - 1, out * s, out * c, up, spatial)) / length[kind]
                     fn += drag
                     ft += friction * drag
                 a = share[e] * g
-                radial = fn * up - fa * along
-                nx -= a * (ft * c + radial * s)
-                ny -= a * (-ft * s + radial * c)
-                nz += a * (fn * along + fa * up)
-                nm += a * ft * meridian[e, 2]
+                radial = fn * out - fa * up
+                fx -= a * (ft * c + radial * s)
+                fy -= a * (-ft * s + radial * c)
+                fz += a * (fn * up + fa * out)
+                moment += a * ft * radius[e]
                 thick = max(thick, h)
-            fx, fy, fz, moment = nx, ny, nz, nm
             px = rx + compliance[kind, 0, 0] * fx + compliance[kind, 0, 1] * fy
             py = ry + compliance[kind, 1, 0] * fx + compliance[kind, 1, 1] * fy
             if spatial:
                 px += compliance[kind, 0, 2] * fz
                 py += compliance[kind, 1, 2] * fz
                 pz = rz + compliance[kind, 2, 0] * fx + compliance[kind, 2, 1] * fy + compliance[kind, 2, 2] * fz
-        for m in range(modes):
-            zre[m] += gxr[kind, m] * fx + gyr[kind, m] * fy
-            zim[m] += gxi[kind, m] * fx + gyi[kind, m] * fy
         displacement[k, 0], displacement[k, 1] = px, py
-        force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
         if spatial:
-            for m in range(modes):
-                zre[m] += gzr[kind, m] * fz
-                zim[m] += gzi[kind, m] * fz
             displacement[k, 2] = pz
+        force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
+        for m in range(modes):
+            zre[m] += last_re[kind, 0, m] * fx + last_re[kind, 1, m] * fy
+            zim[m] += last_im[kind, 0, m] * fx + last_im[kind, 1, m] * fy
+            if spatial:
+                zre[m] += last_re[kind, 2, m] * fz
+                zim[m] += last_im[kind, 2, m] * fz
         torque[k], chip_max[k] = moment, thick
         if abs(px) > 1.0:
             return k
-    return steps
+    return rotation.steps
 
 
 @nb.njit(cache=True, nogil=True, fastmath=True, inline="always")
-def _along(displacement, k, x, y, z, spatial):
+def along(displacement, k, x, y, z, spatial):
     """Displacement of step k along the outward normal [x, y, -z]."""
     total = x * displacement[k, 0] + y * displacement[k, 1]
     if spatial:

@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, checked_speeds
+from toolpoint.cutting.simulation.records import EdgeElements, ForceLaw, ModalSteps, Rotation, Trace
 from toolpoint.vibration import Dof, Record
 
 
@@ -218,9 +219,9 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
     m = method.chosen(problem, speed)
     n = count("revolutions", revolutions) * m * problem.tool.teeth
     clock = Clock.of(problem, speed, m)
-    arrays = np.zeros((n + 1, system.left.shape[0])), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros(n + 1)
-    done = _march(problem, system, clock, depth, m, n, method, start, arrays)
-    displacement, force, torque, chip = (a[:done + 1] for a in arrays)
+    trace = Trace(np.zeros((n + 1, system.left.shape[0])), np.zeros((n + 1, 3)), np.zeros(n + 1), np.zeros(n + 1))
+    done = _march(problem, system, clock, depth, m, method, start, trace)
+    displacement, force, torque, chip = (a[:done + 1] for a in trace)
     time = clock.at(np.arange(done + 1))
     status = "complete"
     if done < n:
@@ -262,55 +263,47 @@ class Clock:
         return np.asarray(whole * self.within[-1] + self.within[part], float)
 
 
-def _march(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int, n: int,
-           method: ExactSteps, start: FloatArray | None, arrays: tuple[Array, ...]) -> int:
-    from toolpoint.cutting.simulation.kernel import simulate as kernel
+def _march(problem: MillingProblem, system: ModalState, clock: Clock, depth: float, m: int,
+           method: ExactSteps, start: FloatArray | None, trace: Trace) -> int:
+    """Fill the trace and return the last step, with m steps in a tooth period."""
+    from toolpoint.cutting.simulation.kernel import simulate as kernel  # brings the compiler
 
-    dt, weights = clock.steps, [step_weights(system, step) for step in clock.steps]
-    first, last, compliance = (np.stack([one[i] for one in weights]) for i in range(3))
-    edges = elements(problem, depth, m, method)
     state = np.zeros(system.poles.size, complex)
     if start is not None:
         state[:] = start
-    material = problem.coefficients
-    angle_step = 2 * np.pi / (m * problem.tool.teeth)
-    drag = problem.process_damping * dt / (angle_step * problem.tool.radius)
-    before = int(np.ceil(edges.delay.max())) + 1
+    edges = edge_elements(problem, depth, m, method)
+    rotation = _rotation(problem, clock, m, trace.torque.size - 1, edges)
+    return int(kernel(rotation, modal_steps(system, clock.steps), state, edges, _force_law(problem, clock, m, method), trace))
+
+
+def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: EdgeElements) -> Rotation:
+    per_turn = m * problem.tool.teeth
     # The table moves at constant speed: with a varied spindle the feed of a tooth varies with it.
-    rate = problem.feed_per_tooth * dt.size / m / clock.within[-1]
-    fed = rate * clock.at(np.arange(-before, n + 1)) if clock.varies else np.empty(0)
-    return int(kernel(
-        n, m * problem.tool.teeth, problem.feed_per_tooth / m, np.exp(system.poles * dt[:, None]), system.left, first, last,
-        compliance, state, problem.engagement.entry, angle_step, edges.lag, edges.share, edges.meridian, edges.arc, edges.delay,
-        edges.extra, material.cutting, material.edge, edges.delay.shape[1], method.keeps_contact, drag,
-        problem.damping_friction, dt, fed, *arrays))
+    before = int(np.ceil(edges.delay.max())) + 1
+    rate = problem.feed_per_tooth * clock.steps.size / m / clock.within[-1]
+    fed = rate * clock.at(np.arange(-before, steps + 1)) if clock.varies else np.empty(0)
+    return Rotation(steps, per_turn, problem.engagement.entry, 2 * np.pi / per_turn, problem.feed_per_tooth / m, fed)
 
 
-def step_weights(system: ModalState, dt: float) -> tuple[Array, Array, FloatArray]:
-    """Weights of the force at a step's start and end on the modal states, and the end's own compliance (d, d)."""
-    x = system.poles * dt
+def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps) -> ForceLaw:
+    angle_step = 2 * np.pi / (m * problem.tool.teeth)
+    drag = problem.process_damping * clock.steps / (angle_step * problem.tool.radius)
+    material = problem.coefficients
+    return ForceLaw(material.cutting, material.edge, drag, problem.damping_friction, method.keeps_contact)
+
+
+def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
+    """Return the exact steps of the modal states over these lengths, s, for a force that is linear over each."""
+    x = system.poles * lengths[:, None]
     phi1 = np.expm1(x) / x
     small = np.abs(x) < 1e-2
     phi2 = np.where(small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(small, 1, x))
-    first, last = (system.right * (weight * dt)[:, None] for weight in (phi1 - phi2, phi2))
-    return first, last, 2 * np.real(system.left @ last)
+    first, last = (weight[:, None, :] * lengths[:, None, None] * system.right.T for weight in (phi1 - phi2, phi2))
+    compliance = 2 * np.real(np.einsum("am,nbm->nab", system.left, last))
+    return ModalSteps(np.ascontiguousarray(system.left), np.exp(x), first, last, compliance, lengths)
 
 
-@dataclass(frozen=True, eq=False)
-class Elements:
-    """Edge elements, n of all teeth and slices: angle behind tooth 0 (rad), length along the edge's meridian (m),
-    `meridian` (n, 3) sine and cosine of the axial immersion angle and radius over the cutter's, `arc` (n, 2) entry and exit
-    (rad), `delay` and `extra` (n, memory) steps back to and run-out chip (m) of every remembered passage."""
-
-    lag: FloatArray
-    share: FloatArray
-    meridian: FloatArray
-    arc: FloatArray
-    delay: FloatArray
-    extra: FloatArray
-
-
-def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> Elements:
+def edge_elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> EdgeElements:
     """Return the edge elements of a cut at `m` steps in a tooth period."""
     tool = problem.tool
     slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
@@ -319,19 +312,19 @@ def elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) 
     lag, distance = tool.angles(height), tool.edge_radius(height)
     memory = 1 if method.keeps_contact else method.memory or tool.teeth
     delay, extra = np.zeros((slices, tool.teeth, memory)), np.zeros((slices, tool.teeth, memory))
-    per_turn = m * tool.teeth
     for i in range(1, memory + 1):
         back = (np.arange(tool.teeth) - i) % tool.teeth  # the tooth that cut there i passages earlier
-        turns = (i - 1) // tool.teeth
         angle = (lag - lag[:, back]) % (2 * np.pi)
-        angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * turns
-        delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * per_turn, 9)
+        angle = np.where(angle < 1e-12, 2 * np.pi, angle) + 2 * np.pi * ((i - 1) // tool.teeth)
+        delay[:, :, i - 1] = np.round(angle / (2 * np.pi) * m * tool.teeth, 9)
         extra[:, :, i - 1] = distance - distance[:, back]
     every = slices * tool.teeth
-    meridian = np.stack([np.sin(kappa), np.where(kappa == np.pi / 2, 0.0, np.cos(kappa)), radius / tool.radius], axis=-1)
-    arc = np.stack(problem.engagement.at_radius(tool.radius / radius), axis=-1)
-    return Elements((lag.ravel() % (2 * np.pi)), np.full(every, share), np.repeat(meridian, tool.teeth, axis=0),
-                    np.repeat(arc, tool.teeth, axis=0), delay.reshape(every, memory), extra.reshape(every, memory))
+    upward = np.where(kappa == np.pi / 2, 0.0, np.cos(kappa))
+    entry, leave = problem.engagement.at_radius(tool.radius / radius)
+    outward, upward, ratio, entry, leave = (
+        np.repeat(values, tool.teeth) for values in (np.sin(kappa), upward, radius / tool.radius, entry, leave))
+    return EdgeElements(lag.ravel() % (2 * np.pi), np.full(every, share), outward, upward, ratio, entry, leave,
+                        delay.reshape(every, memory), extra.reshape(every, memory))
 
 
 def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
