@@ -203,13 +203,15 @@ def test_what_it_cannot_do_is_refused() -> None:
 
 def test_depths_of_a_flip_lobe_between_levels_are_added() -> None:
     """D(pi) = (1 - s/0.3)(1 - s/0.35) is negative between two levels only; without such a lobe nothing is added."""
-    from toolpoint.cutting.stability.floquet.counts import with_flips
+    from toolpoint.cutting.stability.floquet.counts import add_flips
+    from toolpoint.cutting.stability.floquet.records import ThetaTable
 
     levels, counts = np.array([0.25, 0.5, 1.0]), np.zeros(3, int)
 
     def added(*coefficients: float) -> list[float]:
         c = np.array([coefficients] * 2, complex)
-        found, _ = with_flips(np.arange(2), 2, c, np.full(2, len(coefficients) - 1), levels, counts)
+        table = ThetaTable(np.array([0.0, np.pi]), np.arange(2), c, np.full(2, len(coefficients) - 1))
+        found, _ = add_flips(table, 2, levels, counts)
         assert (np.diff(found) > 0).all() and set(levels) <= set(found)
         return [s for s in found if s not in levels]
 

@@ -24,6 +24,7 @@ from toolpoint.cutting import (
 )
 from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.chain import chart_poses, limits_of
+from toolpoint.cutting.stability.floquet.records import SEEN
 
 SPEEDS = np.linspace(5000, 15000, 5)
 DEPTHS = np.linspace(5e-5, 0.01, 200)
@@ -111,37 +112,38 @@ def test_every_point_is_known_afterwards() -> None:
     found = stability.chart(cut(), SPEEDS, FloquetDeterminant(), warm=memory)
     for i, speed in enumerate(SPEEDS.tolist()):
         nodes, numbers, _, known = memory.scans[speed, cut().plane.poles.size]
-        assert np.sort(known[:numbers[1], 0]) * 0.01 == pytest.approx(found.depth[found.points(i)], rel=1e-6)
-        assert nodes[0] == 0 and nodes[numbers[0] - 1] == np.pi and (np.diff(nodes[:numbers[0]]) > 0).all()
+        assert np.sort(known["s"][:numbers["points"]]) * 0.01 == pytest.approx(found.depth[found.points(i)], rel=1e-6)
+        nodes = nodes[:numbers["nodes"]]
+        assert nodes[0] == 0 and nodes[-1] == np.pi and (np.diff(nodes) > 0).all()
 
 
 def test_nodes_to_begin_with() -> None:
     """Poles as they were: the nodes kept. One that moved, widened or grew: nodes about it, the even base if it is wide."""
-    from toolpoint.cutting.stability.floquet.nodes import begun
+    from toolpoint.cutting.stability.floquet.nodes import first_nodes
 
     period, before = 1e-3, np.array([0.0, 1.0, 2.0, np.pi])
     w, s, loop = np.array([1500.0, 2500.0]), np.array([50.0, 100.0]), np.array([1.0 + 0j, 2.0])
-    seen = np.zeros((2, 4))
-    cold = begun(16, w, s, loop, period, np.zeros(0), seen)
-    assert cold.size == 17 + 10 and seen[1] == pytest.approx([2.5, 0.1, 2.0, 0.0])
-    assert begun(16, w, s, loop, period, before, seen.copy()) == pytest.approx(before)
+    seen = np.zeros(2, SEEN)
+    cold = first_nodes(16, w, s, loop, period, np.zeros(0), seen)
+    assert cold.size == 17 + 10 and seen[1].tolist() == pytest.approx((2.5, 0.1, 2.0))
+    assert first_nodes(16, w, s, loop, period, before, seen.copy()) == pytest.approx(before)
     for changed in ((w + np.array([0, 60]), s, loop), (w, s * [1, 1.3], loop), (w, s, loop * [1, 1.5])):
-        again = begun(16, *changed, period, before, seen.copy())
+        again = first_nodes(16, *changed, period, before, seen.copy())
         assert again.size == 4 + 5 and np.abs(again - changed[0][1] * period).min() < 1e-12
-    assert begun(16, w, s * [1, 4], loop, period, before, seen.copy()).size >= 17
+    assert first_nodes(16, w, s * [1, 4], loop, period, before, seen.copy()).size >= 17
 
 
 def test_nodes_to_keep() -> None:
     """Of values along a line few nodes stay, none with a gap above two base intervals; a bend keeps its node."""
-    from toolpoint.cutting.stability.floquet.nodes import kept
+    from toolpoint.cutting.stability.floquet.nodes import keep_nodes
 
     theta = np.linspace(0, np.pi, 65)
     values = np.ones((65, 3), complex) + 0.2j * theta[:, None]
     out, order = np.zeros(250), np.arange(65)
-    plain = kept(theta, order, 65, values, 3, 16, out)
+    plain = keep_nodes(theta, order, 65, values, 3, 16, out)
     assert plain == 9 and np.diff(out[:9]).max() < 2.01 * np.pi / 16
     values[30, 1] *= 1.5
-    bent = kept(theta, order, 65, values, 3, 16, out)
+    bent = keep_nodes(theta, order, 65, values, 3, 16, out)
     assert bent > plain and np.abs(out[:bent] - theta[30]).min() == 0
 
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.floquet.records import ScanMemory
 
 if TYPE_CHECKING:
     from toolpoint.cutting.stability.panels.store import PanelStore
 
 SAME = ("tool", "engagement", "speed_variation")  # or what another cut left is of no use
 LAID = ("coefficients", "process_damping", "damping_friction")  # what panels hang on besides
-Memory = tuple[FloatArray, Array, FloatArray, FloatArray]  # theta nodes, numbers, poles as last seen, boundary points
 
 
 @dataclass
@@ -34,7 +34,7 @@ class WarmStart:
     """
 
     fixed: bool = False
-    scans: dict[tuple[float, int], Memory] = field(default_factory=dict, repr=False)
+    scans: dict[tuple[float, int], ScanMemory] = field(default_factory=dict, repr=False)
     roots: dict[float, FloatArray] = field(default_factory=dict, repr=False)
     attempts: dict[float, int] = field(default_factory=dict, repr=False)
     cut: tuple[Any, ...] = field(default=(), repr=False)
@@ -65,15 +65,14 @@ class WarmStart:
         self.store.fit((*(_content(getattr(problem, name)) for name in (*SAME, *LAID)), problem.plane.size))
         return self.store
 
-    def begin(self, speeds: FloatArray, empty: Memory) -> Memory:
+    def begin(self, speeds: FloatArray, empty: ScanMemory) -> ScanMemory:
         """Return what is known of these speeds as one array a kind, for the kernel to bring up to date.
 
         empty : the same for one speed of which nothing is known.
         """
-        key = empty[2].shape[0]
+        key = empty.seen.shape[0]
         every = [self.scans.get((n, key), empty) for n in speeds.tolist()]
-        nodes, numbers, seen, known = (np.array(kind) for kind in zip(*every))
-        return nodes, numbers, seen, known
+        return ScanMemory(*(np.array(list(kind), kind[0].dtype) for kind in zip(*every)))
 
     def keep_roots(self, speed: float, roots: list[tuple[float, float]]) -> None:
         """Take depths and slopes of the growth of the roots at one speed."""
@@ -85,13 +84,12 @@ class WarmStart:
         if not self.fixed:
             self.attempts.update(zip(speeds.tolist(), attempts.tolist()))
 
-    def keep(self, speeds: FloatArray, memory: Memory) -> None:
+    def keep(self, speeds: FloatArray, memory: ScanMemory) -> None:
         """Take what the kernel left."""
         if self.fixed:
             return
         for i, n in enumerate(speeds.tolist()):
-            nodes, numbers, seen, known = (kind[i] for kind in memory)
-            self.scans[n, seen.shape[0]] = nodes, numbers, seen, known
+            self.scans[n, memory.seen.shape[1]] = ScanMemory(*(kind[i] for kind in memory))
 
 
 def _content(part: object) -> object:

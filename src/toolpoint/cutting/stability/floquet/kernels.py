@@ -13,20 +13,26 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint.cutting.stability.floquet.records import Green, Room, Turning
+
 MAX_POINTS = 48
 MAX_NODES = 1500
 
 
+@nb.njit(cache=True, nogil=True)
+def turning_at(period, omega, w_max, poles):
+    """One speed's `Turning`."""
+    return Turning(period, omega, w_max, poles, np.exp(poles * period))
+
+
 @nb.njit(cache=True, nogil=True, fastmath=False)
-def prepared(period, omega, poles, pairs, weights, partial, angle, static):
-    """Return (wrapped, direct): per-pole matrices times e^{s(T + ti - tj)} as real and imaginary parts (n, 2, q^2), and the
-    causal part of one period."""
+def green_at(turning, nodes):
+    """The Green matrix's parts at one speed: all of it that does not depend on theta."""
+    period, omega, poles = turning.period, turning.omega, turning.poles
+    pairs, weight, partial, angle = nodes.pairs, nodes.weight, nodes.partial, nodes.angle
     n, q = poles.size, angle.size
     wrapped = np.empty((n, 2, q * q))
-    direct = np.zeros((q, q))
-    for i in range(q):
-        for j in range(q):
-            direct[i, j] = static[i, j]
+    direct = nodes.static.copy()
     for r in range(n):
         s = poles[r]
         whole = np.exp(s * period)
@@ -40,18 +46,19 @@ def prepared(period, omega, poles, pairs, weights, partial, angle, static):
             for j in range(q):
                 e = rise[i] * fall[j] if split else np.exp(s * ((angle[i] - angle[j]) / omega))
                 x = pairs[r, i, j] * e / omega
-                y = weights[j] * x * whole
+                y = weight[j] * x * whole
                 wrapped[r, 0, i * q + j], wrapped[r, 1, i * q + j] = y.real, y.imag
                 if partial[i, j] != 0.0:
                     direct[i, j] += 2.0 * partial[i, j] * x.real
-    return wrapped, direct
+    return Green(wrapped, direct, nodes.lines)
 
 
 @nb.njit(cache=True, nogil=True)
-def fill(nu, w_max, factors, wrapped, direct, out):
-    """Write M(theta) of modes into out; factors are e^{sT} of the poles."""
-    q = direct.shape[0]
-    re, im = direct.copy().reshape(q * q), np.zeros(q * q)
+def fill(nu, turning, green, out):
+    """Write M(theta) of modes into out: the geometric series of all earlier periods is nu/(1 - nu e^{sT}) for every pole."""
+    wrapped, factors = green.wrapped, turning.factors
+    q = green.direct.shape[0]
+    re, im = green.direct.copy().reshape(q * q), np.zeros(q * q)
     for r in range(factors.size):
         a = nu / (1.0 - nu * factors[r])
         b = nu / (1.0 - nu * np.conj(factors[r]))
@@ -62,22 +69,23 @@ def fill(nu, w_max, factors, wrapped, direct, out):
         for k in range(q * q):
             re[k] += pr * x[k] - mi * y[k]
             im[k] += pi * x[k] + mr * y[k]
-    scale = w_max * (1.0 - nu)
+    scale = turning.w_max * (1.0 - nu)
     for i in range(q):
         for j in range(q):
             out[i, j] = scale * complex(re[i * q + j], im[i * q + j])
 
 
 @nb.njit(cache=True, nogil=True)
-def fill_hill(nu, theta, w_max, period, poles, residues, static, fourier, out):
-    """Write the truncated Hill matrix of modes into out (MultiFrequency); poles as real and imaginary parts in turn."""
+def fill_hill(nu, theta, turning, green, out):
+    """Write the truncated Hill matrix of modes into out (MultiFrequency)."""
+    poles, residues, fourier, static = green.lines.poles, green.lines.residues, green.lines.fourier, green.direct
     ways = residues.shape[1]
     top = (out.shape[0] // ways - 1) // 2
     centre = (fourier.shape[0] - 1) // 2
-    scale = w_max * (1.0 - nu)
+    scale = turning.w_max * (1.0 - nu)
     value = np.zeros((ways, ways), np.complex128)
     for l in range(-top, top + 1):
-        s = 1j * (theta + 2 * math.pi * l) / period
+        s = 1j * (theta + 2 * math.pi * l) / turning.period
         for c in range(ways):
             for b in range(ways):
                 value[c, b] = static[c, b]
@@ -99,12 +107,19 @@ def fill_hill(nu, theta, w_max, period, poles, residues, static, fourier, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def size_of(lines, angle):
+def size_of(nodes):
     """Size of the matrix: nodes on the arc, or harmonics times directions for a truncated Hill matrix."""
-    f, g, fourier = lines
-    if f.size == 0:
-        return angle.size
-    return ((fourier.shape[0] - 1) // 2 + 1) * g.shape[1]
+    lines = nodes.lines
+    if lines.poles.size == 0:
+        return nodes.angle.size
+    return ((lines.fourier.shape[0] - 1) // 2 + 1) * lines.residues.shape[1]
+
+
+@nb.njit(cache=True, nogil=True)
+def room_of(nodes):
+    """Room for the determinant of a set of nodes."""
+    q = size_of(nodes)
+    return Room(np.empty((q, q), np.complex128), np.zeros((q + 1, q + 1), np.complex128))
 
 
 @nb.njit(cache=True, nogil=True)
@@ -176,19 +191,17 @@ def horner(c, degree, s):
 
 
 @nb.njit(cache=True, nogil=True)
-def node(theta, w_max, period, factors, green, work, minors, coefficient):
-    """Polynomial of D at theta; green = (wrapped, direct, lines); returns the degree."""
-    wrapped, direct, lines = green
+def node(theta, turning, green, room, coefficient):
+    """Write the polynomial of D at theta; returns its degree."""
     nu = np.exp(-1j * theta)
     if abs(theta - math.pi) < 1e-14:
         nu = -1.0 + 0.0j
-    f, g, fourier = lines
-    if f.size > 0:
-        fill_hill(nu, theta, w_max, period, f, g, direct, fourier, work)
+    if green.lines.poles.size > 0:
+        fill_hill(nu, theta, turning, green, room.work)
     else:
-        fill(nu, w_max, factors, wrapped, direct, work)
-    hessenberg(work)
-    return polynomial(work, minors, coefficient)
+        fill(nu, turning, green, room.work)
+    hessenberg(room.work)
+    return polynomial(room.work, room.minors, coefficient)
 
 
 @nb.njit(cache=True, nogil=True)
@@ -209,17 +222,18 @@ def root(c, degree, guess):
 
 
 @nb.njit(cache=True, nogil=True)
-def polished(theta_a, theta_b, theta, guess, w_max, period, factors, green, work, minors, c):
-    """Crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule inside [a, b]."""
+def polish(within, theta, guess, turning, green, room, c):
+    """Crossing (theta, s, sense, ok): theta where the root s(theta) is real, by the secant rule inside two thetas."""
+    theta_a, theta_b = within
     span = theta_b - theta_a
     t0 = theta
-    degree = node(t0, w_max, period, factors, green, work, minors, c)
+    degree = node(t0, turning, green, room, c)
     s0 = root(c, degree, guess)
     t1 = t0 + 1e-4 * span if t0 + 1e-4 * span <= theta_b else t0 - 1e-4 * span
     s1 = s0
     slope = 0.0
     for _ in range(25):
-        degree = node(t1, w_max, period, factors, green, work, minors, c)
+        degree = node(t1, turning, green, room, c)
         s1 = root(c, degree, s1)
         if t1 != t0 and s1.imag != s0.imag:
             slope = (s1.imag - s0.imag) / (t1 - t0)
@@ -237,3 +251,10 @@ def polished(theta_a, theta_b, theta, guess, w_max, period, factors, green, work
     good = abs(s1.imag) < 1e-9 * abs(s1) and s1.real > 0
     # 1/s is an eigenvalue of -M: Im(1/s) falling with theta means Im s rising, and the count grows with depth.
     return t1, s1.real, 2 if slope > 0 else -2, good
+
+
+@nb.njit(cache=True, nogil=True)
+def put_point(points, p, s, theta, change, error):
+    """Write a boundary point whose slope is not known."""
+    points[p].s, points[p].theta, points[p].change, points[p].error = s, theta, change, error
+    points[p].slope = 0.0

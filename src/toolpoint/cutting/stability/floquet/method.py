@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from toolpoint.cutting.cut.arc import ArcNodes, breaks, straight_nodes
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
+from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, SEEN, ArcSet, HillLines, ScanMemory
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
@@ -89,11 +90,10 @@ class FloquetDeterminant:
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
         warm.fit(problem, depth_max)
-        found = [self._group(problem, speeds, group, depth_max, warm) for group in _alike(problem, speeds)]
-        columns = [np.concatenate(c) for c in zip(*[f[:-1] for f in found])]
-        index, depth, theta, change, error = columns
+        groups = [self._group(problem, speeds, group, depth_max, warm) for group in _alike(problem, speeds)]
+        index, depth, theta, change, error = (np.concatenate(column) for column in zip(*(columns for columns, _ in groups)))
         frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
-        state = max(f[-1] for f in found)
+        state = max(state for _, state in groups)
         return assembled(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
                          notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
 
@@ -117,7 +117,7 @@ class FloquetDeterminant:
                 f"narrower than about {2e3 * depth_max / self.levels:.2g} mm can be missed at large depths")
 
     def _group(self, problem: MillingProblem, speeds: FloatArray, group: Array, depth_max: float,
-               warm: WarmStart) -> tuple:  # type: ignore
+               warm: WarmStart) -> tuple[tuple[Array, ...], int]:
         plane = problem.plane_at(float(speeds[group[0]]))
         density = 1.05 * _highest(plane) / (2 * np.pi * speeds[group].min() / 60)
         rest, least, parts, state = group, self.nodes, [], 0
@@ -131,47 +131,47 @@ class FloquetDeterminant:
                 state = max(state, state_now)
                 rest = np.setdiff1d(rest, now[done])
             density, least = 1.3 * density, least + 4
-        return (*(np.concatenate(c) for c in zip(*parts)), state)
+        return tuple(np.concatenate(c) for c in zip(*parts)), state
 
     def _attempt(self, problem: MillingProblem, plane: PlaneDynamics, speeds: FloatArray, group: Array, depth_max: float,
                  density: float, least: int, warm: WarmStart, final: bool) -> tuple[Array, tuple[Array, ...], int, Array]:
-        second = _second(plane)
-        sets = []
-        for d, m in ((density, least), (1.15 * density, least + 3)):
-            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, d, m, second, plane.size)
-            _affordable(nodes, float(speeds[group].min()))
-            sets.append(green_set(nodes, plane))
-        n = speeds[group]
-        points, found, status = self.scanned(problem, plane, n, sets, depth_max, warm)
-        used = np.arange(points.shape[1]) < found[:, None]
-        tight = np.array([_tight(points[i, :found[i]], self.tolerance) for i in range(n.size)])
-        easy = np.array([_tight(points[i, :found[i]], EASY * self.tolerance) for i in range(n.size)])
+        n, second = speeds[group], _second(plane)
+
+        def arc_set(density: float, least: int) -> ArcSet:
+            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density, least, second,
+                                   plane.size)
+            _affordable(nodes, float(n.min()))
+            return green_set(nodes, plane)
+
+        sets = arc_set(density, least), arc_set(1.15 * density, least + 3)
+        points, number, status = self.scan(problem, plane, n, sets, depth_max, warm)
+        tight, easy = (np.array([_tight(points[i, :number[i]], share * self.tolerance) for i in range(n.size)])
+                       for share in (1.0, EASY))
         done = np.ones(n.size, bool) if final else tight
-        at = np.nonzero(used & done[:, None])
+        at = np.nonzero((np.arange(points.shape[1]) < number[:, None]) & done[:, None])
         p = points[at]
-        part = (group[at[0]], p[:, 0] * depth_max, p[:, 1], p[:, 2].astype(int), p[:, 3] * depth_max)
+        part = (group[at[0]], p["s"] * depth_max, p["theta"], p["change"].astype(int), p["error"] * depth_max)
         return done, part, int(status[done].max(initial=0)), easy
 
-    def scanned(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: list[tuple[Any, ...]],
-                depth_max: float, warm: WarmStart | None = None) -> tuple[FloatArray, Array, Array]:
-        """Return (points, number of points, status) of these speeds from the kernels."""
+    def scan(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: tuple[ArcSet, ArcSet],
+             depth_max: float, warm: WarmStart | None = None) -> tuple[Array, Array, Array]:
+        """Return boundary points (n_speeds, MAX_POINTS) of `POINT`, their number and the status of every speed."""
         from toolpoint.cutting.stability.floquet.kernels import MAX_POINTS
         from toolpoint.cutting.stability.floquet.nodes import MOST_KEPT
         from toolpoint.cutting.stability.floquet.scan import scan_many
 
-        points, found, status = np.zeros((n.size, MAX_POINTS, 4)), np.zeros(n.size, int), np.zeros(n.size, int)
-        top = np.zeros(n.size)
         room = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
-        empty = np.zeros(room[0]), np.array([0, -1]), np.zeros((room[1], 4)), np.zeros((room[2], 6))
+        empty = ScanMemory(np.zeros(room[0]), np.array((0, -1), NUMBERS), np.zeros(room[1], SEEN), np.zeros(room[2], POINT))
         memory = (warm or WarmStart()).begin(n, empty)
-        scan_many(  # type: ignore[call-arg]
-            problem.tooth_period(n), 2 * np.pi * n / 60, plane.poles, *sets, np.abs(plane.poles.imag), -plane.poles.real,
-            (np.arange(1, self.levels + 1) / self.levels) ** 2, depth_max, self.base, points, found, status, top, memory)
+        points = np.zeros((n.size, MAX_POINTS), POINT)
+        number, status, top = scan_many(
+            problem.tooth_period(n), 2 * np.pi * n / 60, depth_max, plane.poles, sets,
+            (np.arange(1, self.levels + 1) / self.levels) ** 2, self.base, points, memory)
         if warm is not None:
             warm.keep(n, memory)
         for i in np.flatnonzero(top < 1).tolist():
-            _capped(points[i], found, i, float(top[i]))
-        return points, found, status
+            _cap(points[i], number, i, float(top[i]))
+        return points, number, status
 
 
 class Frozen:
@@ -185,26 +185,24 @@ class Frozen:
     def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
         method, least = self.method, self.method.nodes
         for attempt in range(4):
-            sets = []
-            for d, n in ((self.density, least), (1.15 * self.density, least + 3)):
-                nodes = helical_nodes(self.problem, depth, d, n, _second(self.plane))
-                sets.append(green_set(nodes, self.plane))
-            points, found, status = method.scanned(self.problem, self.plane, np.array([speed]), sets, top)
-            rows = points[0, :found[0]]
+            coarse, fine = (green_set(helical_nodes(self.problem, depth, d, n, _second(self.plane)), self.plane)
+                            for d, n in ((self.density, least), (1.15 * self.density, least + 3)))
+            points, number, status = method.scan(self.problem, self.plane, np.array([speed]), (coarse, fine), top)
+            rows = points[0, :number[0]]
             if _tight(rows, method.tolerance) or attempt == 3:
                 break
             least += 4
         self.state = max(self.state, int(status[0]))
-        rows = rows[np.argsort(rows[:, 0])]
-        return rows * np.array([top, 1, 1, top])
+        rows = np.sort(rows, order="s")
+        return np.stack([top * rows["s"], rows["theta"], rows["change"], top * rows["error"]], axis=1)
 
 
-def _capped(points: FloatArray, found: Array, i: int, top: float) -> None:
+def _cap(points: Array, number: Array, i: int, top: float) -> None:
     """Where the scan could not resolve the depths above s = top, take them as unstable and state the whole gap as error."""
-    if points[:found[i], 2].sum() > 0 or found[i] >= points.shape[0]:
+    if points["change"][:number[i]].sum() > 0 or number[i] >= points.size:
         return
-    points[found[i]] = max(top, 1e-9), np.pi / 2, 2, 1 - top
-    found[i] += 1
+    points[number[i]] = (max(top, 1e-9), np.pi / 2, 2, 1 - top, 0)
+    number[i] += 1
 
 
 def _affordable(nodes: ArcNodes, speed: float) -> None:
@@ -230,20 +228,21 @@ def _second(plane: PlaneDynamics) -> bool:
     return bool(np.any(plane.residues[:, 1]) or np.any(plane.static[1]))
 
 
-def _tight(points: FloatArray, tolerance: float) -> bool:
+def _tight(points: Array, tolerance: float) -> bool:
     """Whether all points where stability itself changes (the count leaves or reaches zero) are within the tolerance."""
-    p = points[np.argsort(points[:, 0])]
-    after = np.cumsum(p[:, 2])
-    matters = (after == 0) | (after - p[:, 2] == 0)
-    return bool((p[matters, 3] <= tolerance * p[matters, 0] + 1e-14).all() and (after >= 0).all())
+    order = np.argsort(points["s"])
+    s, change, error = points["s"][order], points["change"][order], points["error"][order]
+    after = np.cumsum(change)
+    matters = (after == 0) | (after - change == 0)
+    return bool((error[matters] <= tolerance * s[matters] + 1e-14).all() and (after >= 0).all())
 
 
-def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> tuple[Any, ...]:
-    """Return what the kernels need of a set of nodes: (pairs, weights, partial, angle, static, no truncated Hill matrix)."""
+def green_set(nodes: ArcNodes, plane: PlaneDynamics) -> ArcSet:
+    """Return what the kernels need of a set of nodes."""
     pairs = np.einsum("ia,rab,jb->rij", nodes.chip, plane.residues, nodes.force)
     static = np.where(nodes.same_time, nodes.chip @ plane.static @ nodes.force.T, 0.0)
-    none = np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex)
-    return np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none
+    none = HillLines(np.zeros(0), np.zeros((0, 2, 2), complex), np.zeros((0, 2, 2), complex))
+    return ArcSet(np.ascontiguousarray(pairs), nodes.weight, nodes.partial, nodes.angle, static, none)
 
 
 def _highest(plane: PlaneDynamics) -> float:

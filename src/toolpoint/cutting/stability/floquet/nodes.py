@@ -36,23 +36,24 @@ def first_bad(a, b, usable, last, cosine=LARGEST_STEP):
 
 
 @nb.njit(cache=True, nogil=True)
-def loops(pairs, weights, hint_s, period, omega, w_max, out):
+def loops(nodes, turning, hint_s, out):
     """Write for every pole how large a loop it makes in the determinant at the largest depth, as a complex number."""
+    pairs, weight = nodes.pairs, nodes.weight
     for r in range(out.size):
         total = 0.0 + 0.0j
-        for j in range(weights.size):
-            total += weights[j] * pairs[r, j, j]
-        out[r] = 2 * w_max * total / (omega * hint_s[r] * period)
+        for j in range(weight.size):
+            total += weight[j] * pairs[r, j, j]
+        out[r] = 2 * turning.w_max * total / (turning.omega * hint_s[r] * turning.period)
 
 
 @nb.njit(cache=True, nogil=True)
-def begun(base, hint_w, hint_s, loop, period, before, seen):
+def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
     """Sorted theta nodes to begin with.
 
-    Cold (`before` empty): an even base, and nodes about every sharp pole's own theta. Warm: the nodes kept of a near
-    problem, and those about the poles that since they were last looked at have moved by half their half width, changed their
-    width by a quarter or their loop by a third; the even base again where such a pole is not sharp. seen (poles, 4): theta,
-    half width and loop of each pole when last looked at; brought up to date.
+    Cold (`before` empty): an even base, and nodes about every sharp pole's own theta. Warm: the nodes kept of a near problem,
+    and those about the poles that since they were last looked at have moved by half their half width, changed their width by
+    a quarter or their loop by a third; the even base again where such a pole is not sharp. seen (poles,): `SEEN` of each
+    pole when last looked at; brought up to date.
     """
     warm = before.size > 0
     even = not warm
@@ -62,10 +63,10 @@ def begun(base, hint_w, hint_s, loop, period, before, seen):
     for r in range(hint_w.size):
         half = hint_s[r] * period
         t = (hint_w[r] * period) % (2 * math.pi)
-        if warm and near_to(seen[r], t, half, loop[r]):
+        if warm and is_near(seen[r], t, half, loop[r]):
             continue
         if seen.shape[0] > 0:
-            seen[r, 0], seen[r, 1], seen[r, 2], seen[r, 3] = t, half, loop[r].real, loop[r].imag
+            seen[r].theta, seen[r].half, seen[r].loop = t, half, loop[r]
         if half > WIDE:
             even = True
             continue
@@ -90,46 +91,45 @@ def begun(base, hint_w, hint_s, loop, period, before, seen):
 
 
 @nb.njit(cache=True, nogil=True)
-def far(hint_w, hint_s, loop, period, seen):
+def are_far(hint_w, hint_s, loop, period, seen):
     """Whether most poles are no longer as they were when last looked at: then a cold start is cheaper."""
     moved = 0
     for r in range(hint_w.size):
-        if not near_to(seen[r], (hint_w[r] * period) % (2 * math.pi), hint_s[r] * period, loop[r]):
+        if not is_near(seen[r], (hint_w[r] * period) % (2 * math.pi), hint_s[r] * period, loop[r]):
             moved += 1
     return moved > FAR * hint_w.size
 
 
 @nb.njit(cache=True, nogil=True)
-def near_to(seen, t, half, loop):
+def is_near(seen, t, half, loop):
     """Whether a pole is still much as it was when nodes were last laid about it."""
-    gap = abs(t - seen[0])
+    gap = abs(t - seen.theta)
     gap = min(gap, 2 * math.pi - gap)
-    change = abs(loop - complex(seen[2], seen[3]))
-    return (gap <= 0.5 * min(half, seen[1]) and abs(half - seen[1]) <= 0.25 * seen[1]
-            and change <= 0.3 * math.hypot(seen[2], seen[3]) + 0.1)
+    change = abs(loop - seen.loop)
+    return (gap <= 0.5 * min(half, seen.half) and abs(half - seen.half) <= 0.25 * seen.half
+            and change <= 0.3 * abs(seen.loop) + 0.1)
 
 
 @nb.njit(cache=True, nogil=True)
-def kept(theta, order, used, at_levels, usable, base, out):
+def keep_nodes(theta, order, used, at_levels, usable, base, out):
     """Write the nodes that a near problem can begin with: as few as leave plain steps, and no bend of the values out.
 
     A pole whose loop is not yet an encirclement bends the values: nodes that show it stay, and no gap is wider than two
-    intervals of the base. Returns their number, 0 where
-    there are too many.
+    intervals of the base. Returns their number, 0 where there are too many.
     """
     if used > MOST_KEPT:
         return 0
     out[0] = theta[order[0]]
-    found, a = 1, 0
+    number, a = 1, 0
     while a < used - 1:
         b = a + 1
         while (b + 1 < used and theta[order[b + 1]] - theta[order[a]] <= 2.01 * math.pi / base
                and straight(theta, order, a, b + 1, used, at_levels, usable)):
             b += 1
-        out[found] = theta[order[b]]
-        found += 1
+        out[number] = theta[order[b]]
+        number += 1
         a = b
-    return found
+    return number
 
 
 @nb.njit(cache=True, nogil=True)

@@ -1,7 +1,14 @@
-"""Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points."""
+r"""Compiled scan of FloquetDeterminant: theta nodes refined until every phase step is plain, counts, boundary points.
+
+At fixed depth s the number of unstable multipliers is minus the phase that D(theta, s) gathers over theta in [0, pi], over pi
+(the argument principle; D(2 pi - theta) is the conjugate). D is a polynomial in s at every theta node, so one set of nodes
+serves all depths: a new node goes between two whose phase step is above 1.2 rad at any level. Where the count changes between
+two depths a root s(theta) crosses the real axis; it lies where the phase step is largest, which is where the secant rule for
+Im s(theta) = 0 begins. A point is put to the table as a node of its own, so the counts beside it are exact.
+"""
 
 # mypy: ignore-errors
-# numba reads these functions; their argument types are in the docstrings of their callers.
+# numba reads these functions; their argument types are in `records`.
 from __future__ import annotations
 
 import math
@@ -9,10 +16,31 @@ import math
 import numba as nb
 import numpy as np
 
-from toolpoint.cutting.stability.floquet.counts import BEFORE, BEYOND, agreed, count_at, counts_of, split, with_flips
-from toolpoint.cutting.stability.floquet.kernels import MAX_NODES, MAX_POINTS, horner, node, polished, prepared, root, size_of
-from toolpoint.cutting.stability.floquet.nodes import begun, far, first_bad, kept, loops
-from toolpoint.cutting.stability.floquet.track import tracked
+from toolpoint.cutting.stability.floquet.counts import (
+    BEFORE,
+    BEYOND,
+    add_flips,
+    count_at,
+    counts_of,
+    explain_counts,
+    put_cell,
+    split,
+)
+from toolpoint.cutting.stability.floquet.kernels import (
+    MAX_NODES,
+    MAX_POINTS,
+    green_at,
+    horner,
+    node,
+    polish,
+    put_point,
+    room_of,
+    root,
+    turning_at,
+)
+from toolpoint.cutting.stability.floquet.nodes import are_far, first_bad, first_nodes, keep_nodes, loops
+from toolpoint.cutting.stability.floquet.records import CELL, ScanMemory, ThetaTable
+from toolpoint.cutting.stability.floquet.track import track
 
 
 @nb.njit(cache=True, nogil=True)
@@ -28,7 +56,7 @@ def values_at(c, degree, levels, out):
 
 
 @nb.njit(cache=True, nogil=True)
-def inserted(order, used, new, place):
+def insert(order, used, new, place):
     """Put node `new` after position `place` of the order."""
     for k in range(used, place + 1, -1):
         order[k] = order[k - 1]
@@ -52,42 +80,62 @@ def real_root(c, degree, a, b):
 
 
 @nb.njit(cache=True, nogil=True)
-def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, memory):
+def scan(turning, coarse, fine, levels, base, points, memory):
     """Boundary points of one speed.
 
-    coarse, fine = (pairs, weights, partial, angle, static, truncated Hill matrix). points (MAX_POINTS, 4): s, theta, change,
-    error. memory = (nodes, numbers, seen, known): what a near problem left, brought up to date: theta nodes, the numbers of
-    nodes and of points (-1: none known), poles as last seen, boundary points; of no length where nothing is to be kept.
-    Returns (number of points, status, largest s resolved): status 0 good, 1 not resolved to s = 1, 2 points ran out, 3 a
-    point unpolished.
+    coarse, fine : `ArcSet`; the points are solved on the coarse one, and again on the fine one, their change is the error.
+    levels : depths s at which the count is taken; base : theta intervals before refinement; points (MAX_POINTS,) of `POINT`
+    are written; memory : `ScanMemory` of this speed. Returns (number of points, status, largest s resolved): status 0 good, 1
+    not resolved to s = 1, 2 points ran out, 3 a point unpolished.
     """
-    nodes, numbers, seen, known = memory
-    warm = nodes.size > 0
-    pairs, weights, partial, angle, static, lines = coarse
-    period = speed_period
+    numbers, seen = memory.numbers, memory.seen
+    warm = memory.nodes.size > 0
+    hint_w, hint_s = np.abs(turning.poles.imag), -turning.poles.real
     loop = np.zeros(hint_w.size, np.complex128)
     if warm:
-        loops(pairs, weights, hint_s, period, omega, w_max, loop)
-        if far(hint_w, hint_s, loop, period, seen):
-            numbers[0], numbers[1] = 0, -1
-    factors = np.exp(poles * period)
-    wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
-    green = (wrapped, direct, lines)
-    q = size_of(lines, angle)
-    work = np.empty((q, q), np.complex128)
-    minors = np.zeros((q + 1, q + 1), np.complex128)
-    theta = np.empty(MAX_NODES)
-    start = begun(base, hint_w, hint_s, loop, period, nodes[:numbers[0]].copy(), seen)
-    used = start.size
-    c = np.empty((MAX_NODES, q + 1), np.complex128)
-    degrees = np.zeros(MAX_NODES, np.int64)
-    order = np.zeros(MAX_NODES, np.int64)
+        loops(coarse, turning, hint_s, loop)
+        if are_far(hint_w, hint_s, loop, turning.period, seen):
+            numbers[0].nodes, numbers[0].points = 0, -1
+    green, room = green_at(turning, coarse), room_of(coarse)
+    start = first_nodes(base, hint_w, hint_s, loop, turning.period, memory.nodes[:numbers[0].nodes].copy(), seen)
+    columns = room.work.shape[0] + 1
+    table = ThetaTable(np.empty(MAX_NODES), np.zeros(MAX_NODES, np.int64), np.empty((MAX_NODES, columns), np.complex128),
+                       np.zeros(MAX_NODES, np.int64))
     at_levels = np.empty((MAX_NODES, levels.size), np.complex128)
-    status, usable = 0, levels.size
+    used, usable, status = lay_nodes(table, start, at_levels, levels, turning, green, room)
+    top = levels[usable - 1] if usable > 0 else 0.0
+    if warm:
+        kept = keep_nodes(table.theta, table.order, used, at_levels, usable, base, memory.nodes)
+        numbers[0].nodes = kept if status == 0 else 0
+    counts = counts_of(table.order, used, at_levels, usable)
+    depths, counts = add_flips(table, used, levels[:usable], counts)
+    found = -1
+    if warm and numbers[0].points >= 0 and status == 0:
+        found = track(memory.known[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
+        if found >= 0 and not explain_counts(points[:found], counts, depths, table, used):
+            found = -1
+    if found < 0:
+        found, state = boundaries(table, used, depths, counts, turning, green, room, points)
+        status = max(status, state)
+        if found > 0:
+            improve(points[:found], fine, turning)
+    if warm:
+        numbers[0].points = found if status == 0 else -1
+        for p in range(found):
+            memory.known[p] = points[p]
+    return found, status, top
+
+
+@nb.njit(cache=True, nogil=True)
+def lay_nodes(table, start, at_levels, levels, turning, green, room):
+    """Fill the table with the first theta nodes, and with nodes between them until every phase step is plain at every level;
+    returns (number of nodes, number of levels that are resolved, status)."""
+    theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
+    used, status, usable = start.size, 0, levels.size
     for i in range(used):
         theta[i] = start[i]
-        degrees[i] = node(theta[i], w_max, period, factors, green, work, minors, c[i])
-        values_at(c[i], degrees[i], levels, at_levels[i])
+        degree[i] = node(theta[i], turning, green, room, c[i])
+        values_at(c[i], degree[i], levels, at_levels[i])
         order[i] = i
     k = 0
     while k < used - 1:
@@ -104,78 +152,51 @@ def scan(speed_period, omega, poles, coarse, fine, hint_w, hint_s, levels, w_max
                 break
             continue
         theta[used] = 0.5 * (theta[i] + theta[j])
-        degrees[used] = node(theta[used], w_max, period, factors, green, work, minors, c[used])
-        values_at(c[used], degrees[used], levels, at_levels[used])
-        inserted(order, used, used, k)
+        degree[used] = node(theta[used], turning, green, room, c[used])
+        values_at(c[used], degree[used], levels, at_levels[used])
+        insert(order, used, used, k)
         used += 1
-    top = levels[usable - 1] if usable > 0 else 0.0
-    if warm:
-        numbers[0] = kept(theta, order, used, at_levels, usable, base, nodes) if status == 0 else 0
-    counts = counts_of(order, used, at_levels, usable)
-    levels, counts = with_flips(order, used, c, degrees, levels[:usable], counts)
-    slopes = np.zeros(MAX_POINTS, np.complex128)
-    found = -1
-    if warm and numbers[1] >= 0 and status == 0:
-        found = tracked(known[:numbers[1]], green, (work, minors, c[MAX_NODES - 1]), fine, poles, factors, w_max, period, omega,
-                        points, slopes)
-        if found >= 0 and not agreed(points, found, counts, levels, order, used, c, degrees):
-            found = -1
-    if found < 0:
-        slopes[:] = 0.0
-        found, used, state = boundaries(theta, order, used, c, degrees, levels, counts, w_max, period, factors, green, work,
-                                        minors, points)
-        status = max(status, state)
-        if found > 0:
-            improve(points, found, fine, poles, factors, w_max, period, omega)
-    if warm:
-        numbers[1] = found if status == 0 else -1
-        for p in range(found):
-            known[p, :4], known[p, 4], known[p, 5] = points[p], slopes[p].real, slopes[p].imag
-    return found, status, top
+    return used, usable, status
 
 
 @nb.njit(cache=True, nogil=True)
-def boundaries(theta, order, used, c, degrees, levels, counts, w_max, period, factors, green, work, minors, points):
-    """Every change of the count between levels, narrowed by bisection and polished."""
-    stack = np.empty((400, 4))
+def boundaries(table, used, levels, counts, turning, green, room, points):
+    """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
+    theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
+    stack = np.empty(400, CELL)
     top, found, status = 0, 0, 0
     s0, n0 = 0.0, 0
     for l in range(levels.size):
-        n = counts[l]
-        if n != n0:
-            stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = s0, n0, levels[l], n
-            top += 1
-        s0, n0 = levels[l], n
-    first = 0
-    while first < top:
+        if counts[l] != n0:
+            top = put_cell(stack, top, s0, n0, levels[l], counts[l])
+        s0, n0 = levels[l], counts[l]
+    while top > 0:
         top -= 1
-        a, na, b, nb_ = stack[top, 0], int(stack[top, 1]), stack[top, 2], int(stack[top, 3])
-        if na == nb_:
+        a, na, b, n_b = stack[top].low, stack[top].n_low, stack[top].high, stack[top].n_high
+        if na == n_b:
             continue
         if found >= MAX_POINTS or top > 380 or used >= MAX_NODES - 1:
             status = 2
             break
         m = 0.5 * (a + b)
-        nm, place = count_at(order, used, c, degrees, m)
-        if (nb_ - na) % 2 != 0:
+        nm, place = count_at(table, used, m)
+        if (n_b - na) % 2 != 0:  # an odd change is a flip: D(pi, s) is real and changes its sign
             flip = order[used - 1]
-            s = real_root(c[flip], degrees[flip], a, b)
-            points[found, 0], points[found, 1], points[found, 3] = s, math.pi, 0.0
-            low, _ = count_at(order, used, c, degrees, s * (1 - 1e-9))
-            high, _ = count_at(order, used, c, degrees, s * (1 + 1e-9))
+            s = real_root(c[flip], degree[flip], a, b)
+            low, _ = count_at(table, used, s * (1 - 1e-9))
+            high, _ = count_at(table, used, s * (1 + 1e-9))
             if (high - low) % 2 == 0 or abs(high - low) > 2:
-                high, low = (nb_, na) if abs(nb_ - na) == 1 else (na + 1, na)
-            points[found, 2] = high - low
+                high, low = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
+            put_point(points, found, s, math.pi, high - low, 0.0)
             found += 1
-            top = split(stack, top, a, na, s * (1 - 1e-9), low, BEFORE, order, used, c, degrees)
-            top = split(stack, top, s * (1 + 1e-9), high, b, nb_, BEYOND, order, used, c, degrees)
+            top = split(stack, top, (a, na), (s * (1 - 1e-9), low), BEFORE, table, used)
+            top = split(stack, top, (s * (1 + 1e-9), high), (b, n_b), BEYOND, table, used)
             continue
         ta, tb = theta[order[place]], theta[order[place + 1]]
         end = tb
         if place == used - 2:
             end = 2 * math.pi - ta
-        t, s, sense, ok = polished(ta, end, 0.5 * (ta + tb), complex(m, 0.0), w_max, period, factors, green, work,
-                                   minors, c[used])
+        t, s, sense, ok = polish((ta, end), 0.5 * (ta + tb), complex(m, 0.0), turning, green, room, c[used])
         if t > math.pi:
             t = 2 * math.pi - t
         inside = ok and a < s < b and ta - 0.5 * (tb - ta) <= t <= tb + 0.5 * (tb - ta) and t > 0 and t < math.pi
@@ -187,67 +208,60 @@ def boundaries(theta, order, used, c, degrees, levels, counts, w_max, period, fa
                 inside = False
         if inside:
             theta[used] = t
-            degrees[used] = node(t, w_max, period, factors, green, work, minors, c[used])
-            inserted(order, used, used, at)
+            degree[used] = node(t, turning, green, room, c[used])
+            insert(order, used, used, at)
             used += 1
-            points[found, 0], points[found, 1], points[found, 2], points[found, 3] = s, t, sense, 0.0
+            low, _ = count_at(table, used, s * (1 - 1e-7))
+            high, _ = count_at(table, used, s * (1 + 1e-7))
+            put_point(points, found, s, t, high - low if high - low != sense else sense, 0.0)
             found += 1
-            low, _ = count_at(order, used, c, degrees, s * (1 - 1e-7))
-            high, _ = count_at(order, used, c, degrees, s * (1 + 1e-7))
-            if high - low != sense:
-                points[found - 1, 2] = high - low
-            top = split(stack, top, a, na, s * (1 - 1e-7), low, BEFORE, order, used, c, degrees)
-            top = split(stack, top, s * (1 + 1e-7), high, b, nb_, BEYOND, order, used, c, degrees)
+            top = split(stack, top, (a, na), (s * (1 - 1e-7), low), BEFORE, table, used)
+            top = split(stack, top, (s * (1 + 1e-7), high), (b, n_b), BEYOND, table, used)
             continue
         if b - a < 1e-7 * b:
-            points[found, 0], points[found, 1] = m, 0.5 * (ta + tb)
-            points[found, 2], points[found, 3] = nb_ - na, b - a
+            put_point(points, found, m, 0.5 * (ta + tb), n_b - na, b - a)
             found += 1
             status = 3
             continue
-        stack[top, 0], stack[top, 1], stack[top, 2], stack[top, 3] = a, na, m, nm
-        stack[top + 1, 0], stack[top + 1, 1], stack[top + 1, 2], stack[top + 1, 3] = m, nm, b, nb_
-        top += 2
-    return found, used, status
+        top = put_cell(stack, top, a, na, m, nm)
+        top = put_cell(stack, top, m, nm, b, n_b)
+    return found, status
 
 
 @nb.njit(cache=True, nogil=True)
-def improve(points, found, fine, poles, factors, w_max, period, omega):
+def improve(points, fine, turning):
     """Solve every point again with more nodes on the arc; the difference is its error."""
-    pairs, weights, partial, angle, static, lines = fine
-    wrapped, direct = prepared(period, omega, poles, pairs, weights, partial, angle, static)
-    green = (wrapped, direct, lines)
-    q = size_of(lines, angle)
-    work = np.empty((q, q), np.complex128)
-    minors = np.zeros((q + 1, q + 1), np.complex128)
-    c = np.zeros(q + 1, np.complex128)
-    for p in range(found):
-        s, t = points[p, 0], points[p, 1]
+    green, room = green_at(turning, fine), room_of(fine)
+    c = np.zeros(room.work.shape[0] + 1, np.complex128)
+    for p in range(points.size):
+        s, t = points[p].s, points[p].theta
         if t == math.pi:
-            degree = node(t, w_max, period, factors, green, work, minors, c)
+            degree = node(t, turning, green, room, c)
             new = root(c, degree, complex(s, 0.0)).real
             ok = True
         else:
             span = min(2e-2, 0.2 * t, 0.2 * (math.pi - t))
-            t, new, _, ok = polished(t - span, t + span, t, complex(s, 0.0), w_max, period, factors, green, work,
-                                     minors, c)
+            t, new, _, ok = polish((t - span, t + span), t, complex(s, 0.0), turning, green, room, c)
             if t > math.pi:
                 t = 2 * math.pi - t
         error = abs(new - s) + 2e-10 * s  # rounding of the determinant
         if ok and error < 0.1 * s:
-            points[p, 0], points[p, 1] = new, t
-            points[p, 3] += error
+            points[p].s, points[p].theta = new, t
+            points[p].error += error
         else:
-            points[p, 3] += max(error, 0.05 * s)
+            points[p].error += max(error, 0.05 * s)
 
 
 @nb.njit(cache=True, nogil=True)
-def scan_many(periods, omegas, poles, coarse, fine, hint_w, hint_s, levels, w_max, base, points, found, status, top, memory):
-    """Scan all speeds; points (n, MAX_POINTS, 4), found, status and top (n,).
+def scan_many(periods, omegas, w_max, poles, sets, levels, base, points, memory):
+    """Scan all speeds; `points` (n, MAX_POINTS) are written, sets = (coarse, fine), `memory` has a leading axis over speeds.
 
-    memory = (nodes (n, MOST_KEPT), numbers (n, 2), seen (n, poles, 4), known (n, MAX_POINTS, 6)), see `scan`.
+    Returns (number of points, status, largest s resolved) of every speed.
     """
-    nodes, numbers, seen, known = memory
+    found, status, top = np.zeros(periods.size, np.int64), np.zeros(periods.size, np.int64), np.zeros(periods.size)
+    coarse, fine = sets
     for i in range(periods.size):
-        found[i], status[i], top[i] = scan(periods[i], omegas[i], poles, coarse, fine, hint_w, hint_s, levels, w_max, base,
-                                           points[i], (nodes[i], numbers[i], seen[i], known[i]))
+        turning = turning_at(periods[i], omegas[i], w_max, poles)
+        own = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.seen[i], memory.known[i])
+        found[i], status[i], top[i] = scan(turning, coarse, fine, levels, base, points[i], own)
+    return found, status, top

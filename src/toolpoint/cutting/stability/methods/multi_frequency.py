@@ -3,7 +3,7 @@ r"""MultiFrequency: the harmonic-balance stability solution with several tooth-p
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from toolpoint.cutting.cut.arc import straight_nodes
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, chatter_frequency, refusal
+from toolpoint.cutting.stability.floquet.records import ArcSet, HillLines
 from toolpoint.cutting.stability.method import Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assembled
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -67,9 +68,9 @@ class MultiFrequency:
         rows, engine = [], FloquetDeterminant(base=self.steps)
         for i, speed in enumerate(speeds):
             plane = problem.plane_at(float(speed))
-            one = hill_set(problem, plane, float(speed), self.harmonics)
-            points, found, _ = engine.scanned(problem, plane, np.array([speed]), [one, one], depth_max)
-            rows += [(i, p[0] * depth_max, p[1], p[2]) for p in points[0, :found[0]]]
+            lines = hill_set(problem, plane, float(speed), self.harmonics)
+            points, number, _ = engine.scan(problem, plane, np.array([speed]), (lines, lines), depth_max)
+            rows += [(i, p["s"] * depth_max, p["theta"], p["change"]) for p in points[0, :number[0]]]
         table = np.array(rows, float).reshape(-1, 4)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
         note = f"{self.harmonics} harmonics beyond the highest mode: the truncation's own error is not in `error`"
@@ -77,7 +78,7 @@ class MultiFrequency:
                                              1e-9 * table[:, 1]), method=str(self), notes=(*problem.notes, note))
 
 
-def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmonics: int) -> tuple[Any, ...]:
+def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmonics: int) -> ArcSet:
     """Return what the kernels need of the truncated Hill matrix, in the form of `floquet.green_set`."""
     period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
     top = int(np.ceil(plane.span[1] * period)) + harmonics
@@ -88,6 +89,6 @@ def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmon
     wave = np.exp(-2j * np.pi * order[:, None] * nodes.angle / pitch) * nodes.weight / pitch
     fourier = np.einsum("kq,qa,qb->kab", wave, nodes.force[:, :ways], nodes.chip[:, :ways])
     poles = np.stack([plane.poles.real, plane.poles.imag], axis=1).ravel()
-    lines = poles, np.ascontiguousarray(plane.residues[:, :ways, :ways]), np.ascontiguousarray(fourier)
+    lines = HillLines(poles, np.ascontiguousarray(plane.residues[:, :ways, :ways]), np.ascontiguousarray(fourier))
     empty = np.zeros((plane.poles.size, ways, ways), complex)
-    return empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines
+    return ArcSet(empty, np.zeros(ways), np.zeros((ways, ways)), np.zeros(ways), plane.static[:ways, :ways].copy(), lines)

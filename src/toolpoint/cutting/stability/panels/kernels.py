@@ -1,4 +1,16 @@
-"""Compiled kernels of PanelArnoldi: the cut laid over panels of rotation, the one-period map, its Arnoldi basis."""
+r"""Compiled kernels of PanelArnoldi: the cut laid over panels of rotation, the one-period map, its Arnoldi basis.
+
+Over a panel the vibration is a polynomial through Gauss nodes, its equation the convolution with the modal impulse response,
+
+.. math:: r_i = \sum_m L_m e^{s_m (t_i - t_0)} z_m + \sum_j R_{ij} F_j, \qquad
+          F_j = -w A_j r_j - w D_j \dot r_j + w \sum_e A_{je}\, r(t_j - \tau_e)
+
+with R in closed form (`responses`), so that no time step limits the modes. The delayed vibration is interpolated on the panel
+where it lies, of this period or the one before (`look_back`): entries, exits and their images one delay later are ends of
+panels, so nothing is interpolated across a kink. Solved panel by panel (`inverses`), one application of the map costs work in
+proportion to nodes and modes (`advance`). Of its spectrum only the largest multipliers matter: an Arnoldi basis of some 14 to
+160 vectors (`extend`), begun with the Ritz vector of the depth before (`ritz`), gives them to rounding.
+"""
 
 # mypy: ignore-errors
 # numba reads these functions; their argument types are in the docstrings of their callers.
@@ -34,30 +46,30 @@ def limits(entry, leave, ratio):
 
 
 @nb.njit(cache=True, nogil=True)
-def beyond_walls(angle, slope, u, corner, radius, entry, leave, out):
+def beyond_walls(angle, slope, u, walls, out):
     """Write how far the edge at u is beyond its entry and before its exit, rad; `angle` must not be wrapped within 0 .. pi."""
-    z, _, r = place(u, corner, radius)
+    z, _, r = place(u, walls.corner, walls.radius)
     phi = angle - slope * z
-    a, b = limits(entry, leave, radius / max(r, 1e-9 * radius))
+    a, b = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
     out[0], out[1] = phi - a, b - phi
 
 
 @nb.njit(cache=True, nogil=True)
-def tooth_pieces(angle, slope, marks, corner, radius, entry, leave, out):
+def tooth_pieces(angle, slope, marks, walls, out):
     """Pieces of the edge (u from, to) that are in cut when its tip is at `angle`; returns their number.
 
     Between marks entry and exit pass along the edge one way each, so each bounds a piece at one end at most.
     """
-    found = 0
+    number = 0
     ends = np.empty((2, 2))
     middle = np.empty(2)
     for g in range(1, marks.size):
         a, b = marks[g - 1], marks[g]
-        z = place(0.5 * (a + b), corner, radius)[0]
+        z = place(0.5 * (a + b), walls.corner, walls.radius)[0]
         # The turn in which the piece lies around pi/2: no wrap is near the cut then.
-        own = angle - TURN * np.round((angle - slope * z - 0.5 * math.pi) / TURN)
-        beyond_walls(own, slope, a, corner, radius, entry, leave, ends[0])
-        beyond_walls(own, slope, b, corner, radius, entry, leave, ends[1])
+        unwrapped = angle - TURN * np.round((angle - slope * z - 0.5 * math.pi) / TURN)
+        beyond_walls(unwrapped, slope, a, walls, ends[0])
+        beyond_walls(unwrapped, slope, b, walls, ends[1])
         low, high = a, b
         for wall in range(2):
             first, last = ends[0, wall] > 0, ends[1, wall] > 0
@@ -69,7 +81,7 @@ def tooth_pieces(angle, slope, marks, corner, radius, entry, leave, out):
             x, y = a, b
             for _ in range(60):
                 m = 0.5 * (x + y)
-                beyond_walls(own, slope, m, corner, radius, entry, leave, middle)
+                beyond_walls(unwrapped, slope, m, walls, middle)
                 if (middle[wall] > 0) == first:
                     x = m
                 else:
@@ -79,50 +91,51 @@ def tooth_pieces(angle, slope, marks, corner, radius, entry, leave, out):
             else:
                 low = max(low, y)
         if high > low:
-            out[found, 0], out[found, 1] = low, high
-            found += 1
-    return found
+            out[number, 0], out[number, 1] = low, high
+            number += 1
+    return number
 
 
 @nb.njit(cache=True, nogil=True)
-def directions(phi, kappa, material, friction, cut, drag):
-    """Write k n^T and (n + mu t) n^T of an edge element; material = (kt, kn, ka)."""
+def directions(phi, kappa, law, cut, drag):
+    """Write k n^T and (n + mu t) n^T of an edge element."""
     s, c, sk, ck = math.sin(phi), math.cos(phi), math.sin(kappa), math.cos(kappa)
     n = (s * sk, c * sk, -ck)
     t = (c, -s, 0.0)
     m = (s * ck, c * ck, sk)
     for a in range(cut.shape[0]):
-        k = material[0] * t[a] + material[1] * n[a] - material[2] * m[a]
+        k = law.material[0] * t[a] + law.material[1] * n[a] - law.material[2] * m[a]
         for b in range(cut.shape[0]):
             cut[a, b] = k * n[b]
-            drag[a, b] = (n[a] + friction * t[a]) * n[b]
+            drag[a, b] = (n[a] + law.friction * t[a]) * n[b]
 
 
 @nb.njit(cache=True, nogil=True)
-def laid(angle, start, slope, ahead, ahead_slope, spread, marks, corner, radius, entry, leave, material, friction, gx, gw,
-         own, drag, first, matrix, back):
-    """Lay the cut on the nodes: own and drag (q, d, d), entries (matrix, angle looked back) of node i from first[i].
+def lay(angle, edges, walls, law, gx, gw, laid):
+    """Lay the cut on nodes at these angles: `laid` (`LaidCut`) is filled, gx and gw the Gauss rule along a piece of the edge.
 
-    spread: whether a tooth's delay changes over its height, so that every Gauss point of the edge is an entry. Returns the
-    number of entries, -1 where they do not fit.
+    Where delays do not change with height all points of a tooth's edge share one entry. Returns the number of entries, -1 where
+    they do not fit.
     """
+    start, slope, ahead, ahead_slope = edges.start, edges.slope, edges.ahead, edges.ahead_slope
+    own, drag, first, matrix, back = laid.own, laid.drag, laid.first, laid.matrix, laid.back
     d = own.shape[1]
     cut, push = np.empty((d, d)), np.empty((d, d))
-    pieces = np.empty((2 * marks.size, 2))
+    pieces = np.empty((2 * edges.marks.size, 2))
     used = 0
     for i in range(angle.size):
         first[i] = used
         for j in range(start.size):
-            number = tooth_pieces(angle[i] - start[j], slope[j], marks, corner, radius, entry, leave, pieces)
-            begun = False
+            number = tooth_pieces(angle[i] - start[j], slope[j], edges.marks, walls, pieces)
+            has_entry = False
             for p in range(number):
                 a, b = pieces[p, 0], pieces[p, 1]
                 for g in range(gx.size):
                     u = a + 0.5 * (b - a) * (1 + gx[g])
                     share = 0.5 * (b - a) * gw[g]
-                    z, kappa, _ = place(u, corner, radius)
-                    directions(angle[i] - start[j] - slope[j] * z, kappa, material, friction, cut, push)
-                    if spread or not begun:
+                    z, kappa, _ = place(u, walls.corner, walls.radius)
+                    directions(angle[i] - start[j] - slope[j] * z, kappa, law, cut, push)
+                    if edges.spread or not has_entry:
                         if used >= matrix.shape[0]:
                             return -1
                         delay = (ahead[j] + ahead_slope[j] * z) % TURN
@@ -131,7 +144,7 @@ def laid(angle, start, slope, ahead, ahead_slope, spread, marks, corner, radius,
                         back[used] = delay
                         matrix[used] = 0.0
                         used += 1
-                        begun = True
+                        has_entry = True
                     for x in range(d):
                         for y in range(d):
                             own[i, x, y] += share * cut[x, y]
@@ -142,17 +155,17 @@ def laid(angle, start, slope, ahead, ahead_slope, spread, marks, corner, radius,
 
 
 @nb.njit(cache=True, nogil=True)
-def looked_back(angle, first, back, period, ends, offset, count, needed, xs, bary, source, past, rows):
-    """Find the panel of every delayed angle and its interpolation row.
-
-    offset, count, xs, bary: nodes of the panels (in -1 .. 1) and their barycentric weights, by panel.
-    """
+def look_back(angle, first, back, nodes, needed, entries):
+    """Find the panel of every delayed angle and its interpolation row: `entries` (`LookBack`) are filled, and `needed` marks
+    the panels that are looked back into."""
+    ends, offset, count, xs, bary = nodes.ends, nodes.offset, nodes.number, nodes.gauss, nodes.barycentric
+    source, past, rows = entries.source, entries.past, entries.rows
     for i in range(angle.size):
         for e in range(first[i], first[i + 1]):
             at = angle[i] - back[e]
-            past[e] = at < -1e-12 * period
+            past[e] = at < -1e-12 * nodes.period
             if past[e]:
-                at += period
+                at += nodes.period
             p = min(max(np.searchsorted(ends, at, side="right") - 1, 0), ends.size - 2)
             source[e] = p
             needed[p] = True
@@ -175,12 +188,13 @@ def looked_back(angle, first, back, period, ends, offset, count, needed, xs, bar
 
 
 @nb.njit(cache=True, nogil=True)
-def responses(begin, end, time, half, rising, offset, count, kinds, poles, left, right, resp, speed_resp, free, free_speed,
-              push, step):
-    """Fill the panels' closed-form responses: to the state (free), to the force at the nodes (resp), and of the state (push).
+def responses(times, offset, count, poles, left, right, waves):
+    """Fill the panels' closed-form responses (`ModalWaves`, here with complex rows of free).
 
     rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights).
     """
+    begin, end, time, half, rising, kinds = times
+    resp, speed_resp, free, free_speed, push, step = waves
     d, m = left.shape
     ahead, behind = np.empty((count.max(), m), np.complex128), np.empty((count.max(), m), np.complex128)
     for p in range(begin.size):
@@ -196,19 +210,19 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
                     free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
                 back = np.exp(poles[r] * (end[p] - time[o + i])) * half[o + i] * rising[kinds[p], n, i]
                 for b in range(d):
-                    one = back * right[r, b]
-                    push[p, 2 * r, i * d + b], push[p, 2 * r + 1, i * d + b] = one.real, one.imag
+                    weight = back * right[r, b]
+                    push[p, 2 * r, i * d + b], push[p, 2 * r + 1, i * d + b] = weight.real, weight.imag
         for i in range(n):
             for j in range(n):
                 for a in range(d):
                     for b in range(d):
                         resp[p, i * d + a, j * d + b] = 0.0
                         speed_resp[p, i * d + a, j * d + b] = 0.0
-                weight = half[o + j] * rising[kinds[p], i, j]
+                share = half[o + j] * rising[kinds[p], i, j]
                 for r in range(m):
-                    e = ahead[i, r] * behind[j, r] * (2 * weight)
+                    e = ahead[i, r] * behind[j, r] * (2 * share)
                     if abs(poles[r].real) * (end[p] - begin[p]) > STEEP:
-                        e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * weight)
+                        e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * share)
                     for a in range(d):
                         x = e * left[a, r]
                         y = x * poles[r]
@@ -218,8 +232,11 @@ def responses(begin, end, time, half, rising, offset, count, kinds, poles, left,
 
 
 @nb.njit(cache=True, nogil=True)
-def inverses(depth, offset, count, cutting, own, drag, damped, resp, speed_resp, out):
-    """Inverse of I + own resp (+ drag resp') of every cutting panel."""
+def inverses(operator):
+    """Write the inverse of I + own resp (+ drag resp') of every cutting panel into `operator.solved`."""
+    layout, damped, depth, out = operator.layout, operator.damped, operator.depth, operator.solved
+    offset, count, cutting, own, drag = layout.offset, layout.number, layout.cutting, layout.own, layout.drag
+    resp, speed_resp = operator.waves.displacement, operator.waves.velocity
     d = own.shape[1]
     for p in range(count.size):
         n = count[p]
@@ -251,13 +268,11 @@ def product(matrix, vector, size, out):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def advanced(x, y, depth, layout, waves, solved, damped):
-    """Map the vibration at the nodes and the state of one period (x) on the next (y).
-
-    waves: free and free_speed have real and imaginary parts beside each other in a row, push in rows below each other.
-    """
+def advance(x, y, operator):
+    """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
+    depth, layout, waves, solved, damped = operator
     offset, count, cutting, own, drag, first, matrix, source, past, rows = layout
-    resp, free, free_speed, push, step = waves
+    resp, _, free, free_speed, push, step = waves
     d, m = own.shape[1], step.shape[1]
     nodes = own.shape[0]
     state, turned = np.empty(2 * m), np.empty(2 * m)  # turned: twice the conjugate, whose product is the vibration
@@ -311,7 +326,7 @@ def advanced(x, y, depth, layout, waves, solved, damped):
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def swept(basis, count, y, dots):
+def sweep(basis, count, y, dots):
     """Take from y its parts along the first `count` rows of a basis, all seen before any is taken; returns what is left of
     its length."""
     product(basis, y, y.size, dots[:count])
@@ -326,19 +341,19 @@ def swept(basis, count, y, dots):
 
 
 @nb.njit(cache=True, nogil=True)
-def extended(basis, h, begun, wanted, depth, layout, waves, solved, damped):
-    """Extend an Arnoldi basis (rows of `basis`) from `begun` to `wanted` vectors; returns their number, -1 on overflow."""
+def extend(basis, h, have, most, operator):
+    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, -1 on overflow."""
     size = basis.shape[1]
-    dots = np.empty(wanted)
-    for k in range(begun, wanted):
+    dots = np.empty(most)
+    for k in range(have, most):
         y = basis[k + 1]
-        advanced(basis[k], y, depth, layout, waves, solved, damped)
-        whole = swept(basis, 0, y, dots)
+        advance(basis[k], y, operator)
+        whole = sweep(basis, 0, y, dots)
         if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
             return -1
         before, norm = whole, whole
         for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
-            norm = swept(basis, k + 1, y, dots)
+            norm = sweep(basis, k + 1, y, dots)
             for j in range(k + 1):
                 h[j, k] += dots[j]
             if norm > 0.5 * before or norm < 1e-13 * whole:
@@ -349,7 +364,7 @@ def extended(basis, h, begun, wanted, depth, layout, waves, solved, damped):
             return k + 1
         for i in range(size):
             y[i] /= norm
-    return wanted
+    return most
 
 
 @nb.njit(cache=True, nogil=True)

@@ -11,7 +11,8 @@ import numpy as np
 from toolpoint._check import Array, FloatArray
 from toolpoint.cutting.cut.arc import gauss
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.panels.kernels import laid, limits, looked_back, place
+from toolpoint.cutting.stability.panels.kernels import lay, limits, look_back, place
+from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, Layout, LookBack, PanelNodes, Walls
 
 LARGEST_PANEL = 14  # nodes, where fewer than 11 are the least
 
@@ -52,6 +53,11 @@ class Edges:
     period: float
     corner: float
     points: int
+
+    @property
+    def lines(self) -> EdgeLines:
+        """What the kernels read of the edges."""
+        return EdgeLines(self.start, self.slope, self.ahead, self.ahead_slope, self.spread, self.marks)
 
     @classmethod
     def of(cls, problem: MillingProblem, depth: float, points: int) -> Edges:
@@ -179,22 +185,19 @@ class CutPanels:
         panel = np.repeat(np.arange(count.size), count)
         half = np.diff(self.ends)[panel] / 2
         self.angle, self.half = self.ends[panel] + half * (1 + x), half
-        self.own, self.drag = np.zeros((q, d, d)), np.zeros((q, d, d))
-        self.first = np.zeros(q + 1, np.int64)
         room = q * edges.start.size * ((edges.marks.size * rule[0].size) if edges.spread else 1)
-        matrix, back = np.zeros((room, d, d)), np.zeros(room)
-        arc, tool, material = problem.engagement, problem.tool, problem.coefficients.cutting
-        used = laid(self.angle, edges.start, edges.slope, edges.ahead, edges.ahead_slope, edges.spread, edges.marks,
-                    edges.corner, tool.radius, arc.entry, arc.exit, material, problem.damping_friction, rule[0], rule[1],
-                    self.own, self.drag, self.first, matrix, back)
+        cut = LaidCut(np.zeros((q, d, d)), np.zeros((q, d, d)), np.zeros(q + 1, np.int64), np.zeros((room, d, d)),
+                      np.zeros(room))
+        arc, radius = problem.engagement, problem.tool.radius
+        used = lay(self.angle, edges.lines, Walls(edges.corner, radius, arc.entry, arc.exit),
+                   EdgeLaw(problem.coefficients.cutting, problem.damping_friction), rule[0], rule[1], cut)
         self.cutting = np.zeros(count.size, bool)
-        self.cutting[panel[np.diff(self.first) > 0]] = True
+        self.cutting[panel[np.diff(cut.first) > 0]] = True
         self.needed = np.zeros(count.size, bool)
-        self.matrix, rows = matrix[:used], np.zeros((used, int(count.max())))
-        source, past = np.zeros(used, np.int64), np.zeros(used, bool)
-        looked_back(self.angle, self.first, back[:used], edges.period, self.ends, self.offset, count, self.needed, x, bary,
-                    source, past, rows)
-        self.layout = (self.offset, count, self.cutting, self.own, self.drag, self.first, self.matrix, source, past, rows)
+        entries = LookBack(np.zeros(used, np.int64), np.zeros(used, bool), np.zeros((used, int(count.max()))))
+        look_back(self.angle, cut.first, cut.back[:used], PanelNodes(edges.period, self.ends, self.offset, count, x, bary),
+                  self.needed, entries)
+        self.layout = Layout(self.offset, count, self.cutting, cut.own, cut.drag, cut.first, cut.matrix[:used], *entries)
 
     @property
     def nodes(self) -> int:

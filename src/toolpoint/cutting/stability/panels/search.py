@@ -14,8 +14,9 @@ from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.methods.search import mean_period
 from toolpoint.cutting.stability.panels.bumps import Level, bump
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
-from toolpoint.cutting.stability.panels.kernels import extended, inverses, responses, ritz
+from toolpoint.cutting.stability.panels.kernels import extend, inverses, responses, ritz
 from toolpoint.cutting.stability.panels.layout import CutPanels, rising_table
+from toolpoint.cutting.stability.panels.records import ModalWaves, PanelTimes, PeriodOperator
 from toolpoint.cutting.stability.panels.store import PanelStore
 
 FLOOR = 3e-8  # relative error of depth that rounding, secant and Arnoldi residual leave (worst seen 1.2e-8 of 488)
@@ -62,19 +63,16 @@ class PeriodMap:
         kinds = tuple(sorted(set(panels.count.tolist()) - {0}))
         kind = np.searchsorted(kinds, np.maximum(panels.count, kinds[0]))
         p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, max(kinds)
-        real = [np.zeros((p, n * d, n * d)) for _ in range(2)]
-        free = [np.zeros((p, n * d, m), complex) for _ in range(2)]
-        push, step = np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex)
-        self.waves = (real[0], *(one.view(float) for one in free), push, step)
-        self.speed_resp = real[1]
-        responses(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), panels.offset,
-                  panels.count, kind, system.poles, np.ascontiguousarray(self.left.astype(complex)),
-                  np.ascontiguousarray(self.right.astype(complex)), real[0], real[1], free[0], free[1], push,
-                  step)
+        force = (p, n * d, n * d)
+        waves = ModalWaves(np.zeros(force), np.zeros(force), np.zeros((p, n * d, m), complex), np.zeros((p, n * d, m), complex),
+                           np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex))
+        times = PanelTimes(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), kind)
+        responses(times, panels.offset, panels.count, system.poles, np.ascontiguousarray(self.left.astype(complex)),
+                  np.ascontiguousarray(self.right.astype(complex)), waves)
         drag = self.problem.process_damping / self.problem.tool.radius
-        scaled = (panels.drag * (drag * rate)[:, None, None],)
-        self.layout = (*panels.layout[:4], *scaled, *panels.layout[5:])
-        self.solved = np.zeros_like(real[0])
+        layout = panels.layout._replace(drag=panels.layout.drag * (drag * rate)[:, None, None])
+        waves = waves._replace(free=waves.free.view(float), free_velocity=waves.free_velocity.view(float))
+        self.operator = PeriodOperator(1.0, layout, waves, np.zeros(force), self.damped)
 
     def multipliers(self, depth: float, waves: float, wanted: float) -> ComplexArray:
         """Return the largest multipliers, largest first; the first's residual is below `wanted`, or below a twentieth of its
@@ -84,16 +82,15 @@ class PeriodMap:
             values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
             return values[np.argsort(-np.abs(values))]
         self._set(panels)
-        scale = panels.scale(depth)
-        offset, number, cutting, own, drag = self.layout[:5]
-        inverses(scale, offset, number, cutting, own, drag, self.damped, self.waves[0], self.speed_resp, self.solved)
-        size = panels.nodes * own.shape[1] + 2 * self.system.poles.size
+        operator = self.operator._replace(depth=panels.scale(depth))
+        inverses(operator)
+        size = panels.nodes * operator.layout.own.shape[1] + 2 * self.system.poles.size
         most = min(size - 1, 160)
         basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
         basis[0] = self._start(size)
         have, step, vector = 0, min(most, max(FIRST, self.enough.get(wanted, 0) - LESS)), np.zeros(size)
         while True:
-            now = extended(basis, h, have, step, scale, self.layout, self.waves, self.solved, self.damped)
+            now = extend(basis, h, have, step, operator)
             if now < 0:
                 self.overflow = True
                 return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
@@ -158,7 +155,7 @@ class PanelSearch:
     @property
     def overflow(self) -> bool:
         """Whether a depth was beyond double precision."""
-        return any(one.overflow for one in self.maps.values())
+        return any(period_map.overflow for period_map in self.maps.values())
 
     def growth(self, depth: float, more: int = 0, wanted: float = -1e-10) -> tuple[float, complex]:
         """(log of the spectral radius, critical multiplier)."""
