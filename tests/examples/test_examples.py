@@ -105,6 +105,11 @@ def test_tuned_axis():
     assert run("tune_an_axis.py") == pytest.approx(50.0, abs=3.0)
 
 
+def test_a_controllers_record_is_repeated():
+    # The noise of 0.05 N m that was put on the recorded torques; 6000 values.
+    assert run("repeat_a_controllers_record.py") == pytest.approx(0.05, rel=0.03)
+
+
 def test_friction_at_reversals():
     # A square wave of 2 N m beside viscous torque, 0.05 N m s/rad times 41.9 rad/s / sqrt(2) = 1.48 N m rms, and the torque of
     # the inertia, 0.01 kg m2 times 55.8 rad/s^2 / sqrt(2) = 0.39 N m rms: 2/1.53.
