@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from toolpoint.pages.simulated_cut import simulated_cut_page
+from toolpoint.pages.simulated_cut import simulation_page
 from toolpoint.studies import chart_lobes, modal_dynamics, simulate_cut
 from toolpoint.vibration import Modes
 
@@ -19,7 +19,7 @@ def main() -> tuple[str, str]:
     low, high = (simulate_cut(tip, CUT, speed=SPEED, depth=share * limit) for share in (0.7, 1.6))
     print(high.table())
     with tempfile.TemporaryDirectory() as folder:
-        print(simulated_cut_page(high).save(folder))
+        print(simulation_page(high).save(folder))
     return low.state, high.state
 
 

@@ -17,12 +17,12 @@ from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.joint_views import joint_views
 from toolpoint.plot.figures.point_views import point_pairs, point_values
 from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
-from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
+from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies import machine_update
 from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
 from toolpoint.studies.measured_update import MeasuredUpdate, Measurement
 from toolpoint.studies.model_correlation import correlate
-from toolpoint.studies.point_pairing import paired_points
+from toolpoint.studies.point_pairing import pair_points
 from toolpoint.studies.sensitivity_study import study_sensitivity
 from toolpoint.vibration import eigen, frequency_response
 from toolpoint.vibration.geometry import Geometry
@@ -40,7 +40,7 @@ def test_correlation_page(mills, opened):
     modes = eigen.undamped(assemble(mill), 6)
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:3], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     places = point_positions(mill)
-    pairing = paired_points(places, places, 0.01)
+    pairing = pair_points(places, places, 0.01)
     runs = [correlate(m, modes, pairing, frf) for m in (mill, wrong)]
     test = MeasuredTest(modes, frf, Geometry(places, [("base0", "base1")]), None)
     seen = opened(correlation_page(Comparison(*runs, mill, test)).html(), reduced_motion="reduce")
@@ -92,7 +92,7 @@ def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
 def test_pairs_are_turned_alike_and_partners_found(shapes):
     other = replace(shapes, displacement=-shapes.displacement[[2, 0, 1]])
     assert partners(shapes, other) == [1, 2, 0]
-    turned = turned_alike(other.selected(partners(shapes, other)), shapes)
+    turned = turn_alike(other.selected(partners(shapes, other)), shapes)
     np.testing.assert_allclose(turned.displacement.real, shapes.displacement.real)
 
 

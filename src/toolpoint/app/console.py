@@ -32,21 +32,21 @@ ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.f
 
 def text(lines: str) -> None:
     """Print plain text as it is; where the terminal knows no lines for tables, with plain signs."""
-    plain = spelled(lines)
+    plain = spell_options(lines)
     OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
 
 
 def warning(message: str) -> None:
     """Print a warning beside the result."""
-    ERR.print("warning: " + spelled(message), markup=False, style="yellow")
+    ERR.print("warning: " + spell_options(message), markup=False, style="yellow")
 
 
 def error(message: str) -> None:
     """Print an error as plain text: file contents in it must not be read as markup."""
-    ERR.print("error: " + spelled(message), markup=False, style="red", soft_wrap=True)
+    ERR.print("error: " + spell_options(message), markup=False, style="red", soft_wrap=True)
 
 
-def spelled(text: str) -> str:
+def spell_options(text: str) -> str:
     """Return a message with the arguments of Python that it names (`frf_x`) spelled as options (--frf-x)."""
     return re.sub(r"`([a-z][a-z_]*)`", lambda match: "--" + match[1].replace("_", "-"), text)
 
@@ -68,7 +68,7 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def counted(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
+def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
     """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
     with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
                   transient=True, disable=quiet) as progress:
@@ -83,15 +83,15 @@ def counted(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
 
 
 @contextmanager
-def collected_warnings() -> Iterator[list[str]]:
+def collect_warnings() -> Iterator[list[str]]:
     """Collect ToolpointWarnings as text, so that a command can print them and put them on its page."""
     texts: list[str] = []
     original = warnings.showwarning
 
     def keep(message: Any, category: type[Warning], *rest: Any) -> None:
         if issubclass(category, ToolpointWarning):
-            if spelled(str(message)) not in texts:
-                texts.append(spelled(str(message)))
+            if spell_options(str(message)) not in texts:
+                texts.append(spell_options(str(message)))
         else:
             original(message, category, *rest)
     with warnings.catch_warnings():

@@ -204,7 +204,7 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
          **cut: Any) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
     from toolpoint.app.dynamics import read_dynamics
-    from toolpoint.pages.simulated_cut import simulated_cut_page
+    from toolpoint.pages.simulated_cut import simulation_page
     from toolpoint.studies.simulated_cut import check_cut, simulate_cut
 
     values = in_si(cut)
@@ -213,7 +213,7 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
         result = simulate_cut(read_dynamics(source), values, speed=speed, depth=1e-3 * depth, revolutions=revolutions,
                               step=run.step)
         run.step("page")
-        run.save(simulated_cut_page(result, run.warnings))
+        run.save(simulation_page(result, run.warnings))
     run.show(result, [*result.notes, *run.warnings])
 
 

@@ -28,7 +28,7 @@ def read_dynamics(source: Source) -> ToolDynamics:
         parts = {way: read_responses([path], source.quantity) for way, path in paths.items() if path is not None}
         return dynamics.separate_dynamics(**parts, across=source.y, band=source.band,
                                           names={way: path.name for way, path in paths.items() if path is not None})
-    return dynamics.measured_dynamics(read_responses(source.frf, source.quantity), source.x, source.y, band=source.band,
+    return dynamics.response_dynamics(read_responses(source.frf, source.quantity), source.x, source.y, band=source.band,
                                       what=", ".join(file.name for file in source.frf))
 
 

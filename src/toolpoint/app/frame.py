@@ -42,7 +42,7 @@ class Frame:
 
     def progress_of_parts(self) -> AbstractContextManager[Callable[[str, int, int], None]]:
         """Return a context that gives a study its `progress` function of name, done and total."""
-        return console.counted(self.as_json or not console.interactive())
+        return console.count_progress(self.as_json or not console.interactive())
 
     def save(self, report: Report) -> None:
         """Write the page; its notes name the arguments as options."""
@@ -59,7 +59,7 @@ class Frame:
 
     def show_json(self, data: object) -> None:
         """Print plain data as JSON."""
-        print(console.spelled(json.dumps(data)))
+        print(console.spell_options(json.dumps(data)))
 
     def show_rest(self, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
         """Print notes, warnings that are none of them, and the files that were written."""
@@ -78,7 +78,7 @@ class Frame:
 @contextmanager
 def frame(output: Path | None, as_json: bool, steps: int = 0) -> Iterator[Frame]:
     """Give a command its frame: progress through a number of steps, warnings collected; what is shown comes after it."""
-    with console.steps(steps, as_json or steps == 0) as step, console.collected_warnings() as warnings:
+    with console.steps(steps, as_json or steps == 0) as step, console.collect_warnings() as warnings:
         yield Frame(output, as_json, step, warnings)
 
 
@@ -86,7 +86,7 @@ def _with_options(report: Report) -> Report:
     from toolpoint.plot import Notes
 
     def part_of(part: Any) -> Any:
-        return replace(part, lines=tuple(map(console.spelled, part.lines))) if isinstance(part, Notes) else part
+        return replace(part, lines=tuple(map(console.spell_options, part.lines))) if isinstance(part, Notes) else part
 
     return replace(report, sections=tuple(replace(section, parts=tuple(map(part_of, section.parts)))
                                           for section in report.sections))

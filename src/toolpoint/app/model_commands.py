@@ -64,7 +64,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         run.show(result)
         return
     console.text("\n".join([result.table(), LEGEND, result.status]))
-    run.warnings += [note for note in frf.notes if not any(console.spelled(note) in text for text in run.warnings)]
+    run.warnings += [note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)]
     if modes_file is not None:
         console.text(f"Modes saved: {modes_file}")
     run.show_rest()

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.calibration import fitted_forces, mean_forces
+from toolpoint.plot.figures.calibration import mean_forces, plot_force_fit
 from toolpoint.studies.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
 
 CHARTS = 8
@@ -27,7 +27,7 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
         words = f"Fit of the mean forces over feed. {BLIND} The lines are those of the fit over rotation."
         report = report.with_section("Average forces", words, Table(list(HEADER), fit_rows(result.average)),
                                      Chart(mean_forces(result.feeds, mean, model), name="means"))
-    charts = [Chart(fitted_forces(result.angle, result.measured[i], result.fitted[i], f"{name}, {1e3 * feed:g} mm a tooth"),
+    charts = [Chart(plot_force_fit(result.angle, result.measured[i], result.fitted[i], f"{name}, {1e3 * feed:g} mm a tooth"),
                     name=f"forces{i}")
               for i, (feed, name) in enumerate(zip(result.feeds[:CHARTS], result.names, strict=False))]
     report = report.with_section("Measured and fitted forces", "Forces on the tool over one revolution, the mean of all whole "

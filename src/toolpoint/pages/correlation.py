@@ -14,7 +14,7 @@ from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.point_views import point_pairs, point_values
-from toolpoint.plot.shape_view.shape_pairs import turned_alike
+from toolpoint.plot.shape_view.shape_pairs import turn_alike
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
 from toolpoint.studies.model_correlation import ModelCorrelation
@@ -102,7 +102,7 @@ def _shapes(now: ModelCorrelation, places: Mapping[Point, FloatArray], test: Mea
     first, second = now.pairs.pairs.T
     panes = [AnimatedShapes.from_modes(modes.selected(which), at)
              for modes, which in ((now.measured, first), (now.predicted, second))]
-    model = turned_alike(panes[1], panes[0])
+    model = turn_alike(panes[1], panes[0])
     return ShapeView(scene, panes[0], "pairs", "measured", "Paired modes; both panes move together.", (scene, model, "model"))
 
 

@@ -12,7 +12,7 @@ from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.surface.location import finished_side, location_error
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.cutting import clicked_simulations, intervals_of, surface_location, with_simulations
+from toolpoint.plot.figures.cutting import intervals_of, simulation_series, surface_location, with_simulations
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.probability import importance_chart, probability_chart
 from toolpoint.studies.lobes_study import ADVICE, LobesStudy
@@ -39,7 +39,7 @@ def _with_chart(result: LobesStudy) -> Report:
                            points=[(best.speed, best.depth, "best cut, with some margin")])
     if runs:
         report = report.with_section("Chart", words, Chart(with_simulations(figure, runs), name="stability"),
-                                     clicked_simulations(runs, "stability"))
+                                     simulation_series(runs, "stability"))
     else:
         report = report.with_section("Chart", words, Chart(figure, name="stability"))
     return report

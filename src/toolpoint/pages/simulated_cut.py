@@ -10,7 +10,7 @@ from toolpoint.plot.figures.cutting import simulation_charts
 from toolpoint.studies.simulated_cut import SimulatedCut
 
 
-def simulated_cut_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Report:
+def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a simulated cut."""
     run = result.run
     report = Report("Simulated cut", f"{run.problem!r}", subtitle=f"{run.speed:g} rev/min, depth {1e3 * run.depth:g} mm")

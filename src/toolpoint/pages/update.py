@@ -14,7 +14,7 @@ from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.plot.shape_view.shape_pairs import partners, turned_alike
+from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.machine_update import Agreement, MachineUpdate
 from toolpoint.studies.measured_update import MeasuredUpdate, as_assumed
 from toolpoint.updating.sampler import Samples
@@ -110,7 +110,7 @@ def _shapes(before: Machine, updated: MachineUpdate, pose: Mapping[str, float] |
         shapes = shapes.selected(range(min(12, shapes.count)))
         moved = moved.selected(partners(shapes, moved))
     return ShapeView(scene, shapes, "pair", "before", "Shapes that belong to one measured mode, or else look alike.",
-                     (other, turned_alike(moved, shapes), "after"))
+                     (other, turn_alike(moved, shapes), "after"))
 
 
 def _responses(before: Machine, after: Machine, measured: Frf, pose: Mapping[str, float] | None) -> list[Chart]:

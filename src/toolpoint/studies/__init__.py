@@ -20,14 +20,37 @@ if TYPE_CHECKING:
     from toolpoint.studies.sensitivity_study import study_sensitivity
     from toolpoint.studies.servo_map import map_servo
     from toolpoint.studies.simulated_cut import simulate_cut
-    from toolpoint.studies.tool_dynamics import machine_dynamics, measured_dynamics, modal_dynamics, separate_dynamics
+    from toolpoint.studies.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.turning_study import TurningCut, chart_turning
     from toolpoint.studies.uncertain_cut import Uncertainty
 
-__all__ = ["CuttingTest", "Measurement", "TurningCut", "Uncertainty", "calibrate", "chart_lobes", "chart_turning",
-           "compare_with_test", "gather_test", "machine_dynamics", "map_chatter", "map_frequencies", "map_servo",
-           "measured_dynamics", "modal_dynamics", "run_drives", "separate_dynamics", "simulate_cut", "solve_modes",
-           "study_joints", "study_machine", "study_modes", "study_responses", "study_sensitivity", "update_machine"]
+__all__ = [
+    "CuttingTest",
+    "Measurement",
+    "TurningCut",
+    "Uncertainty",
+    "calibrate",
+    "chart_lobes",
+    "chart_turning",
+    "compare_with_test",
+    "gather_test",
+    "machine_dynamics",
+    "map_chatter",
+    "map_frequencies",
+    "map_servo",
+    "modal_dynamics",
+    "response_dynamics",
+    "run_drives",
+    "separate_dynamics",
+    "simulate_cut",
+    "solve_modes",
+    "study_joints",
+    "study_machine",
+    "study_modes",
+    "study_responses",
+    "study_sensitivity",
+    "update_machine",
+]
 
 _NAMES: dict[str, tuple[str, ...]] = {
     "calibration": ("CuttingTest", "calibrate"), "joint_study": ("study_joints",), "lobes_study": ("chart_lobes",),
@@ -35,7 +58,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "measured_comparison": ("compare_with_test", "gather_test"), "measured_response": ("study_responses",),
     "measured_update": ("Measurement", "update_machine"), "sensitivity_study": ("study_sensitivity",),
     "simulated_cut": ("simulate_cut",), "servo_map": ("map_servo",), "drive_experiment": ("run_drives",),
-    "tool_dynamics": ("machine_dynamics", "measured_dynamics", "modal_dynamics", "separate_dynamics"),
+    "tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
     "turning_study": ("TurningCut", "chart_turning"), "uncertain_cut": ("Uncertainty",),
 }
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {

@@ -14,7 +14,7 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, fitted_forces, instantaneous
-from toolpoint.studies.force_records import by_feed, folded, unsteady
+from toolpoint.studies.force_records import by_feed, fold, unsteady
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Record
 
@@ -117,7 +117,7 @@ def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
 
 def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
             records: Sequence[tuple[float, Record, str]]) -> CalibrationStudy:
-    feeds, angle, forces = folded(records, test.speed)
+    feeds, angle, forces = fold(records, test.speed)
     forces = -forces if test.force_on == "work" else forces
     average = average_force(problem, feeds, forces.mean(1), test.depth) if np.unique(feeds).size > 1 else None
     _check_sign(average)

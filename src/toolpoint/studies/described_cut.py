@@ -22,7 +22,7 @@ def cut_on(machine: Machine | None, given: Mapping[str, Any]) -> tuple[CuttingDe
     return base.with_values(given), notes
 
 
-def described_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time: bool = False
+def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time: bool = False
                       ) -> tuple[MillingProblem, CuttingDescription, list[str]]:
     """Return the milling problem of a cut on these dynamics, the cut, and remarks.
 

@@ -56,7 +56,7 @@ class Serial:
         chunk: Chunk = []
         start = time.perf_counter()
         for index in todo:
-            chunk.append((index, evaluated(function, points[index])))
+            chunk.append((index, evaluate(function, points[index])))
             if time.perf_counter() - start >= seconds:
                 yield chunk
                 chunk, start = [], time.perf_counter()
@@ -109,7 +109,7 @@ class Dask:
         return Client(cluster), cluster
 
 
-def evaluated(function: Function, point: Any) -> Outcome:
+def evaluate(function: Function, point: Any) -> Outcome:
     """Return the outcome of one point; an exception becomes a failure with its reason."""
     start = time.perf_counter()
     try:
@@ -120,7 +120,7 @@ def evaluated(function: Function, point: Any) -> Outcome:
 
 
 def _evaluated_chunk(function: Function, points: Sequence[Any], indices: Sequence[int]) -> Chunk:
-    return [(index, evaluated(function, point)) for index, point in zip(indices, points, strict=True)]
+    return [(index, evaluate(function, point)) for index, point in zip(indices, points, strict=True)]
 
 
 def _distributed(client: Any, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:

@@ -80,7 +80,7 @@ def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: 
     return lines
 
 
-def folded(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+def fold(records: Sequence[tuple[float, Record, str]], speed: float) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return feeds (n,), angle (n_angle,) rad from the first sample, and forces (n, n_angle, d) averaged over revolutions."""
     samples = min(float(part.sample_rate) for _, part, _ in records) * 60 / speed
     if samples < FEW:

@@ -14,11 +14,11 @@ from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import Simulation, simulate
 from toolpoint.cutting.stability.method import StabilityMethod
-from toolpoint.studies.described_cut import described_problem
+from toolpoint.studies.described_cut import build_problem
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.tool_dynamics import ToolDynamics
 from toolpoint.studies.tool_point import depth_limit
-from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sampled_charts
+from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sample_charts
 
 DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
@@ -87,17 +87,17 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     progress : function of name, done and total
     """
     uncertainty = uncertainty or Uncertainty()
-    problem, cut, notes = described_problem(dynamics, values or {})
+    problem, cut, notes = build_problem(dynamics, values or {})
     timed = problem
     if simulate_cuts and not problem.plane.is_modal:
-        timed = described_problem(dynamics, values or {}, in_time=True)[0]
+        timed = build_problem(dynamics, values or {}, in_time=True)[0]
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     progress(f"stability at {len(n)} speeds", 0, 1)
     chart = _deep_chart(problem, n, method)
     runs = _simulated(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
-        sampled, more = sampled_charts(problem, chart, uncertainty, method,
+        sampled, more = sample_charts(problem, chart, uncertainty, method,
                                        lambda done, total: progress("sampled charts", done, total))
         notes += more
     advice = advice_rows(chart, sampled, uncertainty)

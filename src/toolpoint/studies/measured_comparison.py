@@ -11,7 +11,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.named_points import point_positions
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.model_correlation import ModelCorrelation, correlate, with_measured_points
-from toolpoint.studies.point_pairing import PointPairing, paired_points
+from toolpoint.studies.point_pairing import PointPairing, pair_points
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.geometry import Geometry
 
@@ -98,7 +98,7 @@ def _correlated(machine: Machine, test: MeasuredTest, known: Mapping[str, str] |
     elif test.geometry is not None:
         measured = {d.point for d in test.modes.dofs}
         places = {name: at for name, at in test.geometry.points.items() if name in measured}
-        pairing = paired_points(places, point_positions(machine, pose), furthest, _named(known, places))
+        pairing = pair_points(places, point_positions(machine, pose), furthest, _named(known, places))
     return correlate(machine, test.modes, pairing, test.frf, pose, lowest_mac), machine
 
 

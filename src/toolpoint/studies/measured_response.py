@@ -13,8 +13,8 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.modal_identification.quadrature import quadrature
 from toolpoint.studies.example_cut import EXAMPLE_CUT
 from toolpoint.studies.text_table import text_table
-from toolpoint.studies.tool_directions import along_positive_axes, checked_driving_points, tool_directions
-from toolpoint.studies.tool_dynamics import banded
+from toolpoint.studies.tool_directions import along_positive_axes, check_driving_points, tool_directions
+from toolpoint.studies.tool_dynamics import take_band
 from toolpoint.studies.tool_point import depth_limit, milling_problem
 from toolpoint.vibration import Frf, Modes
 
@@ -58,9 +58,9 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
     """Return modes by quadrature picking and the stability chart from the driving point, along x and y alike where only one
     direction was measured.
 
-    cut : an example's where left out, which a note says; band : Hz, see `tool_dynamics.banded`.
+    cut : an example's where left out, which a note says; band : Hz, see `tool_dynamics.take_band`.
     """
-    frf = banded(along_positive_axes(frf), band)
+    frf = take_band(along_positive_axes(frf), band)
     notes = list(frf.notes)
     modes: Modes | None = None
     try:
@@ -80,7 +80,7 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
 
 
 def _chart(frf: Frf, cut: CuttingDescription, notes: list[str]) -> StabilityChart:
-    ways = tool_directions(checked_driving_points(frf, "the measurement"), what="the measurement")
+    ways = tool_directions(check_driving_points(frf, "the measurement"), what="the measurement")
     notes.append(f"The lobes take the response of {ways.x} to {ways.x} as driving-point response of the tool tip, "
                  + ("and the same across." if ways.y == "same" else f"and that of {ways.y} across."))
     labels = [ways.x] if ways.y in (None, "same") else [ways.x, str(ways.y)]

@@ -56,7 +56,7 @@ class PointPairing:
         return cls({p: str(p) for p in points}, dict.fromkeys(points, 0.0), np.eye(4), (), "the same points in test and model")
 
 
-def paired_points(
+def pair_points(
     test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike], furthest: float,
     known: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
 ) -> PointPairing:

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
-from toolpoint.studies.described_cut import described_problem
+from toolpoint.studies.described_cut import build_problem
 from toolpoint.studies.lobes_study import FEED
 from toolpoint.studies.tool_dynamics import ToolDynamics
 
@@ -73,7 +73,7 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
         As many as the slowest mode needs to forget the start where left out.
     """
     check_cut(values or {}, speed, depth)
-    problem, _, notes = described_problem(dynamics, values or {}, in_time=True)
+    problem, _, notes = build_problem(dynamics, values or {}, in_time=True)
     if not problem.feed_per_tooth:
         notes.append(f"feed per tooth not given: {1e3 * FEED:g} mm is taken (`feed`)")
         problem = problem.changed(feed_per_tooth=FEED)

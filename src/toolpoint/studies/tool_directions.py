@@ -36,12 +36,12 @@ def driving_points(response: Modes | Frf) -> tuple[Dof, ...]:
     return response.dofs if isinstance(response, Modes) else tuple(dof for dof in response.outputs if dof in response.inputs)
 
 
-def checked_driving_points(frf: Frf, what: str = "the data") -> tuple[Dof, ...]:
+def check_driving_points(frf: Frf, what: str = "the data") -> tuple[Dof, ...]:
     """Return the labels of the driving points; raises ToolpointError where the responses have none (cross responses only)."""
     labels = driving_points(frf)
     if not labels:
-        raise ToolpointError(f"{what}: no driving point: responses at {listed(frf.outputs)}, forces at {listed(frf.inputs)}; "
-                             "the cut needs the response where the force acts")
+        raise ToolpointError(f"{what}: no driving point: responses at {list_labels(frf.outputs)}, forces at "
+                             f"{list_labels(frf.inputs)}; the cut needs the response where the force acts")
     return labels
 
 
@@ -83,7 +83,7 @@ def _only_x(straight: Sequence[Dof], labels: Sequence[Dof], what: str) -> Dof:
         raise ToolpointError(f"{what}: no point with both response and force, which the cut needs")
     along = [dof for dof in straight if dof.direction[1:] == "x"] or straight
     if len(along) != 1:
-        raise ToolpointError(f"{what}: which point cuts? It holds {listed(labels)}; name x with `x`, for example "
+        raise ToolpointError(f"{what}: which point cuts? It holds {list_labels(labels)}; name x with `x`, for example "
                              f"`x` {along[0]}")
     return along[0]
 
@@ -91,11 +91,11 @@ def _only_x(straight: Sequence[Dof], labels: Sequence[Dof], what: str) -> Dof:
 def _known(label: str, labels: Iterable[Dof], argument: str, what: str) -> Dof:
     dof = Dof.parse(label)
     if dof not in labels:
-        raise ToolpointError(f"`{argument}` {label}: not in {what}; it holds {listed(list(labels))}")
+        raise ToolpointError(f"`{argument}` {label}: not in {what}; it holds {list_labels(list(labels))}")
     return dof
 
 
-def listed(labels: Sequence[Dof]) -> str:
+def list_labels(labels: Sequence[Dof]) -> str:
     """Return the first labels in words."""
     return ", ".join(map(str, labels[:SHOWN])) + (" ..." if len(labels) > SHOWN else "")
 

@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import identify
-from toolpoint.studies.tool_directions import along_positive_axes, checked_driving_points, tool_directions
+from toolpoint.studies.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.tool_point import tool_point
 from toolpoint.vibration import Dof, Frf, Modes
 
@@ -51,15 +51,15 @@ def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, 
     return ToolDynamics(modes, ways.x, ways.y, None, ways.notes, what)
 
 
-def measured_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, band: tuple[float, float] | None = None,
+def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, band: tuple[float, float] | None = None,
                       what: str = "the measurement") -> ToolDynamics:
     """Return the dynamics of measured responses, cut to a band (Hz); x and y as in `tool_directions`.
 
     what : the name of the data, for notes.
     """
     frf = along_positive_axes(frf)
-    ways = tool_directions(checked_driving_points(frf, what), x, y, what=what)
-    lines = banded(frf, band).selected(ways.labels, ways.labels)
+    ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
+    lines = take_band(frf, band).selected(ways.labels, ways.labels)
     _doubt_sign(lines, what)
     across = "" if ways.y in (None, "same") else f", along y {ways.y}"
     note = f"{what}, {frf.quantity}: response along x is {ways.x}{across}"
@@ -85,7 +85,7 @@ def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, ac
                                  "one; a file with several is given with `frf`, `x` and `y`")
         _check_way(way, frf, called[way])
         notes.append(f"{ACROSS[way]}: {called[way]}, {frf.quantity}")
-        parts[way] = banded(frf, band)
+        parts[way] = take_band(frf, band)
         if way != "xy":
             _doubt_sign(parts[way], called[way])
     what = ", ".join(called[way] for way in parts)
@@ -120,7 +120,7 @@ def _one_direction(frf: Frf, across: str | None, notes: list[str], what: str) ->
     return ToolDynamics(replace(frf, outputs=label, inputs=label), "tool:+x", y, None, (*notes, note, *frf.notes), what)
 
 
-def banded(frf: Frf, band: tuple[float, float] | None) -> Frf:
+def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     """Return measured responses as receptance, cut to a band (Hz).
 
     Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without

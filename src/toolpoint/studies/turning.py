@@ -46,7 +46,7 @@ def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
     return np.asarray(vector / length)
 
 
-def oriented(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, force: ArrayLike) -> PlaneDynamics:
+def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, force: ArrayLike) -> PlaneDynamics:
     r"""Return the response of the chip thickness to the cutting force, :math:`n^T G f`, as the x of a PlaneDynamics.
 
     Parameters

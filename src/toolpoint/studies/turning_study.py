@@ -15,7 +15,7 @@ from toolpoint.studies.lobes_study import doubtful_limits
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.tool_directions import driving_points, tool_directions
 from toolpoint.studies.tool_dynamics import ToolDynamics
-from toolpoint.studies.turning import UnconditionalLimit, oriented, unconditional_limit, unit_vector, width_range
+from toolpoint.studies.turning import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
 from toolpoint.vibration import Dof
 
 HEADER = ("", "rev/min", "width mm", "")
@@ -91,7 +91,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
 
     speeds : rev/min; those of the machine's cut, or a lathe's usual ones, where left out.
     """
-    problem, assumed = described_turning(dynamics, cut)
+    problem, assumed = build_turning(dynamics, cut)
     described = None if dynamics.machine is None else dynamics.machine.description.cutting
     n = speeds if speeds is not None else np.linspace(*(described.speeds if described else SPEEDS[:2]), SPEEDS[2])
     chart = stability.chart(problem, n, None, depth_max=width_range(problem))
@@ -104,7 +104,7 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubtful_limits(chart), *kept, *assumed])), limit)
 
 
-def described_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
+def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
     """Return the turning problem of a cut on these dynamics, and what was assumed."""
     labels, notes = _labels(dynamics)
     normal = unit_vector("`direction`", cut.normal or _axis(next(iter(labels))))
@@ -117,7 +117,7 @@ def described_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningP
         force = normal + cut.tangential / cut.cutting * velocity
         notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
     notes.append(f"the chip is thick along {_vector(normal)}")
-    plane = oriented(dynamics.response, labels, normal, force)
+    plane = orient(dynamics.response, labels, normal, force)
     return TurningProblem(cut.cutting, plane, None, cut.process_damping, cut.cutting_speed, cut.diameter), notes
 
 

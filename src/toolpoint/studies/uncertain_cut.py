@@ -43,7 +43,7 @@ class Uncertainty:
     seed: int = 0
 
 
-def sampled_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
+def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
                    method: StabilityMethod | None = None, progress: Progress | None = None
                    ) -> tuple[ProbabilityChart, list[str]]:
     """Return the probability chart around a chart, after the cuts already made, and what was assumed."""

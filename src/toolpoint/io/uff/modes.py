@@ -71,7 +71,7 @@ def _shape(file: UniversalFile, dataset: UniversalSet) -> _Shape | None:
 
 def _values(file: UniversalFile, lines: list[str], each: int, is_complex: bool) -> dict[tuple[int, int], complex]:
     words = each * (2 if is_complex else 1)
-    found: dict[tuple[int, int], complex] = {}
+    entries: dict[tuple[int, int], complex] = {}
     at = 0
     rows = [line for line in lines if line.strip()]
     while at < len(rows):
@@ -84,9 +84,9 @@ def _values(file: UniversalFile, lines: list[str], each: int, is_complex: bool) 
             cells += _reals(file, " ".join(_cells(rows[at])))
         numbers = np.array(cells[:words])
         values = numbers[::2] + 1j * numbers[1::2] if is_complex else numbers + 0j
-        found |= {(point, way + 1): complex(value) for way, value in enumerate(values[:6])}
+        entries |= {(point, way + 1): complex(value) for way, value in enumerate(values[:6])}
         at += 1
-    return found
+    return entries
 
 
 def _cells(line: str) -> list[str]:

@@ -8,7 +8,7 @@ from typing import Any
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.document import Document, parsed, validated
+from toolpoint.io.yaml.document import Document, parse, validate
 from toolpoint.io.yaml.machine_file import body_of
 from toolpoint.io.yaml.machine_schema import BodyModel, Part
 from toolpoint.machine.components import Components
@@ -46,10 +46,10 @@ def _written_out(entry: int | str) -> list[int | str]:
 
 def read(path: str | Path) -> Components:
     """Return the components of a file; raises FileFaults with every fault."""
-    document = parsed(Path(path))
+    document = parse(Path(path))
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
-    part: ComponentFile | None = validated(ComponentFile, document.data, (), document)
+    part: ComponentFile | None = validate(ComponentFile, document.data, (), document)
     bodies = {} if part is None else _checked(part, document)
     if document.faults or part is None:
         raise FileFaults(str(path), document.text, document.faults)

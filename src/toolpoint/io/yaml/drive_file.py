@@ -11,17 +11,17 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import find_faults
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.description_schema import describe, model_of
-from toolpoint.io.yaml.document import parsed, validated
+from toolpoint.io.yaml.document import parse, validate
 
 VERSION = 1
 
 
 def read(path: str | Path) -> DriveDescription:
     """Return the drives of a YAML file, SI; raises FileFaults with every fault of the file."""
-    document = parsed(Path(path))
+    document = parse(Path(path))
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
-    model: BaseModel | None = validated(model_of(DriveDescription, version=True), document.data, (), document)
+    model: BaseModel | None = validate(model_of(DriveDescription, version=True), document.data, (), document)
     drives = None if model is None else describe(DriveDescription, model)
     for key, message in () if drives is None else find_faults(drives):
         document.fault(key, message)

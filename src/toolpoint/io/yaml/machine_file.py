@@ -18,7 +18,7 @@ from toolpoint.io import stl
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
-from toolpoint.io.yaml.document import Document, Key, parsed, validated
+from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.machine import description as d
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.model import Machine
@@ -35,7 +35,7 @@ def read(path: str | Path) -> Machine:
     FileFaults
         With every fault of the file: line, column, key, value, limit and remedy.
     """
-    document = parsed(Path(path))
+    document = parse(Path(path))
     description = _description(document)
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
@@ -55,12 +55,12 @@ def _description(document: Document) -> d.MachineDescription | None:
             document.fault((section,), "must be names with their data, indented below")
             entries = {}
         parts[section] = {name: part for name, entry in entries.items()
-                          if (part := validated(model, entry, (section, name), document)) is not None}
+                          if (part := validate(model, entry, (section, name), document)) is not None}
     for section in ("bodies", "joints"):
         if not data.get(section):
             document.fault((section,), "missing; a machine needs at least one")
     rest = {key: value for key, value in data.items() if key not in _SECTIONS}
-    top = validated(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
+    top = validate(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
     converted = _converted(document, parts)
     _references(document, top)
     _tree(document, converted, data)

@@ -18,7 +18,7 @@ def partners(first: AnimatedShapes, second: AnimatedShapes) -> list[int]:
     return [int(j) for j in columns[np.argsort(rows)]]
 
 
-def turned_alike(shapes: AnimatedShapes, like: AnimatedShapes) -> AnimatedShapes:
+def turn_alike(shapes: AnimatedShapes, like: AnimatedShapes) -> AnimatedShapes:
     """Return shapes with the sign that brings each nearest to the shape of `like` of the same place: a shape's sign is free."""
     product = np.real((like.displacement * shapes.displacement.conj()).sum(axis=(1, 2)))
     sign = np.where(product < 0, -1.0, 1.0)
