@@ -44,6 +44,12 @@ def test_no_plotly_or_other_heavy_library_on_import():
     assert json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) == []
 
 
+def test_help_of_the_commands_loads_no_science():
+    heavy = ["scipy", "plotly", "h5py", "ruamel", "pydantic", "numba"]
+    code = f"import toolpoint.app.main, sys, json; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
+    assert json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) == []
+
+
 def test_numba_is_loaded_only_when_asked_for():
     code = "import toolpoint.machine, toolpoint.vibration, sys; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

@@ -1,19 +1,28 @@
-"""Cutting: tool, engagement, force law, stability by several methods on one problem, time domain, surface."""
+"""Cutting: tool, engagement, force law, stability by several methods on one problem, time domain, surface.
 
-from toolpoint.cutting import stability
-from toolpoint.cutting.cut.coefficients import CuttingCoefficients
-from toolpoint.cutting.cut.problem import MillingProblem, SpeedVariation, TurningProblem
-from toolpoint.cutting.cut.tool import Engagement, Tool
-from toolpoint.cutting.stability.automatic import Automatic
-from toolpoint.cutting.stability.floquet.method import FloquetDeterminant
-from toolpoint.cutting.stability.hill.method import HillDeterminant
-from toolpoint.cutting.stability.methods.collocation import Collocation
-from toolpoint.cutting.stability.methods.discretization import FullDiscretization, SemiDiscretization
-from toolpoint.cutting.stability.methods.multi_frequency import MultiFrequency
-from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
-from toolpoint.cutting.stability.panels.method import PanelArnoldi
-from toolpoint.cutting.stability.result import StabilityChart
-from toolpoint.cutting.stability.warm_start import WarmStart
+Names below are loaded on first use: the command line asks for the description of a cut only.
+"""
+
+from __future__ import annotations
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from toolpoint.cutting import stability
+    from toolpoint.cutting.cut.coefficients import CuttingCoefficients
+    from toolpoint.cutting.cut.problem import MillingProblem, SpeedVariation, TurningProblem
+    from toolpoint.cutting.cut.tool import Engagement, Tool
+    from toolpoint.cutting.stability.automatic import Automatic
+    from toolpoint.cutting.stability.floquet.method import FloquetDeterminant
+    from toolpoint.cutting.stability.hill.method import HillDeterminant
+    from toolpoint.cutting.stability.methods.collocation import Collocation
+    from toolpoint.cutting.stability.methods.discretization import FullDiscretization, SemiDiscretization
+    from toolpoint.cutting.stability.methods.multi_frequency import MultiFrequency
+    from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
+    from toolpoint.cutting.stability.panels.method import PanelArnoldi
+    from toolpoint.cutting.stability.result import StabilityChart
+    from toolpoint.cutting.stability.warm_start import WarmStart
 
 __all__ = [
     "Automatic",
@@ -35,3 +44,32 @@ __all__ = [
     "ZeroOrder",
     "stability",
 ]
+
+_NAMES: dict[str, tuple[str, ...]] = {
+    "cut.coefficients": ("CuttingCoefficients",),
+    "cut.problem": ("MillingProblem", "SpeedVariation", "TurningProblem",),
+    "cut.tool": ("Engagement", "Tool",),
+    "stability.automatic": ("Automatic",),
+    "stability.floquet.method": ("FloquetDeterminant",),
+    "stability.hill.method": ("HillDeterminant",),
+    "stability.methods.collocation": ("Collocation",),
+    "stability.methods.discretization": ("FullDiscretization", "SemiDiscretization",),
+    "stability.methods.multi_frequency": ("MultiFrequency",),
+    "stability.methods.zero_order": ("ZeroOrder",),
+    "stability.panels.method": ("PanelArnoldi",),
+    "stability.result": ("StabilityChart",),
+    "stability.warm_start": ("WarmStart",),
+}
+_HOME = {name: module for module, names in _NAMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        return getattr(importlib.import_module(f"toolpoint.cutting.{_HOME[name]}"), name)
+    if name == "stability":
+        return importlib.import_module("toolpoint.cutting.stability")
+    raise AttributeError(f"module 'toolpoint.cutting' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})
