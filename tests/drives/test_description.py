@@ -62,6 +62,18 @@ def test_all_faults_come_at_once():
         assert words in message
 
 
+def test_numbers_outside_their_limits_and_unknown_words_are_named():
+    """The limits are those of the file, without a file."""
+    filters = (d.TorqueFilterDescription("comb", frequency=300.0),)
+    broken = replace(AXIS, mechanics=replace(AXIS.mechanics, stiffness=-1.0), velocity=replace(AXIS.velocity, filters=filters))
+    with pytest.raises(ToolpointError) as caught:
+        build_servo(replace(DRIVES, axes={"X": broken}, corner_tolerance=-1e-6))
+    message = str(caught.value)
+    for words in ("axes.X.mechanics.stiffness: -1 N/m; must be above 0 N/m", "corner_tolerance: -1e-06 m; must be at least 0 m",
+                  "axes.X.velocity.filters.0.kind: 'comb'; must be one of notch, low-pass, low-pass-1"):
+        assert words in message
+
+
 def test_every_number_states_its_unit_and_limits():
     """All numbers but counts are quantities: what a file may hold stands beside the field."""
     parts = [part for part in vars(d).values() if isinstance(part, type) and is_dataclass(part) and part is not Quantity]

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from itertools import pairwise
 
 from toolpoint._check import ToolpointError
+from toolpoint._quantity import limit_faults
 from toolpoint.drives.controller.records import MAX_DELAY, MAX_FILTERS
 from toolpoint.drives.description import (
     CurrentDescription,
@@ -41,6 +42,10 @@ def check_description(drives: DriveDescription) -> None:
 
 def find_faults(drives: DriveDescription) -> Faults:
     """Yield the place (keys from the top of the file) and the text of every fault, in file order."""
+    outside = list(limit_faults(drives))
+    if outside:
+        yield from outside
+        return
     if not drives.axes:
         yield ("axes",), "missing; a drive file needs at least one axis"
     if drives.substeps < 1:
