@@ -8,7 +8,7 @@ import numpy as np
 from toolpoint.io import read_components, read_machine, write_machine
 from toolpoint.modal_identification import identify
 from toolpoint.pages.joints import joints_page
-from toolpoint.signals import assembled, hammer_test
+from toolpoint.signals import hammer_test, join_setups
 from toolpoint.studies import study_joints
 from toolpoint.studies.virtual_test import hammer_records, surface_points, true_modes
 from toolpoint.vibration.geometry import Geometry
@@ -41,7 +41,7 @@ def main() -> float:
         with open(f"{folder}/parts.yaml", "w") as file:
             file.write(text)
         tests = [hammer_test(record, 4.0, highest=150) for record in records]
-        frf = assembled([test.frf for test in tests])
+        frf = join_setups([test.frf for test in tests])
         modes = identify(frf, band=(5, 150)).modes
         result = study_joints(modes, geometry, read_components(f"{folder}/parts.yaml"))
         write_machine(result.machine, f"{folder}/machine.yaml")
