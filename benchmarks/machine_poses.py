@@ -129,7 +129,7 @@ def main() -> None:
     poses = {f"q{i + 1}": table[:, i] for i in range(6)}
     zero = {f"q{i + 1}": np.zeros(1) for i in range(6)}
     rows: dict[str, dict[str, float]] = {}
-    exact = eigen.undamped(assemble(machine, poses, modal_damping=False), 6).frequency
+    exact = eigen.solve_undamped(assemble(machine, poses, modal_damping=False), 6).frequency
     for path in ("numpy", "compiled"):
         natural_frequencies(machine, zero, 6, path=path)
         seconds = best(lambda path=path: natural_frequencies(machine, poses, 6, path=path))
@@ -145,16 +145,16 @@ def main() -> None:
 
     def modes_and_responses() -> None:
         system = assemble(machine, thousand, ["flange:+x", "flange:+y", "flange:+z"], modal_damping=False)
-        frequency_response.modal(eigen.undamped(system).with_damping(0.02), lines)
+        frequency_response.modal(eigen.solve_undamped(system).with_damping(0.02), lines)
 
     def modes_only() -> None:
-        eigen.undamped(assemble(machine, thousand, ["flange:+x"], modal_damping=False))
+        eigen.solve_undamped(assemble(machine, thousand, ["flange:+x"], modal_damping=False))
     derivatives = matrix_derivatives(machine, [p for i in range(6) for p in (f"joints.joint{i + 1}.stiffness.{d}"
                                                                             for d in ("rx", "ry", "rz"))])
     system = assemble(machine, thousand, ["flange:+x"], modal_damping=False)
     responses = best(modes_and_responses)
     slopes = best(lambda: sensitivity.frequencies(system, derivatives, 6))
-    plain = best(lambda: eigen.undamped(system, 6))
+    plain = best(lambda: eigen.solve_undamped(system, 6))
     figures = {"rows": rows, "modes_and_frf_1000_poses_s": responses, "modes_1000_poses_s": best(modes_only),
                "sensitivities_over_modes": slopes / plain}
     if "--json" in sys.argv:

@@ -30,7 +30,7 @@ from toolpoint.vibration import Dof, Modes, eigen
 
 def noisy_modes(machine: Machine, rng: np.random.Generator, sd: float = 1e-3, shape_sd: float = 0.02) -> Modes:
     """Return all modes of a machine as measured, with their deviations."""
-    true = eigen.undamped(assemble(machine))
+    true = eigen.solve_undamped(assemble(machine))
     level = np.sqrt((true.shape**2).mean(axis=0))
     return Modes(true.frequency * (1 + sd * rng.normal(size=true.count)), 0.01,
                  true.shape + shape_sd * level * rng.normal(size=true.shape.shape), true.dofs, "unscaled",
@@ -114,7 +114,7 @@ def main() -> None:
     options = parser.parse_args()
     rng, mill = np.random.default_rng(3), four_part_mill()
     points = [Dof(p, w) for p in mill.description.points for w in ("+x", "+y", "+z")]
-    modes = eigen.undamped(assemble(mill, outputs=points), 14)
+    modes = eigen.solve_undamped(assemble(mill, outputs=points), 14)
     result: dict[str, object] = {}
     for label, choose, assembled in (
             ("mill, 16 parameters", sixteen_parameters, False),

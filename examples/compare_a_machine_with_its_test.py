@@ -13,7 +13,7 @@ def main() -> float:
     """Return the largest deviation from the experiment, in per cent."""
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
         machine = machine_file.read(path)
-    modes = eigen.undamped(assemble(machine))
+    modes = eigen.solve_undamped(assemble(machine))
     measured = np.array(machine.description.reference[0].frequencies)
     deviation = 100 * (modes.frequency / measured - 1)
     for computed, known, error in zip(modes.frequency, measured, deviation, strict=True):

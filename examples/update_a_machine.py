@@ -17,7 +17,7 @@ def main() -> float:
     with resources.as_file(resources.files("toolpoint.app") / "machines" / "three_axis_vertical.yaml") as path:
         machine = read_machine(path)
     labels = [f"{point}:+{way}" for point in machine.description.points for way in "xyz"]
-    measured = eigen.undamped(assemble(machine, None, labels), 6)
+    measured = eigen.solve_undamped(assemble(machine, None, labels), 6)
     wrong = machine.with_values({PATH: 0.7 * machine.value(PATH)})
     result = update_machine(wrong, [Measurement(measured)], [PATH])
     print(result.table())

@@ -11,7 +11,7 @@ from toolpoint.app.main import main
 from toolpoint.io import hdf5
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, eigen, frequency_response
@@ -25,7 +25,7 @@ def test_data(tmp_path_factory):
     folder, mill = tmp_path_factory.mktemp("correlate"), four_part_mill()
     names = list(mill.description.points)
     turn, shift = rotation.about("z", 0.3), np.array([0.2, -0.1, 0.05])
-    place = placed(mill)
+    place = place_machine(mill)
     lines = ["point,x,y,z"]
     for i, name in enumerate(names):
         at = turn.T @ (place.position(mill.description.points[name])[0] - shift)
@@ -34,7 +34,7 @@ def test_data(tmp_path_factory):
     # The directions of the test are the turned axes: a Dof of the machine along R e_k is the test's +k.
     labels = [Dof(name, f"axis {k}", tuple(turn[:, k])) for name in names for k in range(3)]
     numbered = tuple(Dof(names.index(d.point) + 1, "+" + "xyz"[int(d.direction[-1])]) for d in labels)
-    modes = eigen.undamped(assemble(mill, outputs=labels), 6)
+    modes = eigen.solve_undamped(assemble(mill, outputs=labels), 6)
     hdf5.write(replace(modes, dofs=numbered, scaling="unscaled"), folder / "modes.h5")
     frf = frequency_response.direct(assemble(mill, None, labels, inputs=labels[:1]), np.linspace(10, 90, 241))
     hdf5.write(replace(frf, outputs=numbered, inputs=numbered[:1]), folder / "frf.h5")
@@ -85,7 +85,7 @@ def test_components_carry_measured_points_on_the_bodies(test_data, tmp_path, cap
         "toolpoint: 1\nname: t\nchain: [ground, housing]\ncomponents:\n  housing: {points: [1, 2, 3]}\n")
     from toolpoint.studies.model_correlation import with_measured_points
     machine = with_measured_points(mill, places, {"housing": [1, 2, 3]})
-    modes = eigen.undamped(assemble(machine, outputs=[f"{k}:{way}" for k in places for way in ("+x", "+y", "+z")]), 3)
+    modes = eigen.solve_undamped(assemble(machine, outputs=[f"{k}:{way}" for k in places for way in ("+x", "+y", "+z")]), 3)
     hdf5.write(modes, tmp_path / "modes.h5")
     main(["correlate", str(folder / "right.yaml"), str(tmp_path / "modes.h5"), "--geometry", str(tmp_path / "geometry.csv"),
           "--components", str(tmp_path / "components.yaml"), "--lowest-mac", "0.9", "-o", str(tmp_path / "page"), "--json"])

@@ -10,7 +10,7 @@ from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.io import geometry_files, hdf5, uff
 from toolpoint.io.yaml import machine_file
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.virtual_test import MeasuringPoints, surface_points, true_modes
 from toolpoint.vibration import Frf, Modes, frequency_response
@@ -53,7 +53,7 @@ def test_geometry_is_read_from_a_machine_file_too():
     found = geometry_files.read(MACHINES / "three_axis_vertical.yaml")
     machine = machine_file.read(MACHINES / "three_axis_vertical.yaml")
     assert set(found.points) == set(machine.description.points)
-    place = placed(machine)
+    place = place_machine(machine)
     for name, at in found.points.items():
         np.testing.assert_allclose(at, place.position(machine.description.points[name])[0])
 

@@ -25,7 +25,7 @@ def measurement(vertical, tmp_path_factory):
     folder = tmp_path_factory.mktemp("update")
     labels = [f"{point}:{way}" for point in vertical.description.points for way in ("+x", "+y", "+z")]
     system = assemble(vertical, outputs=labels)
-    hdf5.write(eigen.undamped(system), folder / "modes.h5")
+    hdf5.write(eigen.solve_undamped(system), folder / "modes.h5")
     hdf5.write(fr.direct(system.selected(labels[:3], labels[:1]), np.linspace(10, 70, 241)), folder / "frf.h5")
     wrong = vertical.with_values({path: factor * vertical.value(path) for path, factor in WRONG.items()})
     machine_file.write(wrong.description, folder / "wrong.yaml")
@@ -78,7 +78,7 @@ def two_poses(vertical_drives, tmp_path_factory):
     for k, place in enumerate(places):
         pose = {axis: float(place.split("=")[1])}
         system = assemble(vertical_drives, pose, labels)
-        hdf5.write(eigen.undamped(system, 8), folder / f"modes{k}.h5")
+        hdf5.write(eigen.solve_undamped(system, 8), folder / f"modes{k}.h5")
         hdf5.write(fr.direct(system.selected(labels[:2], labels[:1]), np.linspace(10, 60, 101)), folder / f"frf{k}.h5")
     paths = [p for p in parameters(vertical_drives.description) if ".stiffness." in p][:2]
     wrong = vertical_drives.with_values({p: f * vertical_drives.value(p) for p, f in zip(paths, (1.3, 0.75), strict=True)})

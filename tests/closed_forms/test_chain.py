@@ -22,12 +22,12 @@ def chain(damped: bool = False) -> SecondOrderSystem:
 
 def test_undamped_frequencies_are_the_closed_form():
     closed = np.sqrt(STIFFNESS / MASS) / np.pi * np.sin(np.arange(1, N + 1) * np.pi / (2 * (N + 1)))
-    np.testing.assert_allclose(eigen.undamped(chain()).frequency, closed, rtol=1e-12)
+    np.testing.assert_allclose(eigen.solve_undamped(chain()).frequency, closed, rtol=1e-12)
     assert closed[[0, -1]] == pytest.approx([5.52739317, 31.34740438], abs=5e-9)
 
 
 def test_damped_frequencies_and_ratios():
-    modes = eigen.complex_modes(chain(damped=True))
+    modes = eigen.solve_damped(chain(damped=True))
     damped = modes.frequency * np.sqrt(1 - modes.damping_ratio**2)
     # Reference case A2, damped frequencies in Hz and damping ratios in %.
     np.testing.assert_allclose(damped, [5.52914724, 10.8959268, 15.9269697, 20.4523036, 24.3354905, 27.4871217, 29.8351249,
@@ -39,7 +39,7 @@ def test_damped_frequencies_and_ratios():
 def test_modal_sum_is_the_direct_solution():
     system, frequency = chain(damped=True), np.linspace(0.5, 40, 60)
     direct = fr.direct(system, frequency).values
-    summed = fr.modal(eigen.complex_modes(system), frequency).values
+    summed = fr.modal(eigen.solve_damped(system), frequency).values
     np.testing.assert_allclose(summed, direct, atol=1e-12 * np.abs(direct).max())
 
 
@@ -50,7 +50,7 @@ def test_repeated_roots_give_a_response():
     double = SecondOrderSystem(*(np.block([[a, zero], [zero, a]]) for a in (one.mass, one.stiffness, one.damping)))
     frequency = np.linspace(1, 35, 20)
     direct = fr.direct(double, frequency).values
-    summed = fr.modal(eigen.complex_modes(double), frequency).values
+    summed = fr.modal(eigen.solve_damped(double), frequency).values
     np.testing.assert_allclose(summed, direct, atol=1e-10 * np.abs(direct).max())
 
 
@@ -61,10 +61,10 @@ def test_rigid_body_and_overdamped_modes_give_the_direct_response():
     frequency = np.linspace(0.5, 60, 40)
     for damping in (np.zeros((3, 3)), 3000 * np.array([[1, -1, 0], [-1, 1, 0], [0, 0, 0.0]]), np.diag([0, 40.0, 0])):
         system = SecondOrderSystem(mass, k, damping if damping.any() else None)
-        modes = eigen.complex_modes(system)
+        modes = eigen.solve_damped(system)
         direct = fr.direct(system, frequency).values
         np.testing.assert_allclose(fr.modal(modes, frequency).values, direct, atol=1e-9 * np.abs(direct).max())
-    assert eigen.undamped(SecondOrderSystem(mass, k)).is_rigid.tolist() == [True, False, False]
+    assert eigen.solve_undamped(SecondOrderSystem(mass, k)).is_rigid.tolist() == [True, False, False]
 
 
 def test_structural_damping_modes_give_the_direct_response():
@@ -72,5 +72,5 @@ def test_structural_damping_modes_give_the_direct_response():
     system = SecondOrderSystem(base.mass, base.stiffness, structural_damping=0.05 * np.diag(np.diag(base.stiffness)))
     frequency = np.linspace(1, 35, 30)
     direct = fr.direct(system, frequency).values
-    np.testing.assert_allclose(fr.modal(eigen.complex_modes(system), frequency).values, direct,
+    np.testing.assert_allclose(fr.modal(eigen.solve_damped(system), frequency).values, direct,
                                atol=1e-12 * np.abs(direct).max())

@@ -51,7 +51,7 @@ def structure(machine):
                "saddle": replace(point, body="saddle", at=(0.0, 0.75, -0.15))}
     free = free.rebuild(replace(free.description, points=points))
     labels = ["saddle:+x", "table:+x", "bed:+y", "saddle:+y", "tool:+x", "tool:+y", "table:+y"]
-    modes = eigen.undamped(assemble(free, outputs=labels))
+    modes = eigen.solve_undamped(assemble(free, outputs=labels))
     return Structure.from_modes(modes, {"x.base": "saddle:+x", "x.table": "table:+x", "y.base": "bed:+y",
                                         "y.table": "saddle:+y"}, {"x": "tool:+x", "y": "tool:+y"})
 

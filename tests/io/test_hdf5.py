@@ -20,7 +20,7 @@ def nouns():
     frf = Frf(frf.frequency, frf.values, labels, frf.inputs, coherence=np.full(frf.values.shape, 0.9), decay=3.0,
               notes=("one", "zwei ä"))
     record = Record(rng.normal(size=(20, 2)), 1024.0, ("1:+x", "2:+z"), ("force", "acceleration"), name="hit")
-    return {"system": system, "frf": frf, "modes": eigen.complex_modes(system), "real": eigen.undamped(system),
+    return {"system": system, "frf": frf, "modes": eigen.solve_damped(system), "real": eigen.solve_undamped(system),
             "record": record, "state": state_space.physical(system).discretised(1e-3, "first")}
 
 

@@ -33,7 +33,7 @@ def difference(function, h):
 
 
 def modes_of(system, kind):
-    return eigen.undamped(system) if kind == "undamped" else eigen.complex_modes(system)
+    return eigen.solve_undamped(system) if kind == "undamped" else eigen.solve_damped(system)
 
 
 def like(shape, reference, mass):
@@ -86,7 +86,7 @@ def test_repeated_root_undamped():
 
     def mode(p):
         moved = at(system, derivatives, p)
-        modes = eigen.undamped(moved)
+        modes = eigen.solve_undamped(moved)
         shape, order = like(modes.shape, found.basis[0], moved.mass)
         return np.concatenate([modes.frequency[order][None], shape])
     expected = difference(mode, h)
@@ -106,9 +106,9 @@ def test_repeated_root_viscous():
     h = 1e-3
 
     def poles(p):
-        values = eigen.complex_modes(at(double, derivatives, p)).poles
+        values = eigen.solve_damped(at(double, derivatives, p)).poles
         # Order by the predicted place, so that crossing roots keep their names.
-        wanted = eigen.complex_modes(double).poles + p * found.eigenvalue[0]
+        wanted = eigen.solve_damped(double).poles + p * found.eigenvalue[0]
         return values[np.abs(values[:, None] - wanted).argmin(axis=0)]
     np.testing.assert_allclose(found.eigenvalue[0], difference(poles, h), rtol=1e-6)
 
@@ -136,7 +136,7 @@ def test_global_scaling_laws():
     all_k = MatrixDerivatives(("k", "m"), np.stack([0 * system.mass, system.mass]), None,
                               np.stack([system.stiffness, 0 * system.mass]))
     slopes = sensitivity.frequencies(system, all_k)
-    base = eigen.undamped(system).frequency
+    base = eigen.solve_undamped(system).frequency
     np.testing.assert_allclose(slopes, [base / 2, -base / 2], rtol=1e-9)
 
 

@@ -21,7 +21,7 @@ def test_receptance_is_reciprocal_and_equal_by_every_way(seed, n):
     direct = fr.direct(system, FREQUENCY).values
     scale = np.abs(direct).max()
     np.testing.assert_allclose(direct, np.swapaxes(direct, 1, 2), atol=1e-12 * scale)
-    np.testing.assert_allclose(fr.modal(eigen.complex_modes(system), FREQUENCY).values, direct, atol=1e-9 * scale)
+    np.testing.assert_allclose(fr.modal(eigen.solve_damped(system), FREQUENCY).values, direct, atol=1e-9 * scale)
     np.testing.assert_allclose(state_space.physical(system).response(FREQUENCY), direct, atol=1e-9 * scale)
 
 
@@ -37,23 +37,23 @@ def test_driving_points_lose_energy(seed):
 def test_modes_are_orthogonal_and_do_not_depend_on_coordinates(seed):
     rng = np.random.default_rng(seed)
     system = random_system(rng, damped=False)
-    modes = eigen.undamped(system)
+    modes = eigen.solve_undamped(system)
     np.testing.assert_allclose(modes.shape.T @ system.mass @ modes.shape, np.eye(6), atol=1e-9)
     np.testing.assert_allclose(modes.shape.T @ system.stiffness @ modes.shape, np.diag(modes.omega**2),
                                atol=1e-8 * modes.omega[-1] ** 2)
     turn = rng.normal(size=(6, 6)) + 3 * np.eye(6)
     other = SecondOrderSystem(turn.T @ system.mass @ turn, turn.T @ system.stiffness @ turn)
-    np.testing.assert_allclose(eigen.undamped(other).frequency, modes.frequency, rtol=1e-7)
+    np.testing.assert_allclose(eigen.solve_undamped(other).frequency, modes.frequency, rtol=1e-7)
 
 
 def test_batched_poses_equal_single_ones():
     system = random_system(np.random.default_rng(3), 5, (4,))
-    batch_u, batch_c = eigen.undamped(system), eigen.complex_modes(system)
+    batch_u, batch_c = eigen.solve_undamped(system), eigen.solve_damped(system)
     batch_f, batch_m = fr.direct(system, FREQUENCY), fr.modal(batch_c, FREQUENCY)
     for i in range(4):
         one = system.at_pose(i)
-        np.testing.assert_allclose(batch_u.frequency[i], eigen.undamped(one).frequency, rtol=1e-10)
-        np.testing.assert_allclose(batch_c.poles[i], eigen.complex_modes(one).poles, rtol=1e-8)
+        np.testing.assert_allclose(batch_u.frequency[i], eigen.solve_undamped(one).frequency, rtol=1e-10)
+        np.testing.assert_allclose(batch_c.poles[i], eigen.solve_damped(one).poles, rtol=1e-8)
         np.testing.assert_allclose(batch_f.values[i], fr.direct(one, FREQUENCY).values, rtol=1e-10)
         np.testing.assert_allclose(batch_m.values[i], batch_f.values[i], atol=1e-9 * np.abs(batch_f.values).max())
         assert batch_f.at_pose(i).values.shape == (25, 5, 5)
@@ -70,7 +70,7 @@ def test_quantities_are_powers_of_i_omega_and_come_back():
 
 def test_static_residual_makes_the_sum_exact_at_zero_and_truncation_is_stated():
     system = damping.modal(random_system(np.random.default_rng(5), 10, damped=False), 0.02)
-    few = eigen.undamped(system, 4)
+    few = eigen.solve_undamped(system, 4)
     band = np.linspace(0, few.frequency[-1] * 1.02, 200)
     direct = fr.direct(system, band).values
     corrected = fr.with_static_residual(few, system)
@@ -87,15 +87,15 @@ def test_static_residual_makes_the_sum_exact_at_zero_and_truncation_is_stated():
 def test_modal_damping_matrix_has_the_ratios_asked_for():
     ratios = np.linspace(0.01, 0.06, 6)
     system = damping.modal(random_system(np.random.default_rng(6), damped=False), ratios)
-    np.testing.assert_allclose(eigen.complex_modes(system).damping_ratio, ratios, rtol=1e-8)
-    np.testing.assert_allclose(eigen.undamped(system).damping_ratio, ratios, rtol=1e-8)
+    np.testing.assert_allclose(eigen.solve_damped(system).damping_ratio, ratios, rtol=1e-8)
+    np.testing.assert_allclose(eigen.solve_undamped(system).damping_ratio, ratios, rtol=1e-8)
 
 
 def test_equivalent_viscous_damping_is_exact_at_resonance():
     base = random_system(np.random.default_rng(7), damped=False)
     structural = SecondOrderSystem(base.mass, base.stiffness, structural_damping=0.04 * base.stiffness)
     viscous = damping.equivalent_viscous(structural)
-    one, two = eigen.undamped(structural), eigen.undamped(viscous)
+    one, two = eigen.solve_undamped(structural), eigen.solve_undamped(viscous)
     assert one.damping == "structural"
     assert two.damping == "viscous"
     np.testing.assert_allclose(one.damping_ratio, 0.02, rtol=1e-9)
@@ -107,7 +107,7 @@ def test_equivalent_viscous_damping_is_exact_at_resonance():
 
 
 def test_non_proportional_damping_is_noted_where_it_is_dropped():
-    modes = eigen.undamped(random_system(np.random.default_rng(8)))
+    modes = eigen.solve_undamped(random_system(np.random.default_rng(8)))
     assert any("left out" in note for note in modes.notes)
 
 
@@ -148,10 +148,10 @@ def test_discretised_system_reproduces_the_exact_step(hold):
 
 def test_modal_and_physical_state_spaces_respond_alike():
     system = damping.modal(random_system(np.random.default_rng(13), damped=False), 0.03)
-    modal = state_space.modal(eigen.undamped(system))
+    modal = state_space.modal(eigen.solve_undamped(system))
     np.testing.assert_allclose(modal.response(FREQUENCY), state_space.physical(system).response(FREQUENCY), rtol=1e-7)
     force = Record(np.random.default_rng(14).normal(size=(50, 1)), 1000.0, (system.inputs[0],), ("force",))
-    out = time_response.modal_superposition(eigen.undamped(system), force, (system.outputs[2],))
+    out = time_response.modal_superposition(eigen.solve_undamped(system), force, (system.outputs[2],))
     direct = time_response.exact(state_space.physical(system), np.pad(force.samples, ((0, 0), (0, 5))), 1000.0)
     np.testing.assert_allclose(out.samples[:, 0], direct[:, 2], atol=1e-10 * np.abs(direct).max())
 
@@ -193,8 +193,8 @@ def test_comac_points_at_the_coordinate_that_differs():
 
 def test_pairing_finds_the_permutation_and_leaves_strangers_single():
     system = random_system(np.random.default_rng(17), 6, damped=False)
-    modes = eigen.undamped(system)
-    pairing = correlation.paired(modes, modes.selected([3, 0, 5, 1]), lowest_mac=0.99)
+    modes = eigen.solve_undamped(system)
+    pairing = correlation.pair_modes(modes, modes.selected([3, 0, 5, 1]), lowest_mac=0.99)
     assert pairing.pairs.tolist() == [[0, 1], [1, 3], [3, 0], [5, 2]]
     assert pairing.single_first == (2, 4)
 

@@ -18,7 +18,7 @@ from toolpoint.machine.description import (
     parameters,
 )
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import eigen, sensitivity
@@ -52,7 +52,7 @@ def two_bodies(move=None, **joint):
 def test_frequencies_and_responses_do_not_depend_on_the_machine_frame():
     move = tf.exponential([0.7, -1.2, 0.4, 0.5, -0.3, 0.8])
     here, there = (assemble(build(d), {"Z": 0.2, "B": 0.3}) for d in (two_bodies(), two_bodies(move)))
-    np.testing.assert_allclose(eigen.undamped(here).frequency, eigen.undamped(there).frequency, rtol=1e-9)
+    np.testing.assert_allclose(eigen.solve_undamped(here).frequency, eigen.solve_undamped(there).frequency, rtol=1e-9)
     f = np.linspace(5, 90, 9)
     r = move[:3, :3]
     h, g = (fr.direct(s, f).values[:, :3, :3] for s in (here, there))
@@ -61,7 +61,7 @@ def test_frequencies_and_responses_do_not_depend_on_the_machine_frame():
 
 def test_mass_matrix_is_the_kinetic_energy_of_finite_differences():
     machine = build(two_bodies())
-    place = placed(machine, {"Z": 0.1, "B": 0.4})
+    place = place_machine(machine, {"Z": 0.1, "B": 0.4})
     rate = np.random.default_rng(0).normal(size=machine.size)
     system = assemble(machine, {"Z": 0.1, "B": 0.4})
     energy = 0.0
@@ -85,8 +85,8 @@ def test_springs_ride_with_the_child_or_stay_with_the_parent():
     base = two_bodies()
     fixed = JointDescription("column", "head", base.joints["guide"].frame, base.joints["guide"].stiffness, elastic_at="parent")
     stay = MachineDescription(base.name, base.bodies, {**base.joints, "guide": fixed}, base.axes, base.points)
-    home = [eigen.undamped(assemble(build(d), {"Z": 0.0})).frequency for d in (base, stay)]
-    away = [eigen.undamped(assemble(build(d), {"Z": 0.4})).frequency for d in (base, stay)]
+    home = [eigen.solve_undamped(assemble(build(d), {"Z": 0.0})).frequency for d in (base, stay)]
+    away = [eigen.solve_undamped(assemble(build(d), {"Z": 0.4})).frequency for d in (base, stay)]
     np.testing.assert_allclose(home[0], home[1], rtol=1e-12)
     assert np.abs(away[0] / away[1] - 1).max() > 1e-3
 
@@ -130,7 +130,7 @@ def test_exact_derivatives_against_differences(path):
     h = 1e-3 * (abs(value) or 0.1)
 
     def at(x):
-        return eigen.undamped(assemble(machine.with_values({path: x}), poses)).frequency
+        return eigen.solve_undamped(assemble(machine.with_values({path: x}), poses)).frequency
     expected = (8 * (at(value + h) - at(value - h)) - (at(value + 2 * h) - at(value - 2 * h))) / (12 * h)
     np.testing.assert_allclose(slopes, expected, atol=1e-6 * np.abs(expected).max())
 
@@ -170,7 +170,7 @@ def test_paths_agree_with_a_full_stiffness_matrix():
     full = build(MachineDescription(base.name, base.bodies, {**base.joints, "foot": JointDescription(
         "ground", "column", base.joints["foot"].frame, stiffness_matrix=matrix)}, base.axes, base.points))
     poses = {"Z": np.linspace(-0.5, 0.5, 65)}
-    expected = eigen.undamped(assemble(full, poses), 6).frequency
+    expected = eigen.solve_undamped(assemble(full, poses), 6).frequency
     for path in ("numpy", "compiled"):
         np.testing.assert_allclose(natural_frequencies(full, poses, 6, path=path), expected, rtol=1e-9)
 

@@ -14,7 +14,7 @@ from modal_identification.modal_case import BAND, DAMPING, IN_BAND, benchmark, l
 from toolpoint import Dof, Frf, Modes, SecondOrderSystem, ToolpointError
 from toolpoint.modal_identification import PolyReference, identify
 from toolpoint.vibration.correlation import mac
-from toolpoint.vibration.eigen import complex_modes
+from toolpoint.vibration.eigen import solve_damped
 from toolpoint.vibration.frequency_response import direct, modal
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
@@ -147,7 +147,7 @@ def test_non_proportional_damping_gives_the_complex_modes():
     damping[2, 2] += 0.02
     scale = (2 * np.pi * 60) ** 2
     system = SecondOrderSystem(np.eye(n), scale * stiffness, np.sqrt(scale) * 10 * damping)
-    truth = complex_modes(system)
+    truth = solve_damped(system)
     frf = direct(system, np.arange(5.0, 160, 0.1), "accelerance").selected(inputs=[0, 3])
     found = identify(with_noise(frf, 0.001, rng)).modes
     worst = errors(found, truth)

@@ -37,7 +37,7 @@ def mills():
 
 def test_correlation_page(mills, opened):
     mill, wrong, _ = mills
-    modes = eigen.undamped(assemble(mill), 6)
+    modes = eigen.solve_undamped(assemble(mill), 6)
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:3], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     places = point_positions(mill)
     pairing = pair_points(places, places, 0.01)
@@ -68,7 +68,7 @@ def test_sensitivity_page(mills, opened):
 
 def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     mill, wrong, path = mills
-    modes = eigen.undamped(assemble(mill), 6)
+    modes = eigen.solve_undamped(assemble(mill), 6)
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     found = machine_update.update(wrong, [path], modes, frf)
     assert found.machine.value(path) == pytest.approx(mill.value(path), rel=1e-3)

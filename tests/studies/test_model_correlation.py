@@ -16,7 +16,7 @@ from toolpoint.vibration import Modes, correlation, eigen, frequency_response
 
 
 def modes_of(machine, count=8):
-    return eigen.undamped(assemble(machine), count)
+    return eigen.solve_undamped(assemble(machine), count)
 
 
 def test_scale_sign_and_order_of_measured_shapes_do_not_matter():
@@ -79,7 +79,7 @@ def test_measured_points_ride_on_their_body():
     mill = four_part_mill()
     at = {7: np.array([0.1, -0.2, 0.9])}
     carried = with_measured_points(mill, at, {"housing": [7]})
-    moved = eigen.undamped(assemble(carried, outputs=["7:+x", "nose:+x"]), 4)
+    moved = eigen.solve_undamped(assemble(carried, outputs=["7:+x", "nose:+x"]), 4)
     assert moved.shape.shape == (2, 4)
     with pytest.raises(ToolpointError, match="no position"):
         with_measured_points(mill, {}, {"housing": [7]})

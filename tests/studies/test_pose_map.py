@@ -13,7 +13,7 @@ from toolpoint.vibration import frequency_response as fr
 def test_map_equals_single_poses(vertical):
     found = pose_map(vertical, {"X": [-0.3, 0.0, 0.3], "Z": [-0.2, 0.4]}, modes=4)
     assert found.frequency.shape == (3, 2, 4)
-    single = eigen.undamped(assemble(vertical, {"X": 0.3, "Z": -0.2}), 4).frequency
+    single = eigen.solve_undamped(assemble(vertical, {"X": 0.3, "Z": -0.2}), 4).frequency
     np.testing.assert_allclose(found.frequency[2, 0], single, rtol=1e-10)
     assert (found.spread() > 0).all()
 

@@ -60,7 +60,7 @@ def test_one_pose_is_that_of_the_loops(free_machine):
     from toolpoint.vibration import eigen
 
     labels = list(dict.fromkeys([*ENDS.values(), *TOOLS.values()]))
-    structure = Structure.from_modes(eigen.undamped(assemble(free_machine, {}, labels)), ENDS, TOOLS)
+    structure = Structure.from_modes(eigen.solve_undamped(assemble(free_machine, {}, labels)), ENDS, TOOLS)
     expected = compute_loops(servo_of(structure)).velocity.margins(1, 800).phase
     found = map_margins(free_machine, [{}], ends=ENDS, tools=TOOLS, build=servo_of)
     assert found.velocity_phase_margin[0, 1] == pytest.approx(expected)

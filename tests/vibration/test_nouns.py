@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from toolpoint import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace, ToolpointWarning
 from toolpoint.vibration import eigen, frequency_response
-from toolpoint.vibration.frf import joined, relative
+from toolpoint.vibration.frf import join_frfs, relative
 
 F = np.linspace(1, 10, 10)
 
@@ -77,12 +77,12 @@ def test_interpolation_is_exact_on_lines_and_never_outside():
 
 
 def test_joined_puts_parts_side_by_side_and_names_what_differs():
-    both = joined([frf(("a:+x",)), frf(("b:+x",))])
+    both = join_frfs([frf(("a:+x",)), frf(("b:+x",))])
     assert both.values.shape == (10, 2, 1)
-    assert joined([frf(), frf(inputs=("b:+x",))], "inputs").values.shape == (10, 2, 2)
+    assert join_frfs([frf(), frf(inputs=("b:+x",))], "inputs").values.shape == (10, 2, 2)
     for other, words in ((frf(quantity="mobility"), "quantity"), (frf().between(2, 9), "lines"), (frf(decay=1.0), "decay")):
         with pytest.raises(ValueError, match=words):
-            joined([frf(("c:+x",)), other])
+            join_frfs([frf(("c:+x",)), other])
 
 
 def test_relative_response_is_the_quadratic_form():
@@ -136,11 +136,11 @@ def test_an_overdamped_model_has_the_response_of_its_equation_and_says_so():
     """m x'' + c x' + k x = f with c three times critical: 1/(k - m w^2 + i c w), from modes too."""
     m, k = 2.0, 800.0
     c = 3 * 2 * np.sqrt(k * m)
-    modes = eigen.undamped(SecondOrderSystem([[m]], [[k]], [[c]]))
+    modes = eigen.solve_undamped(SecondOrderSystem([[m]], [[k]], [[c]]))
     assert modes.damping_ratio[0] == pytest.approx(3) and "no vibration mode" in modes.notes[-1]
     w = 2 * np.pi * F
     np.testing.assert_allclose(frequency_response.modal(modes, F).values[:, 0, 0], 1 / (k - m * w**2 + 1j * c * w), rtol=1e-12)
-    real = eigen.complex_modes(SecondOrderSystem([[m]], [[k]], [[c]]))
+    real = eigen.solve_damped(SecondOrderSystem([[m]], [[k]], [[c]]))
     np.testing.assert_allclose(real.damping_ratio, [1, 1])
     np.testing.assert_allclose(frequency_response.modal(real, F).values[:, 0, 0], 1 / (k - m * w**2 + 1j * c * w), rtol=1e-10)
 

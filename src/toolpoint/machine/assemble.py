@@ -16,7 +16,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine import preload
 from toolpoint.machine.joint_terms import joint_matrices, loop_motion
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, placed
+from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
 from toolpoint.vibration.dof import dofs
@@ -45,7 +45,7 @@ def assemble(
         For an unknown axis or point, a position beyond the limits, or (with gravity or loads) a pose that is not an
         equilibrium of the free directions.
     """
-    place = placed(machine, poses)
+    place = place_machine(machine, poses)
     seen = dofs(outputs) if outputs is not None else _all_points(machine)
     driven = seen if inputs is None else dofs(inputs)
     mass, stiffness, viscous, structural, basis = equations(place)

@@ -20,7 +20,7 @@ from toolpoint.machine.build import build, joint_law
 from toolpoint.machine.description import MachineDescription, parameters
 from toolpoint.machine.joint_terms import loop_motion
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, placed
+from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
@@ -51,7 +51,7 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
     description = machine.description
     if description.gravity is not None or description.loads:
         fail("machine", "gravity or loads", "exact derivatives leave preload out", "take the machine without them")
-    place = placed(machine, poses)
+    place = place_machine(machine, poses)
     basis = loop_basis(place) if machine.loops else None
     size = machine.size if basis is None else basis.shape[-1]
     result = {term: np.zeros((place.poses, len(names), size, size)) for term in _TERMS}

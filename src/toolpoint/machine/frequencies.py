@@ -9,7 +9,7 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations, mass_matrix
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 _CHUNK = 4096
@@ -46,12 +46,12 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
 
 
 def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
-    values = np.linalg.eigvalsh(factor @ mass_matrix(placed(machine, poses)) @ factor.T)
+    values = np.linalg.eigvalsh(factor @ mass_matrix(place_machine(machine, poses)) @ factor.T)
     return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :number]))
 
 
 def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
-    mass, stiffness, *_ = equations(placed(machine, poses))
+    mass, stiffness, *_ = equations(place_machine(machine, poses))
     squares, _ = mass_normalised(mass, stiffness)
     return natural_omega(squares, mass, stiffness)[..., :number] / (2 * np.pi)
 
@@ -61,7 +61,7 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
     description = machine.description
     if machine.loops or description.gravity is not None or description.loads:
         return None
-    stiffness = joint_matrices(placed(machine))[0][0]
+    stiffness = joint_matrices(place_machine(machine))[0][0]
     try:
         return np.linalg.inv(np.linalg.cholesky(stiffness))
     except np.linalg.LinAlgError:

@@ -75,7 +75,7 @@ class Placement:
         return result
 
 
-def placed(machine: Machine, pose: Pose | None = None) -> Placement:
+def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
     """Return the machine at a pose or a batch of poses (axis name to position or array of positions, m or rad)."""
     chain = machine.chain
     pose = pose or {}

@@ -18,7 +18,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine.joint_terms import joint_matrices, loop_frame, loop_motion
 from toolpoint.machine.model import LoopJoint, Machine
-from toolpoint.machine.placement import Placement, placed
+from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 
@@ -65,7 +65,7 @@ def static_equilibrium(machine: Machine, pose: Pose | None = None) -> StaticEqui
 
     Raises ToolpointError where free directions are out of balance, or where there is neither gravity nor a load.
     """
-    place = placed(machine, pose)
+    place = place_machine(machine, pose)
     if place.poses != 1:
         fail("pose", f"{place.poses} poses", "must be one")
     forces = _forces(place)

@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, placed
+from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 
@@ -29,7 +29,7 @@ class BodyShapes:
 
 def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = None) -> BodyShapes:
     """Return the lowest undamped modes at one pose as motions of the bodies; all modes where `modes` is left out."""
-    place = placed(machine, pose)
+    place = place_machine(machine, pose)
     mass, stiffness, _, _, basis = equations(place)
     squares, vectors = mass_normalised(mass[0], stiffness[0])
     vectors = vectors[:, :modes] if basis is None else basis[0] @ vectors[:, :modes]

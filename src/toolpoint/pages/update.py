@@ -86,7 +86,7 @@ def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Map
     charts = []
     for words, (machine, agreed) in zip(("before", "after"), pair, strict=True):
         count = max(int(agreed.modes.max()) + 1, min(measured.count + 2, machine.size))
-        modes = eigen.undamped(assemble(machine, pose, measured.dofs, modal_damping=False), count)
+        modes = eigen.solve_undamped(assemble(machine, pose, measured.dofs, modal_damping=False), count)
         pairs = np.stack([np.arange(agreed.modes.size), agreed.modes], axis=1)
         charts.append(Chart(mac_matrix(
             correlation.mac(measured.shape, modes.shape), measured, modes, row_title="Measured mode",

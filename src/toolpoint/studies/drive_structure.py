@@ -56,7 +56,7 @@ def structure_at(machine: Machine, pose: Mapping[str, float] | None, *, ends: Ma
     tools : mapping of axis name to the Dof of the tool point in its direction
     """
     labels = list(dict.fromkeys([*ends.values(), *tools.values()]))
-    modes = eigen.undamped(assemble(machine, pose, labels, modal_damping=False))
+    modes = eigen.solve_undamped(assemble(machine, pose, labels, modal_damping=False))
     if machine.description.damping_ratio is not None:
         modes = modes.with_damping(machine.description.damping_ratio)
     return Structure.from_modes(modes, dict(ends), dict(tools))

@@ -14,7 +14,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.joint_terms import joint_matrices
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.tool_point import ToolPoint, lobes, tool_point
@@ -97,7 +97,7 @@ def has_damping(machine: Machine) -> bool:
     """Return whether anything in the machine dissipates energy."""
     if machine.description.damping_ratio:
         return True
-    _, viscous, structural = joint_matrices(placed(machine))
+    _, viscous, structural = joint_matrices(place_machine(machine))
     return bool(np.any(viscous) or np.any(structural))
 
 

@@ -112,17 +112,17 @@ def correlate(
         Measured, any quantity.
     pose : mapping, optional
     lowest_mac, frequency_shift : float
-        The shape filter and the largest relative difference of frequency of a pair, see `vibration.correlation.paired`.
+        The shape filter and the largest relative difference of frequency of a pair, see `vibration.correlation.pair_modes`.
     bands : pairs of Hz, optional
         For FRAC; between the middles of neighbouring measured frequencies where left out.
     """
     pairing = points or PointPairing.identity([p for p in dict.fromkeys(d.point for d in modes.dofs)
                                                if str(p) in machine.description.points])
     measured = pairing.renamed(modes)
-    everything = eigen.undamped(assemble(machine, pose, measured.dofs))
+    everything = eigen.solve_undamped(assemble(machine, pose, measured.dofs))
     top = 1.5 * float(measured.frequency.max())
     predicted = everything.selected([i for i, f in enumerate(everything.frequency) if f <= top] or [0])
-    pairs = correlation.paired(measured, predicted, lowest_mac, frequency_shift=frequency_shift)
+    pairs = correlation.pair_modes(measured, predicted, lowest_mac, frequency_shift=frequency_shift)
     values = correlation.mac(measured.shape, predicted.shape)
     edges = _bands(measured.frequency, frf) if bands is None else np.array(bands, float).reshape(-1, 2)
     result = ModelCorrelation(pairing, measured, predicted, values, pairs, None, {}, {}, edges)

@@ -22,7 +22,7 @@ from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assemble import body_coordinates, loop_basis
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import parameters
-from toolpoint.machine.placement import placed
+from toolpoint.machine.placement import place_machine
 from toolpoint.updating.prediction import ShapeSlopes
 from toolpoint.updating.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
@@ -158,7 +158,7 @@ def _slopes(machine: Machine, names: tuple[str, ...], pose: Pose | None) -> Matr
     rest = [n for n in names if _elastic(machine, n)]
     if not rest:
         return matrix_derivatives(machine, names, pose)
-    place = placed(machine, pose)
+    place = place_machine(machine, pose)
     closed = loop_basis(place) if machine.loops else None
     basis = np.eye(machine.size) if closed is None else closed[0]
     slopes = {n: [np.zeros((basis.shape[1],) * 2) for _ in _TERMS] for n in names}

@@ -70,7 +70,7 @@ def tool_point(
     system = assemble(machine, batch or None, labels, modal_damping=False)
     if not batch:
         system = _as_batch(system, len(poses))
-    modes = eigen.undamped(system)
+    modes = eigen.solve_undamped(system)
     if description.damping_ratio is not None:
         modes = modes.with_damping(description.damping_ratio)
     if not modes.damping_ratio.any():

@@ -54,7 +54,8 @@ def coefficients(measured: Modes, predicted: Modes, weight: ArrayLike | None = N
         Mass that takes part in every mode; equal where left out.
     """
     if measured.count != predicted.count or measured.count == 0:
-        fail("predicted", f"{predicted.count} modes for {measured.count}", "must be paired one to one", "use `paired` first")
+        fail("predicted", f"{predicted.count} modes for {measured.count}", "must be paired one to one",
+             "use `pair_modes` first")
     given = np.ones(measured.count) if weight is None else weight
     shares = nonnegative("weight", floats("weight", given, (measured.count,)))
     if shares.sum() <= 0:

@@ -90,7 +90,7 @@ class Pairing:
                 f"{len(self.single_first)} + {len(self.single_second)} single)")
 
 
-def paired(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequency_shift: float = np.inf) -> Pairing:
+def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequency_shift: float = np.inf) -> Pairing:
     """Return the one-to-one pairing with the largest sum of MAC values.
 
     Parameters
@@ -104,7 +104,7 @@ def paired(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequency_sh
     """
     common = [dof for dof in first.dofs if dof in second.dofs]
     if not common:
-        fail("paired", "no common Dof", "both sets must share points and directions")
+        fail("pair_modes", "no common Dof", "both sets must share points and directions")
     matrix = mac(first.shape_at(common), second.shape_at(common))
     shift = np.abs(first.frequency[:, None] - second.frequency) / np.maximum(first.frequency[:, None], 1e-12)
     allowed = (matrix >= lowest_mac) & (shift <= frequency_shift)
@@ -129,7 +129,7 @@ def _shapes(first: Array, second: Array) -> tuple[Array, Array]:
 def _paired(first: Array, second: Array) -> tuple[Array, Array]:
     a, b = _shapes(first, second)
     if a.shape[-1] != b.shape[-1]:
-        fail("shapes", f"{a.shape[-1]} and {b.shape[-1]} modes", "must be paired one to one", "use `paired` first")
+        fail("shapes", f"{a.shape[-1]} and {b.shape[-1]} modes", "must be paired one to one", "use `pair_modes` first")
     return a, b
 
 

@@ -21,7 +21,7 @@ RIGID_TOLERANCE = 1e-9
 REPEATED_TOLERANCE = 1e-7
 
 
-def undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
+def solve_undamped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     """Return the real modes of M and K, mass-normalised, lowest first; batched over poses.
 
     Viscous damping enters as the diagonal of the modal damping matrix (exact for proportional damping), structural
@@ -77,7 +77,7 @@ def _diagonal_damping(
 ) -> tuple[FloatArray, str, tuple[str, ...]]:
     viscous, structural = system.damping, system.structural_damping
     if viscous is not None and structural is not None and np.any(structural) and np.any(viscous):
-        fail("undamped", "viscous and structural damping together", "modes carry one kind of damping",
+        fail("solve_undamped", "viscous and structural damping together", "modes carry one kind of damping",
              "convert one with damping.equivalent_viscous(system)")
     matrix = structural if structural is not None and np.any(structural) else viscous
     if matrix is None:
@@ -89,7 +89,7 @@ def _diagonal_damping(
         ratio = np.where(omega > 0, diagonal / (2 * omega**power), 0.0)
     beside = np.abs(modal - diagonal[..., None] * np.eye(modal.shape[-1])).max() if modal.size else 0.0
     coupled = beside > 1e-6 * max(float(np.abs(diagonal).max(initial=0.0)), 1e-300)
-    note = ("modal damping: coupling of modes by damping is left out; use complex_modes or a direct solution",)
+    note = ("modal damping: coupling of modes by damping is left out; use solve_damped or a direct solution",)
     return ratio, "structural" if matrix is structural else "viscous", note if coupled else ()
 
 
@@ -101,7 +101,7 @@ def _participation(system: SecondOrderSystem, vectors: FloatArray | ComplexArray
     return {"participation": np.swapaxes(system.input_map, -1, -2) @ vectors, "input_dofs": system.inputs}
 
 
-def complex_modes(system: SecondOrderSystem, modes: int | None = None) -> Modes:
+def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     """Return the complex modes of a damped system, batched over poses.
 
     Viscous damping: modal A scaling; pairs of real poles appear as two modes with damping ratio 1 (overdamped), a
@@ -114,7 +114,7 @@ def complex_modes(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     structural = system.structural_damping is not None and bool(np.any(system.structural_damping))
     viscous = system.damping is not None and bool(np.any(system.damping))
     if structural and viscous:
-        fail("complex_modes", "viscous and structural damping together", "must be one kind",
+        fail("solve_damped", "viscous and structural damping together", "must be one kind",
              "use frequency_response.direct, or damping.equivalent_viscous(system)")
     keep = None if modes is None else count("modes", modes)
     solve = _structural if structural else _viscous
@@ -122,13 +122,13 @@ def complex_modes(system: SecondOrderSystem, modes: int | None = None) -> Modes:
         return solve(system, keep)
     singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None
     if singles is None:
-        fail("complex_modes", f"pose axes {system.poses}", "must be one axis of poses", "reshape the poses first")
+        fail("solve_damped", f"pose axes {system.poses}", "must be one axis of poses", "reshape the poses first")
     return _stacked(singles)
 
 
 def _stacked(parts: list[Modes]) -> Modes:
     if len({part.count for part in parts}) > 1:
-        raise ToolpointError("complex_modes: the number of poles differs from pose to pose (overdamped modes in some); "
+        raise ToolpointError("solve_damped: the number of poles differs from pose to pose (overdamped modes in some); "
                              "solve these poses one by one, or ask for a smaller number of modes")
     first = parts[0]
     stack = (lambda name: np.stack([getattr(part, name) for part in parts]))
@@ -248,6 +248,6 @@ def _inverse_root(gram: ComplexArray) -> ComplexArray:
     else:
         root = np.asarray(sqrtm((gram + gram.T) / 2))
     if abs(np.linalg.det(root)) == 0 or np.linalg.cond(root) > 1e7:
-        fail("complex_modes", "a defective root (critical damping of a coordinate)", "its modes do not exist",
+        fail("solve_damped", "a defective root (critical damping of a coordinate)", "its modes do not exist",
              "change the damping a little, or use frequency_response.direct")
     return np.linalg.inv(root)

@@ -183,11 +183,11 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
     All modes of the system are computed; `modes` must be its lowest ones. The errors are those of the modes left out,
     evaluated line by line without damping, related to the largest response of the modes kept, with their damping.
     """
-    from toolpoint.vibration.eigen import undamped
+    from toolpoint.vibration.eigen import solve_undamped
 
     if system.poses:
         fail("truncation", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
-    every = undamped(replace(system, damping=None, structural_damping=None))
+    every = solve_undamped(replace(system, damping=None, structural_damping=None))
     rest = every.selected(range(modes.count, every.count))
     kept = modal(modes, frequency).values
     if rest.count == 0:

@@ -178,23 +178,23 @@ def _beside(name: str, array: FloatArray | None, values: ComplexArray) -> FloatA
     return checked
 
 
-def joined(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
+def join_frfs(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
     """Return one Frf from several over the same frequency lines, side by side along `outputs` or `inputs`.
 
     Raises ToolpointError where frequency lines, quantity, the other labels or the window decay differ.
     """
     frfs = list(parts)
     if not frfs:
-        fail("joined", "no parts", "must be at least one Frf")
+        fail("join_frfs", "no parts", "must be at least one Frf")
     one_of("axis", axis, ("outputs", "inputs"))
     first, along, other = frfs[0], (-2 if axis == "outputs" else -1), ("inputs" if axis == "outputs" else "outputs")
     for number, frf in enumerate(frfs[1:], start=1):
         if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
-            fail("joined", f"part {number} has other frequency lines ({frf!r} beside {first!r})", "must be the same lines",
+            fail("join_frfs", f"part {number} has other frequency lines ({frf!r} beside {first!r})", "must be the same lines",
                  "interpolate it first: frf.interpolated(frequency)")
         for what in ("quantity", "decay", other):
             if getattr(frf, what) != getattr(first, what):
-                fail("joined", f"part {number} has {what} {getattr(frf, what)}", f"must be {getattr(first, what)}")
+                fail("join_frfs", f"part {number} has {what} {getattr(frf, what)}", f"must be {getattr(first, what)}")
     stacked = {
         name: None if any(getattr(frf, name) is None for frf in frfs)
         else np.concatenate([getattr(frf, name) for frf in frfs], axis=along)

@@ -152,7 +152,7 @@ def _slope_form(derivatives: MatrixDerivatives, p: int, pose: tuple[int, ...], s
 def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: str = "undamped") -> ModeDerivatives:
     """Return the derivatives of all modes of one pose; `damping` is ``undamped``, ``structural`` or ``viscous``.
 
-    Mode order and scaling are those of `eigen.undamped` and `eigen.complex_modes` (structural, viscous).
+    Mode order and scaling are those of `eigen.solve_undamped` and `eigen.solve_damped` (structural, viscous).
     Viscous systems with rigid-body modes that no damping touches are refused: their pole is defective.
     """
     if system.poses:
