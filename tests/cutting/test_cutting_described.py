@@ -7,7 +7,7 @@ import pytest
 
 from toolpoint import Dof, Modes, ToolpointError
 from toolpoint.cutting import Engagement
-from toolpoint.cutting.build import coefficients_of, fault_of, mean_chip, named_material, words
+from toolpoint.cutting.build import coefficients_of, fault_of, find_material, mean_chip, words
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
 from toolpoint.cutting.force.laws import Kienzle
 from toolpoint.studies.tool_point import milling_problem
@@ -63,7 +63,7 @@ def test_material_gives_the_coefficients_and_given_values_replace_them() -> None
     assert h == pytest.approx(np.trapezoid(1e-4 * np.sin(angle), angle) / np.ptp(angle), rel=1e-6)
     assert coefficients_of(steel).kt == pytest.approx(Kienzle(1500e6, 0.22).linearised(h).kt)
     assert coefficients_of(steel).kn == 4e8
-    assert named_material("ti6al4v")[0].material == "Ti6Al4V"
+    assert find_material("ti6al4v")[0].material == "Ti6Al4V"
 
 
 @pytest.mark.parametrize(("change", "key", "text"), [

@@ -21,7 +21,7 @@ from toolpoint.cutting import (
     ZeroOrder,
     stability,
 )
-from toolpoint.cutting.stability.automatic import Automatic, estimated_seconds
+from toolpoint.cutting.stability.automatic import Automatic, estimate_seconds
 from toolpoint.cutting.stability.panels.bumps import Level, bump
 
 SLOT = {0.2: 0.8197427843, 0.5: 1.0739755867, 0.7: 1.2215561357, 1.0: 1.4064735254}  # |mu|, depth in mm, 5000 rev/min
@@ -172,7 +172,7 @@ def test_low_speeds_of_many_modes() -> None:
     assert chart.method == "FloquetDeterminant, PanelArnoldi"
     single = stability.chart(problem, speeds, ZeroOrder(), depth_max=0.03).limit
     assert chart.limit == pytest.approx(single, rel=1e-7)
-    assert estimated_seconds(problem, 300.0) > Automatic().patience > estimated_seconds(problem, 24000.0)
+    assert estimate_seconds(problem, 300.0) > Automatic().patience > estimate_seconds(problem, 24000.0)
 
 
 def test_a_speed_the_determinant_refuses_is_solved() -> None:

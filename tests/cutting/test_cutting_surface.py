@@ -11,8 +11,8 @@ from cutting.cutting_cases import benchmark
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.cutting import Engagement, Tool
 from toolpoint.cutting.simulation.milling import ExactSteps, simulate
-from toolpoint.cutting.surface.filters import Lifting, gaussian, separated
-from toolpoint.cutting.surface.location import finished_side, location_error
+from toolpoint.cutting.surface.filters import Lifting, gaussian, separate
+from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.cutting.surface.roughness import areal_parameters, profile_parameters, spectrum
 from toolpoint.cutting.surface.topography import dynamic_wall, static_wall
 from toolpoint.vibration import frequency_response
@@ -74,7 +74,7 @@ def test_a_measured_response_keeps_its_static_deflection() -> None:
 
 def test_up_milling_finishes_the_wall_at_the_entry() -> None:
     cuts = (Engagement.down(0.1), Engagement.slot(), Engagement.up(0.1), Engagement.centred(0.5))
-    assert [finished_side(cut) for cut in cuts] == ["exit", "exit", "entry", None]
+    assert [wall_side(cut) for cut in cuts] == ["exit", "exit", "entry", None]
     problem = benchmark(Engagement.up(0.05), 2, feed_per_tooth=1e-4)
     run = simulate(problem, 5000.0, 0.5e-3, 100, ExactSteps(800))
     error = location_error(problem, [5000.0], 0.5e-3, "entry")[0]  # type: ignore[arg-type]
@@ -104,11 +104,11 @@ def test_lifting_reconstructs(n: int, wavelet: str, seed: int) -> None:
 
 
 def test_three_wavelengths_go_to_three_bands() -> None:
-    """Roughness 30 um, waviness 0.8 mm and form 16.4 mm are separated with at least 95 % of their energy in place."""
+    """Roughness 30 um, waviness 0.8 mm and form 16.4 mm are separate with at least 95 % of their energy in place."""
     x = np.arange(2**14) * 2e-6
     parts = [1e-6 * np.sin(2 * np.pi * x / 30e-6), 2e-6 * np.sin(2 * np.pi * x / 0.8e-3),
              5e-6 * np.cos(2 * np.pi * x / 16.384e-3)]
-    found = separated(sum(parts), 2e-6, 0.15e-3, 4e-3)  # type: ignore[arg-type]
+    found = separate(sum(parts), 2e-6, 0.15e-3, 4e-3)  # type: ignore[arg-type]
     for got, want in zip((found.roughness, found.waviness, found.form), parts):
         assert np.sum((got - want) ** 2) < 0.05 * np.sum(want**2)
     assert found.roughness + found.waviness + found.form == pytest.approx(sum(parts), abs=1e-17)

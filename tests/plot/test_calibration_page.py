@@ -6,7 +6,7 @@ from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
 from toolpoint.cutting.build import engagement_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.force.calibration import average_force, fitted_forces, instantaneous
+from toolpoint.cutting.force.calibration import average_force, forces_of_fit, instantaneous
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.pages.calibration import calibration_page
 from toolpoint.studies.calibration import CalibrationStudy, CuttingTest
@@ -20,7 +20,7 @@ def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
     force = np.array([rigid_forces(problem.changed(feed_per_tooth=f), 2e-3, angle).force for f in feeds])
     force = force + np.random.default_rng(0).standard_normal(force.shape)
     fit = instantaneous(problem, feeds, angle, force, 2e-3)
-    fitted = fitted_forces(problem, fit, feeds, angle, 2e-3)
+    fitted = forces_of_fit(problem, fit, feeds, angle, 2e-3)
     average = average_force(problem, feeds, force.mean(1), 2e-3)
     test = CuttingTest({}, 3000.0, 2e-3)
     found = CalibrationStudy(test, cut, average, fit, feeds, angle, force, fitted, ("slow <b>.csv", "fast.csv"))

@@ -1,4 +1,4 @@
-"""Turning on a structure of several directions: the oriented response, the width that is always stable, its lobes' tips."""
+"""Turning on a structure of several directions: the orient response, the width that is always stable, its lobes' tips."""
 
 import numpy as np
 import pytest

@@ -11,7 +11,7 @@ from toolpoint.cutting.description import (
     PARAMETERS,
     PLACES,
     VARIATION,
-    Parameter,
+    CutParameter,
     SpeedVariationDescription,
 )
 
@@ -59,7 +59,7 @@ def _with_options(command: Any, keys: Sequence[str]) -> Any:
     return command
 
 
-def _option(parameter: Parameter) -> Any:
+def _option(parameter: CutParameter) -> Any:
     """Return the option of a parameter; `exit` takes another name in Python, where it is a builtin."""
     more: dict[str, Any] = {"help": parameter.help, "metavar": parameter.metavar}
     if parameter.kind == "variation":
@@ -73,7 +73,7 @@ def _option(parameter: Parameter) -> Any:
     return click.option(f"--{parameter.option}", _argument(parameter), **more)
 
 
-def _argument(parameter: Parameter) -> str:
+def _argument(parameter: CutParameter) -> str:
     return "exit_" if parameter.option == "exit" else parameter.option.replace("-", "_")
 
 

@@ -69,7 +69,7 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
                 fail(name, "missing", "must be the coefficient in Pa (the command line: N/mm^2), unless a material is named",
                      "materials: " + ", ".join(materials()))
         return CuttingCoefficients(**given)
-    material, number = named_material(described.material)
+    material, number = find_material(described.material)
     count = len(material.sets) + len(material.kienzle)
     low, high = (f"{value / 1e6:g}" for value in material.kt)
     which = f"set {number} of {count}" + (f" (kt {low} .. {high} N/mm^2)" if count > 1 else "")
@@ -84,7 +84,7 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
     return replace(base, **given, source=f"{material.material}, {which}, {material.source}" + (", changed" if given else ""))
 
 
-def named_material(name: str) -> tuple[Range, int]:
+def find_material(name: str) -> tuple[Range, int]:
     """Return a material of the literature table and the number of its set, from ``al7075``, ``Al 7075:2`` and the like."""
     text, colon, digits = name.partition(":")
     letters = re.sub(r"[^a-z0-9]", "", text.lower())

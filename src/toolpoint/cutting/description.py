@@ -18,7 +18,7 @@ SI_VALUE = {"": 1.0, "mm": 1e-3, "um": 1e-6, "um/mm": 1e-3, "degrees": math.pi /
 
 
 @dataclass(frozen=True)
-class Parameter:
+class CutParameter:
     """What a number or word of a description is.
 
     kind : the quantity (length, angle, pressure, ratio, speed, edge coefficient, process damping), or count, choice, text.
@@ -54,10 +54,10 @@ class Parameter:
         return SI_VALUE[self.unit] * value
 
 
-def _states(kind: str, meaning: str = "", unit: str = "", remark: str = "", **more: Any) -> dict[str, Parameter]:
+def _states(kind: str, meaning: str = "", unit: str = "", remark: str = "", **more: Any) -> dict[str, CutParameter]:
     """Return the metadata of a field; limits are given by their short names (gt, ge, lt, le)."""
     limits: dict[str, float] = {name: more.pop(name) for name in LIMITS if name in more}
-    return {"parameter": Parameter(kind, meaning, unit, remark, limits=limits, **more)}
+    return {"parameter": CutParameter(kind, meaning, unit, remark, limits=limits, **more)}
 
 
 @dataclass(frozen=True)
@@ -193,8 +193,8 @@ class CuttingDescription:
         return self.replaced(**{**dropped, **values})
 
 
-def _entries(kind: type[Any], group: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Field[Any], Parameter]]:
-    """Yield path, field and Parameter of every value of a description."""
+def _entries(kind: type[Any], group: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Field[Any], CutParameter]]:
+    """Yield path, field and CutParameter of every value of a description."""
     for f in fields(kind):
         if "parameter" in f.metadata:
             yield (*group, f.name), f, f.metadata["parameter"]
@@ -213,10 +213,10 @@ _GROUPS: dict[str, type[Any]] = {"tool": ToolDescription, "engagement": Engageme
                                  "coefficients": CoefficientsDescription, "damping": ProcessDampingDescription}
 # By flat key, in the order in which options are listed.
 PLACES: Mapping[str, tuple[str, ...]] = {p.key or path[-1]: path for path, _, p in _entries(CuttingDescription)}
-PARAMETERS: Mapping[str, Parameter] = {p.key or path[-1]: p for path, _, p in _entries(CuttingDescription)}
+PARAMETERS: Mapping[str, CutParameter] = {p.key or path[-1]: p for path, _, p in _entries(CuttingDescription)}
 DEFAULTS: Mapping[str, Any] = {p.key or path[-1]: f.default for path, f, p in _entries(CuttingDescription)
                                if f.default is not MISSING}
-VARIATION: Mapping[str, Parameter] = {f.name: f.metadata["parameter"] for f in fields(SpeedVariationDescription)}
+VARIATION: Mapping[str, CutParameter] = {f.name: f.metadata["parameter"] for f in fields(SpeedVariationDescription)}
 COEFFICIENTS = tuple(f.name for f in fields(CoefficientsDescription) if f.name != "material")
 
 

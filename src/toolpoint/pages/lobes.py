@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.surface.location import finished_side, location_error
+from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cutting import intervals_of, simulation_series, surface_location, with_simulations
@@ -46,7 +46,7 @@ def _with_chart(result: LobesStudy) -> Report:
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:
-    side = finished_side(problem.engagement)
+    side = wall_side(problem.engagement)
     if problem.feed_per_tooth > 0 and problem.tool.is_regular and problem.tool.corner_radius == 0 and side is not None:
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:

@@ -13,7 +13,7 @@ from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.force.calibration import Calibration, average_force, fitted_forces, instantaneous
+from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
 from toolpoint.studies.force_records import by_feed, fold, unsteady
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Record
@@ -125,7 +125,7 @@ def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
     fit = instantaneous(problem, feeds, begin, forces, test.depth, test.runout,
                         "each" if test.angle is None else False, SLICES)
     _check_sign(fit)
-    fitted = fitted_forces(problem, fit, feeds, begin, test.depth, forces.shape[2], SLICES)
+    fitted = forces_of_fit(problem, fit, feeds, begin, test.depth, forces.shape[2], SLICES)
     k, values_of = fit.coefficients, dict(zip(fit.names, fit.values.tolist(), strict=True))
     values: dict[str, Any] = {FIELDS[name]: getattr(k, name) for name in FIELDS if name in values_of}
     if "runout" in values_of:

@@ -14,7 +14,7 @@ from toolpoint.cutting.advice.probability import (
     ProbabilityChart,
     Uncertain,
     coefficient_parameters,
-    measured_deviations,
+    deviations_of,
     modal_parameters,
     probability,
 )
@@ -76,7 +76,7 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
     notes = [f"Standard deviation of the cutting coefficients: {100 * uncertainty.coefficients:g} %."]
     if not isinstance(problem.dynamics, Modes):
         return parameters, [*notes, "The dynamics are measured lines and are taken as exact; identify modes to vary them."]
-    seen = measured_deviations(problem.dynamics)
+    seen = deviations_of(problem.dynamics)
     source = "assumed" if problem.dynamics.covariance is None else "measured"
     for name, given, column in (("frequencies", uncertainty.frequency, 0), ("damping ratios", uncertainty.damping, 1)):
         value, origin = (float(np.median(seen[:, column])), source) if given is None else (given, "given")

@@ -114,7 +114,7 @@ def modal_parameters(problem: MillingProblem, frequency: float | None = None, da
     """
     if not isinstance(problem.dynamics, Modes):
         fail("problem", "dynamics that are not one Modes noun", "must be Modes", "identify the modes first")
-    seen = measured_deviations(problem.dynamics)
+    seen = deviations_of(problem.dynamics)
     out = []
     for i in range(problem.dynamics.count):
         out.append(Uncertain(f"frequency {i + 1}", float(seen[i, 0]) if frequency is None else frequency,
@@ -125,7 +125,7 @@ def modal_parameters(problem: MillingProblem, frequency: float | None = None, da
     return out
 
 
-def measured_deviations(modes: Modes) -> FloatArray:
+def deviations_of(modes: Modes) -> FloatArray:
     """Return the relative standard deviations of frequency and damping of every mode, (n_modes, 2): measured or usual."""
     if modes.covariance is None:
         return np.tile([0.01, 0.1], (modes.count, 1))
@@ -184,11 +184,11 @@ def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds
         varied = problem
         for parameter, factor in zip(parameters, factors[s]):
             varied = parameter.change(varied, float(factor))
-        found: StabilityChart = chart(varied, n, method, depth_max=float(w.max()))
-        stable[s] = found.stable(w)
-        limit[s] = np.minimum(found.limit, w.max())
-        first = found.limit_points()
-        frequency[s, first >= 0] = found.frequency[first[first >= 0]]
+        sample: StabilityChart = chart(varied, n, method, depth_max=float(w.max()))
+        stable[s] = sample.stable(w)
+        limit[s] = np.minimum(sample.limit, w.max())
+        first = sample.limit_points()
+        frequency[s, first >= 0] = sample.frequency[first[first >= 0]]
         if progress is not None:
             progress(s + 1, samples)
     return ProbabilityChart(n, w, stable, factors, tuple(p.name for p in parameters), frequency, limit,

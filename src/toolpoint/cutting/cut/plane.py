@@ -134,9 +134,9 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
              "without damping every depth is unstable at some speed")
     x, y, notes = _chosen(modes.dofs, x, y)
     notes = (*notes, *_without_lower_residual(modes))
-    wanted = (x, y) if z is None else (x, y, z)
-    left = _signed(modes.shape, modes.dofs, wanted, 0)
-    right = left if modes.participation is None else _signed(modes.participation, modes.input_dofs, wanted, 0)
+    labels = (x, y) if z is None else (x, y, z)
+    left = _signed(modes.shape, modes.dofs, labels, 0)
+    right = left if modes.participation is None else _signed(modes.participation, modes.input_dofs, labels, 0)
     poles = modes.poles
     if modes.scaling == "unit modal mass":
         poles, factor, more = _real_poles(modes)
@@ -145,7 +145,7 @@ def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynami
     residues = np.einsum("im,jm->mij", left, right).astype(complex)
     single = (np.abs(poles.imag) <= 1e-9 * np.abs(poles)) & (modes.scaling != "unit modal mass")
     residues[single] /= 2  # the conjugate term doubles a real pole
-    static = np.zeros((len(wanted), len(wanted))) if modes.upper_residual is None else _static(modes, wanted)
+    static = np.zeros((len(labels), len(labels))) if modes.upper_residual is None else _static(modes, labels)
     if y == "same":
         residues, static = _same(residues), _same(static)
     return PlaneDynamics(poles.astype(complex), residues, static.real.astype(float), notes=(*modes.notes, *notes))
@@ -257,13 +257,13 @@ def from_frf(frf: Frf, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
         notes = ("line at 0 Hz left out (integrated to receptance)",)
     frf = frf.converted_to("receptance")
     x, y, more = _chosen(frf.outputs, x, y)
-    wanted = (x, y) if z is None else (x, y, z)
-    d = len(wanted)
+    labels = (x, y) if z is None else (x, y, z)
+    d = len(labels)
     if len(frf.outputs) == 1 == len(frf.inputs) and d == 2:  # one measurement between two points is taken as it is labelled
         values = np.zeros((frf.frequency.size, 2, 2), complex)
         values[:, 0, 0] = frf.values[:, 0, 0]
     else:
-        values = _signed(_signed(frf.values, frf.outputs, wanted, 1), frf.inputs, wanted, 2)
+        values = _signed(_signed(frf.values, frf.outputs, labels, 1), frf.inputs, labels, 2)
     if y == "same":
         values = _same(values)
     empty = np.zeros((0, d, d), complex)

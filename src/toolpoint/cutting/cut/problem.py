@@ -233,7 +233,7 @@ class TurningProblem:
         return self.plane.notes
 
 
-def checked_speeds(speeds: FloatArray | float) -> FloatArray:
+def check_speeds(speeds: FloatArray | float) -> FloatArray:
     """Return spindle speeds (rev/min) after checking that they are above zero."""
     n = floats("speeds", np.atleast_1d(speeds))
     if n.ndim != 1 or n.size == 0 or n.min() <= 0:

@@ -234,7 +234,7 @@ class _Courses:
         return found.reshape(-1, found.shape[-1])
 
 
-def fitted_forces(problem: MillingProblem, fit: Calibration, feeds: FloatArray, angle: FloatArray, depth: float,
+def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, angle: FloatArray, depth: float,
                   directions: int = 3, slices: int = 20) -> FloatArray:
     """Return the forces (n, n_angle, directions) of the fitted model at the same feeds and angles, N; see `instantaneous`."""
     found, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))

@@ -28,10 +28,10 @@ def record_phases(model: FloatArray, data: FloatArray, tool: Tool, reference: in
     n, steps, _, p = model.shape
     repeats = tool.teeth if tool.is_regular else 1
     period = int(np.ceil(steps / repeats))
-    own = model[reference].reshape(steps, -1, p)
-    every = [np.linalg.lstsq(np.roll(own, -k, axis=0).reshape(-1, p), data[reference].ravel(), rcond=None)[0]
+    phase = model[reference].reshape(steps, -1, p)
+    every = [np.linalg.lstsq(np.roll(phase, -k, axis=0).reshape(-1, p), data[reference].ravel(), rcond=None)[0]
              for k in range(period)]
-    misfit = [float(np.sum((np.roll(own, -k, axis=0) @ x - data[reference]) ** 2)) for k, x in enumerate(every)]
+    misfit = [float(np.sum((np.roll(phase, -k, axis=0) @ x - data[reference]) ** 2)) for k, x in enumerate(every)]
     best = int(np.argmin(misfit))
     expected = model @ every[best]
     shift = np.empty(n, int)

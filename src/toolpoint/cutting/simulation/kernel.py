@@ -19,7 +19,7 @@ import numpy as np
 
 
 @nb.njit(cache=True, nogil=True)
-def engaged_share(angle, step, entry, leave):
+def engagement_share(angle, step, entry, leave):
     """Share of the hat function about `angle` (half width `step`) that lies between entry and exit."""
     total = 0.0
     for turn in (-1, 0, 1):
@@ -44,7 +44,7 @@ def contact_table(rotation, edges):
     for k in range(rotation.repeat):
         for e in range(edges.lag.size):
             phi = (rotation.start + k * rotation.step - edges.lag[e]) % (2 * math.pi)
-            contact[k, e] = engaged_share(phi, rotation.step, edges.entry[e], edges.leave[e])
+            contact[k, e] = engagement_share(phi, rotation.step, edges.entry[e], edges.leave[e])
     return contact
 
 
@@ -52,8 +52,8 @@ def contact_table(rotation, edges):
 def simulate(rotation, structure, state, edges, law, trace):
     """March all steps from modal states `state` and fill the trace; returns the last step, earlier where the tool passes 1 m.
 
-    rotation, structure, edges, law, trace : `Rotation`, `ModalSteps`, `EdgeElements`, `ForceLaw`, `Trace`. Their arrays are
-    taken out once: a field read within the loop costs a reference count, which is dear at ten million steps a second.
+    rotation, structure, edges, law, trace : `Rotation`, `ModalSteps`, `EdgeElements`, `ElementForces`, `Trace`. Their arrays
+    are taken out once: a field read within the loop costs a reference count, which is dear at ten million steps a second.
     """
     kinds, ways, modes = structure.first.shape
     spatial = ways == 3

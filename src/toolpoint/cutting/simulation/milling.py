@@ -9,8 +9,8 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
-from toolpoint.cutting.cut.problem import MillingProblem, checked_speeds
-from toolpoint.cutting.simulation.records import EdgeElements, ForceLaw, ModalSteps, Rotation, Trace
+from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
+from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
 from toolpoint.vibration import Dof, Record
 
 
@@ -208,7 +208,7 @@ def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: i
         Modal states at time zero.
     """
     method = method or ExactSteps()
-    speed = float(checked_speeds(speed)[0])
+    speed = float(check_speeds(speed)[0])
     depth = positive("depth", depth, 1.0)
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
@@ -285,11 +285,11 @@ def _rotation(problem: MillingProblem, clock: Clock, m: int, steps: int, edges: 
     return Rotation(steps, per_turn, problem.engagement.entry, 2 * np.pi / per_turn, problem.feed_per_tooth / m, fed)
 
 
-def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps) -> ForceLaw:
+def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps) -> ElementForces:
     angle_step = 2 * np.pi / (m * problem.tool.teeth)
     drag = problem.process_damping * clock.steps / (angle_step * problem.tool.radius)
     material = problem.coefficients
-    return ForceLaw(material.cutting, material.edge, drag, problem.damping_friction, method.keeps_contact)
+    return ElementForces(material.cutting, material.edge, drag, problem.damping_friction, method.keeps_contact)
 
 
 def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
@@ -330,7 +330,7 @@ def edge_elements(problem: MillingProblem, depth: float, m: int, method: ExactSt
 def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
                      method: ExactSteps | None = None) -> FloatArray:
     """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2 or 3)."""
-    n, w = checked_speeds(speeds), floats("depths", np.atleast_1d(depths))
+    n, w = check_speeds(speeds), floats("depths", np.atleast_1d(depths))
     out = np.empty((n.size, w.size, problem.plane.size))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ToolpointWarning)

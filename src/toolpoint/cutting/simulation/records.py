@@ -42,7 +42,7 @@ class EdgeElements(NamedTuple):
     extra: FloatArray
 
 
-class ForceLaw(NamedTuple):
+class ElementForces(NamedTuple):
     """Cutting force of an element: coefficients (tangential, normal, axial) of chip, Pa, and of edge, N/m.
 
     damping : (n,) process damping per metre over cutting speed, for each of the n steps of `ModalSteps`; friction : its share

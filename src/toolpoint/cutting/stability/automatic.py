@@ -14,7 +14,7 @@ from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.method import Problem, StabilityMethod, require_milling
 from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 from toolpoint.cutting.stability.panels.method import PanelArnoldi
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 SECONDS = 4e-9  # of FloquetDeterminant, for each theta node and q^2 (q + 30), q rows; one core of 2024
@@ -74,7 +74,7 @@ class Automatic:
     def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
                   ) -> StabilityChart:
         has_residual = np.abs(problem.plane.static).max(initial=0.0) > 0
-        slow = np.array([not has_residual and estimated_seconds(problem, float(n)) > self.patience for n in speeds])
+        slow = np.array([not has_residual and estimate_seconds(problem, float(n)) > self.patience for n in speeds])
         if slow.all() or not slow.any():
             method = PanelArnoldi() if slow.all() else FloquetDeterminant()
             return method.solve(problem, speeds, depth_max, warm=warm)
@@ -94,11 +94,11 @@ def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, Stab
                for name in ("depth", "theta", "frequency", "change", "error")]
     notes = dict.fromkeys((*(text for chart in charts for text in chart.notes), note))
     status = next((chart.status for chart in charts if chart.status != "complete"), "complete")
-    return assembled(speeds, depth_max, (index, *columns), method=", ".join(chart.method for chart in charts),
+    return assemble_chart(speeds, depth_max, (index, *columns), method=", ".join(chart.method for chart in charts),
                      notes=tuple(notes), status=status)
 
 
-def estimated_seconds(problem: MillingProblem, speed: float) -> float:
+def estimate_seconds(problem: MillingProblem, speed: float) -> float:
     """Estimated time of FloquetDeterminant at this speed, s."""
     plane = problem.plane_at(speed)
     q = rows_of(problem, plane, speed, FloquetDeterminant().nodes)

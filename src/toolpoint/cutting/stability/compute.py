@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
-from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, checked_speeds, coverage
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, check_speeds, coverage
 from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.method import Problem, StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
@@ -47,7 +47,7 @@ def chart(
     """
     if not isinstance(problem, (MillingProblem, TurningProblem)):
         fail("problem", type(problem).__name__, "must be a MillingProblem or a TurningProblem")
-    n = checked_speeds(speeds)
+    n = check_speeds(speeds)
     depth_max = positive("depth_max", depth_max, 10.0)
     remarks = coverage(problem, n)
     chosen = Automatic() if method is None else method

@@ -143,7 +143,7 @@ class StabilityChart:
                 f"0..{1e3 * self.depth_max:g} mm, {self.depth.size} boundary points, {self.method}, {self.status})")
 
 
-def assembled(
+def assemble_chart(
     speeds: FloatArray, depth_max: float, columns: Iterable[Array], unstable_at_zero: Array | None = None,
     method: str = "", notes: tuple[str, ...] = (), status: str = "complete",
 ) -> StabilityChart:

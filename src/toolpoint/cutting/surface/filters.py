@@ -160,7 +160,7 @@ class Separation:
     limits: tuple[float, float]
 
 
-def separated(profile: FloatArray, spacing: float, roughness_below: float, form_above: float,
+def separate(profile: FloatArray, spacing: float, roughness_below: float, form_above: float,
               wavelet: str = "9/7") -> Separation:
     """Return roughness, waviness and form by the lifting wavelet scheme.
 

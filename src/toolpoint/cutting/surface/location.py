@@ -10,7 +10,7 @@ from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, o
 from toolpoint.cutting.cut.arc import gauss
 from toolpoint.cutting.cut.coefficients import force_direction
 from toolpoint.cutting.cut.plane import PlaneDynamics
-from toolpoint.cutting.cut.problem import MillingProblem, checked_speeds
+from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.cut.tool import Engagement
 
 NEAR = 1e-6  # rad
@@ -41,7 +41,7 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
     return series
 
 
-def finished_side(engagement: Engagement) -> str | None:
+def wall_side(engagement: Engagement) -> str | None:
     """Return the side of the cut that leaves a wall: ``exit`` (down-milling, slot), ``entry`` (up-milling), None (neither)."""
     if engagement.exit > np.pi - NEAR:
         return "exit"
@@ -85,7 +85,7 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, si
         warnings.warn(f"surface location error: the response below {problem.plane.span[0]:g} Hz, static deflection included, "
                       "is taken as the real part at the lowest measured lines", ToolpointWarning, stacklevel=2)
     out = []
-    for speed in checked_speeds(speeds):
+    for speed in check_speeds(speeds):
         plane = problem.plane_at(float(speed))
         tooth = float(tool.teeth * speed / 60)
         top = harmonics or int(np.ceil(60 * plane.span[1] / tooth)) + 200

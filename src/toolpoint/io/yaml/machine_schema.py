@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
 
 from toolpoint.bodies.inertia import inertia_fault
-from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, Parameter
+from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, CutParameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
@@ -147,7 +147,7 @@ _KINDS = {"length": units.LENGTH, "angle": units.ANGLE, "ratio": units.RATIO, "p
 _NOTES = {"material": "name in the table of literature coefficients"}
 
 
-def _type_of(key: str, parameter: Parameter) -> Any:
+def _type_of(key: str, parameter: CutParameter) -> Any:
     """Return the type of a key of the cut from what its description states."""
     if parameter.kind == "variation":
         return SpeedVariationModel
@@ -165,7 +165,7 @@ def _type_of(key: str, parameter: Parameter) -> Any:
     return Annotated[tuple[float, ...], Vector(kind, parameter.several)]
 
 
-def _model(name: str, parameters: Mapping[str, Parameter], defaults: Mapping[str, Any]) -> type[BaseModel]:
+def _model(name: str, parameters: Mapping[str, CutParameter], defaults: Mapping[str, Any]) -> type[BaseModel]:
     """Return the schema of a part of the cut; a default of None makes a key that may be left out."""
     keys: dict[str, Any] = {}
     for key, parameter in parameters.items():

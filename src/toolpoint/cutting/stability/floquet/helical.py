@@ -71,11 +71,11 @@ def boundaries(frozen: Frozen, speed: float, counts: FloatArray, levels: FloatAr
     stack = [(a, b, int(m), int(n)) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts)) if m != n]
     while stack:
         a, b, m, n = stack.pop()
-        found = _fixed_point(frozen, speed, a, b)
-        if found is not None and abs(n - m) >= abs(int(found[2])) and (n - m) * found[2] > 0:
-            rows.append(found)
-            if n - m != int(found[2]):
-                stack += _rest(frozen, speed, (a, b, m, n), found)
+        point = _fixed_point(frozen, speed, a, b)
+        if point is not None and abs(n - m) >= abs(int(point[2])) and (n - m) * point[2] > 0:
+            rows.append(point)
+            if n - m != int(point[2]):
+                stack += _rest(frozen, speed, (a, b, m, n), point)
             continue
         if b - a < 1e-6 * b:
             rows.append(np.array([(a + b) / 2, np.pi / 2, n - m, b - a]))

@@ -16,7 +16,7 @@ from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, he
 from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, SEEN, ArcSet, HillLines, ScanMemory
 from toolpoint.cutting.stability.hill.method import HillDeterminant
 from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 STATUS = ("complete", "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max",
@@ -94,7 +94,7 @@ class FloquetDeterminant:
         index, depth, theta, change, error = (np.concatenate(column) for column in zip(*(columns for columns, _ in groups)))
         frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
         state = max(state for _, state in groups)
-        return assembled(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
+        return assemble_chart(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
                          notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
 
     def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
@@ -109,7 +109,7 @@ class FloquetDeterminant:
         table = np.array(rows, float).reshape(-1, 5)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
         note = "helix: bands narrower than the spacing of 20 search levels can be missed"
-        return assembled(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
+        return assemble_chart(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
                          method=str(self), notes=(*problem.notes, note), status=STATUS[state])
 
     def _note(self, depth_max: float) -> str:

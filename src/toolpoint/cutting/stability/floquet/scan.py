@@ -109,21 +109,21 @@ def scan(turning, coarse, fine, levels, base, points, memory):
         numbers[0].nodes = kept if status == 0 else 0
     counts = counts_of(table.order, used, at_levels, usable)
     depths, counts = add_flips(table, used, levels[:usable], counts)
-    found = -1
+    number = -1
     if warm and numbers[0].points >= 0 and status == 0:
-        found = track(memory.known[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
-        if found >= 0 and not explain_counts(points[:found], counts, depths, table, used):
-            found = -1
-    if found < 0:
-        found, state = boundaries(table, used, depths, counts, turning, green, room, points)
+        number = track(memory.known[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
+        if number >= 0 and not explain_counts(points[:number], counts, depths, table, used):
+            number = -1
+    if number < 0:
+        number, state = boundaries(table, used, depths, counts, turning, green, room, points)
         status = max(status, state)
-        if found > 0:
-            improve(points[:found], fine, turning)
+        if number > 0:
+            improve(points[:number], fine, turning)
     if warm:
-        numbers[0].points = found if status == 0 else -1
-        for p in range(found):
+        numbers[0].points = number if status == 0 else -1
+        for p in range(number):
             memory.known[p] = points[p]
-    return found, status, top
+    return number, status, top
 
 
 @nb.njit(cache=True, nogil=True)
@@ -164,7 +164,7 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
     """Write every change of the count between levels, narrowed by bisection and polished; returns (number, status)."""
     theta, order, c, degree = table.theta, table.order, table.coefficient, table.degree
     stack = np.empty(400, CELL)
-    top, found, status = 0, 0, 0
+    top, number, status = 0, 0, 0
     s0, n0 = 0.0, 0
     for l in range(levels.size):
         if counts[l] != n0:
@@ -175,7 +175,7 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
         a, na, b, n_b = stack[top].low, stack[top].n_low, stack[top].high, stack[top].n_high
         if na == n_b:
             continue
-        if found >= MAX_POINTS or top > 380 or used >= MAX_NODES - 1:
+        if number >= MAX_POINTS or top > 380 or used >= MAX_NODES - 1:
             status = 2
             break
         m = 0.5 * (a + b)
@@ -187,8 +187,8 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
             high, _ = count_at(table, used, s * (1 + 1e-9))
             if (high - low) % 2 == 0 or abs(high - low) > 2:
                 high, low = (n_b, na) if abs(n_b - na) == 1 else (na + 1, na)
-            put_point(points, found, s, math.pi, high - low, 0.0)
-            found += 1
+            put_point(points, number, s, math.pi, high - low, 0.0)
+            number += 1
             top = split(stack, top, (a, na), (s * (1 - 1e-9), low), BEFORE, table, used)
             top = split(stack, top, (s * (1 + 1e-9), high), (b, n_b), BEYOND, table, used)
             continue
@@ -213,19 +213,19 @@ def boundaries(table, used, levels, counts, turning, green, room, points):
             used += 1
             low, _ = count_at(table, used, s * (1 - 1e-7))
             high, _ = count_at(table, used, s * (1 + 1e-7))
-            put_point(points, found, s, t, high - low if high - low != sense else sense, 0.0)
-            found += 1
+            put_point(points, number, s, t, high - low if high - low != sense else sense, 0.0)
+            number += 1
             top = split(stack, top, (a, na), (s * (1 - 1e-7), low), BEFORE, table, used)
             top = split(stack, top, (s * (1 + 1e-7), high), (b, n_b), BEYOND, table, used)
             continue
         if b - a < 1e-7 * b:
-            put_point(points, found, m, 0.5 * (ta + tb), n_b - na, b - a)
-            found += 1
+            put_point(points, number, m, 0.5 * (ta + tb), n_b - na, b - a)
+            number += 1
             status = 3
             continue
         top = put_cell(stack, top, a, na, m, nm)
         top = put_cell(stack, top, m, nm, b, n_b)
-    return found, status
+    return number, status
 
 
 @nb.njit(cache=True, nogil=True)
@@ -258,10 +258,10 @@ def scan_many(periods, omegas, w_max, poles, sets, levels, base, points, memory)
 
     Returns (number of points, status, largest s resolved) of every speed.
     """
-    found, status, top = np.zeros(periods.size, np.int64), np.zeros(periods.size, np.int64), np.zeros(periods.size)
+    number, status, top = np.zeros(periods.size, np.int64), np.zeros(periods.size, np.int64), np.zeros(periods.size)
     coarse, fine = sets
     for i in range(periods.size):
         turning = turning_at(periods[i], omegas[i], w_max, poles)
-        own = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.seen[i], memory.known[i])
-        found[i], status[i], top[i] = scan(turning, coarse, fine, levels, base, points[i], own)
-    return found, status, top
+        memory_of_speed = ScanMemory(memory.nodes[i], memory.numbers[i:i + 1], memory.seen[i], memory.known[i])
+        number[i], status[i], top[i] = scan(turning, coarse, fine, levels, base, points[i], memory_of_speed)
+    return number, status, top

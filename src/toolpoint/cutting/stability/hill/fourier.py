@@ -72,7 +72,7 @@ def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
     start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])  # type: ignore[arg-type]
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
     d = problem.plane.size
-    own, drag = np.zeros((top + 1, d, d), complex), np.zeros((top + 1, d, d), complex)
+    present, drag = np.zeros((top + 1, d, d), complex), np.zeros((top + 1, d, d), complex)
     delay, late = [], []
     for part in _parts(problem, depth, float(np.abs(slope).max()), int(order[-1])):
         waves = _arc_waves(part, order)
@@ -80,18 +80,18 @@ def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
         every = np.ones((1, part.height.size))
         for j in range(tool.teeth):
             turned = part.length[:, None] * np.exp(-1j * order * (start[j] + slope[j] * part.height[:, None]))
-            own += _over_height(every, turned, cut)[0]
+            present += _over_height(every, turned, cut)[0]
             drag += _over_height(every, turned, push)[0]
             ahead = (start[j] - start[j - 1]) % TURN + (slope[j] - slope[j - 1]) * part.height
             for nodes, share in _delays(ahead, TURN / tool.teeth if number > 1 else None, top):
                 delay.append(nodes)
                 late.append(_over_height(share, turned, cut))
     if not late:  # the tip stays beyond the walls of the work
-        delay, late = [np.array([TURN])], [np.zeros((1, *own.shape), complex)]
+        delay, late = [np.array([TURN])], [np.zeros((1, *present.shape), complex)]
     delays, which = np.unique(np.round(np.concatenate(delay), 13), return_inverse=True)
-    merged = np.zeros((delays.size, *own.shape), complex)
+    merged = np.zeros((delays.size, *present.shape), complex)
     np.add.at(merged, which, np.concatenate(late))
-    return HillCut(_mirrored(own), _mirrored(drag), np.stack([_mirrored(m) for m in merged], axis=1), delays, number)
+    return HillCut(_mirrored(present), _mirrored(drag), np.stack([_mirrored(m) for m in merged], axis=1), delays, number)
 
 
 def range_of_forces(problem: MillingProblem, top: int) -> ComplexArray:
@@ -166,8 +166,8 @@ def _parts(problem: MillingProblem, depth: float, slope: float, highest: int) ->
             parts.append(Slices(c * (1 - np.cos(kappa[keep])), kappa[keep], entry[keep], leave[keep], c * width[keep]))
     if depth > c:
         x, w, _ = gauss(1 if slope == 0 else 14 + int(np.ceil(0.27 * highest * slope * (depth - c))))
-        one = np.ones(1)
-        parts.append(Slices(c + (depth - c) * (1 + x) / 2, np.pi / 2 * one, arc.entry * one, arc.exit * one,
+        part = np.ones(1)
+        parts.append(Slices(c + (depth - c) * (1 + x) / 2, np.pi / 2 * part, arc.entry * part, arc.exit * part,
                             (depth - c) * w / 2))
     return parts
 

@@ -9,15 +9,15 @@ import numpy as np
 
 
 @nb.njit(cache=True, nogil=True)
-def filled(own, drag, late, turned, rate, response, first_row, first_column, out):
+def fill_blocks(now, drag, late, turned, rate, response, first_row, first_column, out):
     """Write G_k (own_{k-l} + rate_l drag_{k-l} - sum_q turned_ql late_q,{k-l}) into out.
 
     own, drag (2 top + 1, c, b) and late (2 top + 1, q, c, b): orders of the period; turned (columns, q): exp(-i nu_l delay_q);
     rate (columns,): i omega_l C/v; response (rows, a, c); harmonics of row and column count from first_row and first_column.
     """
-    top = (own.shape[0] - 1) // 2
+    top = (now.shape[0] - 1) // 2
     rows, ways, sides = response.shape
-    seen = own.shape[2]
+    seen = now.shape[2]
     force = np.empty((sides, seen), np.complex128)
     damped = np.any(rate != 0)
     for l in range(turned.shape[0]):
@@ -25,7 +25,7 @@ def filled(own, drag, late, turned, rate, response, first_row, first_column, out
             h = first_row + k - first_column - l + top
             for c in range(sides):
                 for b in range(seen):
-                    force[c, b] = own[h, c, b]
+                    force[c, b] = now[h, c, b]
                     if damped:
                         force[c, b] += rate[l] * drag[h, c, b]
             for q in range(late.shape[1]):

@@ -12,7 +12,7 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.hill.fourier import is_plain
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 LARGEST, LARGEST_SHAPED = 700, 500  # rows of the matrix of a plain cut, and of one whose shape depends on depth
@@ -101,7 +101,7 @@ class HillDeterminant:
                 rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
             status = search.status if status == "complete" else status
         columns = np.array(rows, float).reshape(-1, 6).T
-        return assembled(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), status=status)
+        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), status=status)
 
     def _levels(self, problem: MillingProblem) -> int:
         return FINER * self.levels if is_plain(problem) else self.levels

@@ -46,7 +46,7 @@ class HarmonicResponse:
         if self.plane.is_modal:
             return self.plane.response(hz)
         f: FloatArray = self.plane.frequency[lines]  # type: ignore[index]
-        value = interpolated(f, self.plane.values[lines], np.abs(hz))  # type: ignore[index]
+        value = interpolate(f, self.plane.values[lines], np.abs(hz))  # type: ignore[index]
         return np.where(hz[:, None, None] < 0, value.conj(), value)
 
     def beyond(self, hz: FloatArray) -> ComplexArray:
@@ -95,7 +95,7 @@ def highest(plane: PlaneDynamics) -> float:
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max()) / (2 * np.pi)
 
 
-def interpolated(line: FloatArray, values: ComplexArray, f: FloatArray) -> ComplexArray:
+def interpolate(line: FloatArray, values: ComplexArray, f: FloatArray) -> ComplexArray:
     """Value at f of the polynomial through the four (or all) nearest lines, shape (n, ...)."""
     width = min(4, line.size)
     first = np.clip(np.searchsorted(line, f) - width // 2, 0, line.size - width)

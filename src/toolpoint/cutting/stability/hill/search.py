@@ -48,7 +48,7 @@ def _steps(difference: ComplexArray) -> ComplexArray:
     return difference.real + 1j * ((difference.imag + np.pi) % (2 * np.pi) - np.pi)
 
 
-def counted(theta: list[float], value: ComplexArray) -> tuple[int, tuple[float, float]]:
+def count_encirclements(theta: list[float], value: ComplexArray) -> tuple[int, tuple[float, float]]:
     """(unstable multipliers, theta interval of the largest phase step) from the determinant's logarithm at the nodes."""
     step = _steps(np.diff(value)).imag
     at = int(np.argmax(np.abs(step)))
@@ -69,12 +69,12 @@ class PlainCount:
         self.theta, self.complete = phase.theta, phase.complete
         self.eigenvalues = np.array([eigenvalues[t] for t in self.theta])
         table = np.array(phase.value)
-        self.known = {float(w): counted(self.theta, table[:, i]) for i, w in enumerate(levels)}
+        self.known = {float(w): count_encirclements(self.theta, table[:, i]) for i, w in enumerate(levels)}
 
     def __call__(self, depth: float) -> tuple[int, tuple[float, float]]:
         if depth in self.known:
             return self.known[depth]
-        return counted(self.theta, np.log(1 + depth * self.eigenvalues + 1e-300).sum(-1))
+        return count_encirclements(self.theta, np.log(1 + depth * self.eigenvalues + 1e-300).sum(-1))
 
     def add(self, theta: float) -> None:
         """Take a root's theta as a node: close to it the determinant turns by half a circle within a hair."""
@@ -94,7 +94,7 @@ class ShapedCount:
         if depth not in self.known:
             phase = Phase(self.start, lambda t: np.array([self.system.logarithm(t, depth)]))
             self.complete &= phase.complete
-            self.known[depth] = counted(phase.theta, np.array(phase.value)[:, 0])
+            self.known[depth] = count_encirclements(phase.theta, np.array(phase.value)[:, 0])
         return self.known[depth]
 
     def add(self, theta: float) -> None:
@@ -147,21 +147,21 @@ class HillSearch:
         """Boundary points up to the largest level; with more theta nodes where a count changes without a root: a turn of the
         phase between two nodes was not seen."""
         for base in (2 * self.base, 4 * self.base):
-            found = self._found(last=False)
-            if found is not None:
-                return found
+            rows = self._solved_band(last=False)
+            if rows is not None:
+                return rows
             self.count = self._counting(base)
-        return self._found(last=True) or []
+        return self._solved_band(last=True) or []
 
-    def _found(self, last: bool) -> list[Row] | None:
+    def _solved_band(self, last: bool) -> list[Row] | None:
         """Boundary points; None where a count changes without a root, unless it is the `last` attempt."""
         stack = self._cells()
-        found: list[Row] = []
+        rows: list[Row] = []
         while stack:
             a, b, m, n = stack.pop()
             root = self._hidden(a, b) if m == n else self._root(a, b, m, n)
             if root is not None:
-                found += self._row(root)
+                rows += self._row(root)
                 if root.change != n - m:
                     stack += self._rest((a, b, m, n), root)
             elif m == n:
@@ -170,12 +170,12 @@ class HillSearch:
                 return None
             elif b - a < 1e-7 * b:
                 self.bracketed = True
-                found.append(self._jump(a, b, n - m))
+                rows.append(self._jump(a, b, n - m))
             else:
                 middle = (a + b) / 2
                 half = self.count(middle)[0]
                 stack += [c for c in ((a, middle, m, half), (middle, b, half, n)) if c[2] != c[3]]
-        return found
+        return rows
 
     def _cells(self) -> list[Cell]:
         """Depths between which the count is looked at; a shaped cut's cells of equal counts too, for what may hide in them."""

@@ -10,7 +10,7 @@ from scipy.linalg import lu_factor, lu_solve
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.hill.fourier import HillCut, hill_cut, is_plain, periods, range_of_forces
-from toolpoint.cutting.stability.hill.kernels import filled
+from toolpoint.cutting.stability.hill.kernels import fill_blocks
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 
 FLOOR = 1e-9  # relative error of depth that rounding leaves
@@ -98,7 +98,7 @@ class HillSystem:
         rate = 2j * np.pi * hz * self.problem.process_damping / (self.omega * self.problem.tool.radius)
         seen = self.seen.size
         out = np.empty((rows.size * response.shape[1], columns.size * seen), complex)
-        filled(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
+        fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
                np.ascontiguousarray(response), rows[0], columns[0], out)
         return out
 
@@ -128,14 +128,14 @@ class HillSystem:
         None where the steps do not settle or leave these depths by more than half their distance.
         """
         margin = 0.5 * (within[1] - within[0])  # infinite where anywhere will do
-        found: Root | None = None
+        near: Root | None = None
         for turn in range(14):
-            found, value = self._linear(theta, depth, real, found, self.plain or turn < 3)
-            if not np.isfinite(value) or found.by_depth == 0:
+            near, value = self._linear(theta, depth, real, near, self.plain or turn < 3)
+            if not np.isfinite(value) or near.by_depth == 0:
                 return None
-            dtheta, ddepth = found.moved(value)
+            dtheta, ddepth = near.moved(value)
             if abs(ddepth) < 1e-10 * depth and abs(dtheta) < 1e-9:
-                return replace(found, step=abs(ddepth))
+                return replace(near, step=abs(ddepth))
             if not within[0] - margin < depth + ddepth < within[1] + margin:
                 return None
             theta += float(np.clip(dtheta, -0.3, 0.3))

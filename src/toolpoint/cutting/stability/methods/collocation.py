@@ -162,10 +162,10 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     spans = np.diff(cut.clock(ends))
     live = [cut.elements(a, b) for a, b in pairwise(ends)]
     counts = [least + int(np.ceil(1.3 * top * span)) for span in spans]
-    wanted = _needed(cut, ends, live, counts)
+    needed = _needed(cut, ends, live, counts)
     for place, (a, b) in enumerate(pairwise(ends)):
         elements, start = live[place]
-        n = counts[place] if elements.size or wanted[place] else 0
+        n = counts[place] if elements.size or needed[place] else 0
         panels.append((a, b, elements, start, n, at))
         at += cut.ways * n
     states, size = 2 * system.poles.size, at
@@ -214,13 +214,13 @@ def _panel(system: ModalState, cut: Cut, panel: tuple, state: FloatArray, past: 
     phi = start[:, None] + angle[None, :]
     cutting, drag = cut.matrices(phi, live)
     share = cut.share[live][:, None, None, None]
-    own, damping = (share * cutting).sum(0), (share * drag).sum(0) * rate[:, None, None]
+    present, damping = (share * cutting).sum(0), (share * drag).sum(0) * rate[:, None, None]
     memory = np.zeros((n, d, state.shape[1]))
     for e, element in enumerate(live):
         memory += np.einsum("iab,ibm->iam", share[e] * cutting[e], _delayed(angle - cut.delay[element], cut, panels, past, now))
     # F_i = -own_i r_i - damping_i r'_i + memory_i;  r = free + weight F;  r' = free' + weight' F
-    big = np.einsum("iab,ijbc->iajc", own, weight)
-    right = memory - np.einsum("iab,ibm->iam", own, free @ state)
+    big = np.einsum("iab,ijbc->iajc", present, weight)
+    right = memory - np.einsum("iab,ibm->iam", present, free @ state)
     if cut.drag > 0:
         # The impulse response starts at zero, so the velocity has no term in the force of the same moment.
         velocity = (half * rising)[:, :, None, None] * system.kernel(dt, 1)

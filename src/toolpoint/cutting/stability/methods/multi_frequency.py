@@ -14,7 +14,7 @@ from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, chatter_frequency, refusal
 from toolpoint.cutting.stability.floquet.records import ArcSet, HillLines
 from toolpoint.cutting.stability.method import Problem, require_milling
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 
@@ -74,7 +74,7 @@ class MultiFrequency:
         table = np.array(rows, float).reshape(-1, 4)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
         note = f"{self.harmonics} harmonics beyond the highest mode: the truncation's own error is not in `error`"
-        return assembled(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3],
+        return assemble_chart(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3],
                                              1e-9 * table[:, 1]), method=str(self), notes=(*problem.notes, note))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 
 Multipliers = Callable[[MillingProblem, float, float], ComplexArray]
 
@@ -42,7 +42,7 @@ def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: Flo
         rows += [(i, *row) for row in _boundaries(problem, float(speed), grid, method.multipliers, method.tolerance)]
     columns = np.array(rows, float).reshape(-1, 6).T
     text = f"bands narrower than the {method.levels} search levels can be missed; the stated error is that of the bisection"
-    return assembled(speeds, depth_max, columns, method=str(method),
+    return assemble_chart(speeds, depth_max, columns, method=str(method),
                      notes=(*modal_plane(problem.plane).notes, *notes, text))
 
 

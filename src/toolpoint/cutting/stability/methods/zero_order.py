@@ -11,7 +11,7 @@ from toolpoint._check import Array, ComplexArray, FloatArray, count
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.method import Problem, require_suited
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 KNOWN_ERROR = ("single-frequency solution: the directional factors are replaced by their mean; usual error 2-15 % at "
@@ -61,7 +61,7 @@ class ZeroOrder:
         for group in _groups(problem, speeds):
             parts.append(_solved(problem, speeds, group, depth_max, self.lines))
         columns = [np.concatenate(c) for c in zip(*parts)]
-        return assembled(speeds, depth_max, columns, method=str(self), notes=self._notes(problem))
+        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=self._notes(problem))
 
     def _notes(self, problem: MillingProblem | TurningProblem) -> tuple[str, ...]:
         if isinstance(problem, TurningProblem):

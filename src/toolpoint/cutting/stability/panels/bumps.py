@@ -50,7 +50,7 @@ def bump(before: Level | None, a: Level, b: Level, beyond: Level | None) -> floa
     w = a.depth + (b.depth - a.depth) * PLACES
     mean = a.mean + (b.mean - a.mean) * PLACES
     away = -1.0 if a.growth > 0 else 1.0
-    found = []
+    peaks = []
     for near, far in ((a, before), (b, beyond)):
         if far is None or not np.isfinite(far.cosine):
             continue
@@ -59,8 +59,8 @@ def bump(before: Level | None, a: Level, b: Level, beyond: Level | None) -> floa
         growth = away * (mean + np.arccosh(np.maximum(np.abs(cosine), 1.0)))
         growth[~met] = -np.inf
         at = int(np.argmax(growth))
-        found.append((float(growth[at]), float(w[at])))
-    if not found:
+        peaks.append((float(growth[at]), float(w[at])))
+    if not peaks:
         return None
-    growth_there, place = max(found)
+    growth_there, place = max(peaks)
     return place if growth_there > SHARE * away * min(a.growth, b.growth, key=abs) else None

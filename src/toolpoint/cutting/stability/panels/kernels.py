@@ -118,8 +118,8 @@ def lay(angle, edges, walls, law, gx, gw, laid):
     they do not fit.
     """
     start, slope, ahead, ahead_slope = edges.start, edges.slope, edges.ahead, edges.ahead_slope
-    own, drag, first, matrix, back = laid.own, laid.drag, laid.first, laid.matrix, laid.back
-    d = own.shape[1]
+    now, drag, first, matrix, back = laid.own, laid.drag, laid.first, laid.matrix, laid.back
+    d = now.shape[1]
     cut, push = np.empty((d, d)), np.empty((d, d))
     pieces = np.empty((2 * edges.marks.size, 2))
     used = 0
@@ -147,7 +147,7 @@ def lay(angle, edges, walls, law, gx, gw, laid):
                         has_entry = True
                     for x in range(d):
                         for y in range(d):
-                            own[i, x, y] += share * cut[x, y]
+                            now[i, x, y] += share * cut[x, y]
                             drag[i, x, y] += share * push[x, y]
                             matrix[used - 1, x, y] += share * cut[x, y]
     first[angle.size] = used
@@ -235,9 +235,9 @@ def responses(times, offset, count, poles, left, right, waves):
 def inverses(operator):
     """Write the inverse of I + own resp (+ drag resp') of every cutting panel into `operator.solved`."""
     layout, damped, depth, out = operator.layout, operator.damped, operator.depth, operator.solved
-    offset, count, cutting, own, drag = layout.offset, layout.number, layout.cutting, layout.own, layout.drag
+    offset, count, cutting, now, drag = layout.offset, layout.number, layout.cutting, layout.own, layout.drag
     resp, speed_resp = operator.waves.displacement, operator.waves.velocity
-    d = own.shape[1]
+    d = now.shape[1]
     for p in range(count.size):
         n = count[p]
         if n == 0 or not cutting[p]:
@@ -246,7 +246,7 @@ def inverses(operator):
         for i in range(n):
             for a in range(d):
                 for c in range(d):
-                    f = depth * own[offset[p] + i, a, c]
+                    f = depth * now[offset[p] + i, a, c]
                     for j in range(n * d):
                         big[i * d + a, j] += f * resp[p, i * d + c, j]
                     if damped:
@@ -271,10 +271,10 @@ def product(matrix, vector, size, out):
 def advance(x, y, operator):
     """Map the vibration at the nodes and the state of one period (x) on the next (y)."""
     depth, layout, waves, solved, damped = operator
-    offset, count, cutting, own, drag, first, matrix, source, past, rows = layout
+    offset, count, cutting, now, drag, first, matrix, source, past, rows = layout
     resp, _, free, free_speed, push, step = waves
-    d, m = own.shape[1], step.shape[1]
-    nodes = own.shape[0]
+    d, m = now.shape[1], step.shape[1]
+    nodes = now.shape[0]
     state, turned = np.empty(2 * m), np.empty(2 * m)  # turned: twice the conjugate, whose product is the vibration
     for r in range(m):
         state[2 * r], state[2 * r + 1] = x[nodes * d + r], x[nodes * d + m + r]
@@ -298,7 +298,7 @@ def advance(x, y, operator):
             for a in range(d):
                 total = 0.0
                 for c in range(d):
-                    total -= own[o + i, a, c] * r0[i * d + c]
+                    total -= now[o + i, a, c] * r0[i * d + c]
                     if damped:
                         total -= drag[o + i, a, c] * v0[i * d + c]
                 rhs[i * d + a] = total

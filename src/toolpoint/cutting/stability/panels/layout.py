@@ -104,7 +104,7 @@ def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) ->
     top = corner * float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
     begins = corner * np.arcsin(walls[(walls > 0) & (walls < 1)])
     grid = np.unique(np.concatenate([top * (1 - np.cos(np.linspace(0, np.pi, 200))) / 2, begins[begins < top]]))
-    found = [u for u in begins.tolist() if u < top]
+    lengths = [u for u in begins.tolist() if u < top]
     for slope in np.unique(slopes[slopes > 0]).tolist():
         for wall in range(2):
             def angle(u: float, wall: int = wall, slope: float = slope) -> float:
@@ -112,9 +112,9 @@ def turning_points(problem: MillingProblem, depth: float, slopes: FloatArray) ->
                 return float(limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))[wall] + slope * z)
 
             rise = np.sign(np.diff([angle(u) for u in grid]))
-            found += [_turn(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
+            lengths += [_turn(angle, float(grid[i]), float(grid[i + 2]), float(rise[i]))
                       for i in np.flatnonzero(rise[:-1] * rise[1:] < 0)]
-    return np.unique(np.array(found))
+    return np.unique(np.array(lengths))
 
 
 def _turn(angle: Callable[[float], float], low: float, high: float, rising: float) -> float:
@@ -130,9 +130,9 @@ def ends_of(problem: MillingProblem, edges: Edges, longest: float) -> FloatArray
     edge cuts, split so that none is longer than `longest`."""
     arc, radius = problem.engagement, problem.tool.radius
     times, later = [], []
-    own = {0.0, float(edges.marks[-1]), min(0.5 * np.pi * edges.corner, float(edges.marks[-1])), *edges.turns.tolist()}
+    heights = {0.0, float(edges.marks[-1]), min(0.5 * np.pi * edges.corner, float(edges.marks[-1])), *edges.turns.tolist()}
     span = []
-    for u in sorted(own):
+    for u in sorted(heights):
         z, _, r = place(u, edges.corner, radius)
         entry, leave = limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))
         lag, delay = edges.start + edges.slope * z, edges.ahead + edges.ahead_slope * z

@@ -11,7 +11,7 @@ from toolpoint._check import ComplexArray, FloatArray, count, positive
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
-from toolpoint.cutting.stability.result import StabilityChart, assembled
+from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 BEYOND = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
@@ -82,7 +82,7 @@ class PanelArnoldi:
         note = (f"largest multipliers of the one-period map; error of each point from two discretisations; bands narrower "
                 f"than the {self.levels} search levels can be missed")
         status = BEYOND if overflow else "complete"
-        return assembled(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
+        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
                          status=status)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:

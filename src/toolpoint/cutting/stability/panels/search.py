@@ -74,9 +74,9 @@ class PeriodMap:
         waves = waves._replace(free=waves.free.view(float), free_velocity=waves.free_velocity.view(float))
         self.operator = PeriodOperator(1.0, layout, waves, np.zeros(force), self.damped)
 
-    def multipliers(self, depth: float, waves: float, wanted: float) -> ComplexArray:
-        """Return the largest multipliers, largest first; the first's residual is below `wanted`, or below a twentieth of its
-        distance from the unit circle when `wanted` is not met and the distance is all that matters (wanted negative)."""
+    def multipliers(self, depth: float, waves: float, accuracy: float) -> ComplexArray:
+        """Return the largest multipliers, largest first; the first's residual is below `accuracy`, or below a twentieth of its
+        distance from the unit circle when `accuracy` is not met and the distance is all that matters (accuracy negative)."""
         panels = self.store.panels(self.problem, depth, waves, self.least, self.points)
         if panels.empty:
             values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
@@ -88,7 +88,7 @@ class PeriodMap:
         most = min(size - 1, 160)
         basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
         basis[0] = self._start(size)
-        have, step, vector = 0, min(most, max(FIRST, self.enough.get(wanted, 0) - LESS)), np.zeros(size)
+        have, step, vector = 0, min(most, max(FIRST, self.enough.get(accuracy, 0) - LESS)), np.zeros(size)
         while True:
             now = extend(basis, h, have, step, operator)
             if now < 0:
@@ -100,10 +100,10 @@ class PeriodMap:
             top = values[np.argmax(np.abs(values))]
             residual = ritz(h, now, complex(top), basis, vector)
             size_ = abs(top)
-            good = residual < abs(wanted) * max(size_, 1e-3) or (
-                wanted < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
+            good = residual < abs(accuracy) * max(size_, 1e-3) or (
+                accuracy < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
             if good or now < step or step == most:
-                self.vector, self.enough[wanted] = vector, now
+                self.vector, self.enough[accuracy] = vector, now
                 return values[np.argsort(-np.abs(values))]
             have, step = now, min(most, step + MORE)
 
@@ -157,9 +157,9 @@ class PanelSearch:
         """Whether a depth was beyond double precision."""
         return any(period_map.overflow for period_map in self.maps.values())
 
-    def growth(self, depth: float, more: int = 0, wanted: float = -1e-10) -> tuple[float, complex]:
+    def growth(self, depth: float, more: int = 0, accuracy: float = -1e-10) -> tuple[float, complex]:
         """(log of the spectral radius, critical multiplier)."""
-        value = self.map(more).multipliers(depth, self.waves * (1 + 0.1 * more), wanted)[0]
+        value = self.map(more).multipliers(depth, self.waves * (1 + 0.1 * more), accuracy)[0]
         return float(np.log(max(abs(value), 1e-300))), complex(value)
 
     def rows(self) -> list[tuple[float, ...]]:
@@ -206,7 +206,7 @@ class PanelSearch:
         return [row] + [r for x, y in parts if (x[1] > 0) != (y[1] > 0) for r in self._boundaries(x, y, again - 1)]
 
     def _point(self, depth: float) -> Point:
-        return depth, self.growth(depth, wanted=-1e-6)[0]
+        return depth, self.growth(depth, accuracy=-1e-6)[0]
 
     def _least(self, first: Level) -> Level:
         """A depth so small that the cut is stable, from the first level down."""
@@ -277,7 +277,7 @@ class PanelSearch:
         share = min(max(ga / (ga - gb), 0.05), 0.95)
         while True:
             w = a + share * (b - a)
-            g = self.growth(w, wanted=-1e-7)[0]
+            g = self.growth(w, accuracy=-1e-7)[0]
             slope = (g - ga) / (w - a)
             if (g > 0) == (ga > 0):
                 c, gc = a, ga
