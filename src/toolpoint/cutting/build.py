@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, fail, one_of
+from toolpoint._check import LEFT_OUT, ToolpointError, fail, one_of
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import SpeedVariation
 from toolpoint.cutting.cut.tool import Engagement, Tool
@@ -30,7 +30,7 @@ def tool_of(cut: CuttingDescription) -> Tool:
     if tool.pitch and abs(sum(tool.pitch) - 2 * np.pi) > 1e-6:
         fail("Tool.pitch", f"angles that add up to {np.degrees(sum(tool.pitch)):.6g} degrees",
              "must add up to 360 degrees (2 pi rad)", "the last closes the circle")
-    return Tool(tool.diameter, tool.teeth, np.asarray(tool.helix, float), np.asarray(tool.pitch) if tool.pitch else None,
+    return Tool(tool.diameter, tool.teeth, np.asarray(tool.helix, float), np.asarray(tool.pitch) if tool.pitch else LEFT_OUT,
                 tool.runout, tool.runout_angle, tool.tilt, tool.corner_radius)
 
 

@@ -53,6 +53,13 @@ class PlaneDynamics:
         return self.frequency is None
 
     @property
+    def lines(self) -> tuple[FloatArray, ComplexArray]:
+        """Frequency, Hz, (n_f,), and values, m/N, (n_f, d, d), of a measured FRF; an error for modes."""
+        if self.frequency is None or self.values is None:
+            fail("dynamics", "modes", "must be a measured FRF here")
+        return self.frequency, self.values
+
+    @property
     def size(self) -> int:
         """Number of directions: 2, or 3 with the response along the tool's axis z."""
         return int(self.static.shape[0])
@@ -67,7 +74,7 @@ class PlaneDynamics:
         low = np.clip(np.searchsorted(self.frequency, f, side="right") - 1, 0, self.frequency.size - 2)
         part = ((f - self.frequency[low]) / (self.frequency[low + 1] - self.frequency[low]))[..., None, None]
         inside = ((f >= self.frequency[0]) & (f <= self.frequency[-1]))[..., None, None]
-        values: ComplexArray = self.values  # type: ignore[assignment]
+        values = self.lines[1]
         return np.where(inside, values[low] * (1 - part) + values[low + 1] * part, 0)
 
     def rotated(self, angle: float) -> PlaneDynamics:
@@ -112,7 +119,7 @@ class PlaneDynamics:
 
     def __repr__(self) -> str:
         low, high = self.span
-        kind = f"{self.poles.size} modes" if self.is_modal else f"measured, {self.frequency.size} lines"  # type: ignore
+        kind = f"{self.poles.size} modes" if self.is_modal else f"measured, {self.lines[0].size} lines"
         return f"PlaneDynamics({kind}, {low:.4g}..{high:.4g} Hz)"
 
 
@@ -285,11 +292,11 @@ def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
         fail("dynamics", "Modes for one direction and an Frf for the other", "must be the same kind",
              "turn the modes into an Frf with frequency_response.modal")
     if not along_x.is_modal:
-        if along_x.frequency.shape != along_y.frequency.shape or not np.allclose(  # type: ignore[union-attr]
-                along_x.frequency, along_y.frequency):  # type: ignore[arg-type]
+        (f, values), (f_of_y, values_of_y) = along_x.lines, along_y.lines
+        if f.shape != f_of_y.shape or not np.allclose(f, f_of_y):
             fail("dynamics", "two FRFs with different lines", "must be the same lines", "use frf.interpolated")
-        values = along_x.values.copy()  # type: ignore[union-attr]
-        values[:, 1, 1] = along_y.values[:, 0, 0]  # type: ignore[index]
+        values = values.copy()
+        values[:, 1, 1] = values_of_y[:, 0, 0]
         return replace(along_x, values=values, notes=along_x.notes[:-1])
     second = _swapped(along_y.residues)
     static = along_x.static + _swapped(along_y.static)

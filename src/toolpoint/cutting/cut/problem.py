@@ -252,8 +252,8 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
     plane = problem.plane
     if plane.is_modal:
         return ()
-    size = np.linalg.norm(plane.values, axis=(1, 2))  # type: ignore[arg-type]
-    f: FloatArray = plane.frequency  # type: ignore[assignment]
+    f, values = plane.lines
+    size = np.linalg.norm(values, axis=(1, 2))
     inner = f > f[0] + 0.02 * (f[-1] - f[0])  # integrated accelerations are meaningless near 0 Hz
     peak = float(f[inner][np.argmax(size[inner])])
     notes = []

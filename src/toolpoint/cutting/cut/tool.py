@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, fail, floats, nonnegative, positive, scalar
+from toolpoint._check import LEFT_OUT, FloatArray, count, fail, floats, nonnegative, positive, scalar
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class Tool:
     teeth : int
         Number of teeth N.
     helix : float or (teeth,) floats
-        Helix angle in rad, one for all teeth or one each; a lower point of an edge enters the cut earlier.
+        Helix angle in rad, one for all teeth or one each, zero where left out; a lower point of an edge enters the cut earlier.
     pitch : (teeth,) floats, optional
         Angles in rad from each tooth to the one that follows it in the cut, their sum 2 pi; equal where left out.
     runout : float
@@ -40,8 +40,8 @@ class Tool:
 
     diameter: float
     teeth: int
-    helix: float | FloatArray = 0.0
-    pitch: FloatArray | None = None
+    helix: FloatArray = LEFT_OUT
+    pitch: FloatArray = LEFT_OUT
     runout: float = 0.0
     runout_angle: float = 0.0
     tilt: float = 0.0
@@ -51,7 +51,7 @@ class Tool:
         put = object.__setattr__
         put(self, "diameter", positive("Tool.diameter", self.diameter, 10.0))
         put(self, "teeth", count("Tool.teeth", self.teeth))
-        helix = floats("Tool.helix", np.broadcast_to(self.helix, (self.teeth,)), (self.teeth,))
+        helix = floats("Tool.helix", np.broadcast_to(0.0 if self.helix is None else self.helix, (self.teeth,)), (self.teeth,))
         if np.abs(helix).max() > np.radians(75):
             fail("Tool.helix", f"{np.abs(helix).max():g} rad", "must be within 75 degrees", "angles are in rad")
         put(self, "helix", helix)
@@ -77,7 +77,7 @@ class Tool:
     @property
     def is_regular(self) -> bool:
         """Whether all pitch angles and all helix angles are equal, so that one tooth period is the only delay."""
-        return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)  # type: ignore[arg-type]
+        return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)
 
     @property
     def is_cylinder(self) -> bool:
@@ -92,12 +92,12 @@ class Tool:
     @property
     def axial_pitch(self) -> float:
         """Height over which the edge lags by one tooth, pi D/(N tan helix), m; infinite for straight teeth."""
-        slope = abs(float(np.tan(self.helix[0])))  # type: ignore[index]
+        slope = abs(float(np.tan(self.helix[0])))
         return float("inf") if slope < 1e-12 else np.pi * self.diameter / (self.teeth * slope)
 
     def angles(self, height: FloatArray | float = 0.0) -> FloatArray:
         """Return the lag of every tooth's edge behind tooth 0's tip at these heights, rad, shape (..., teeth)."""
-        start = np.concatenate([[0.0], np.cumsum(self.pitch)[:-1]])  # type: ignore[arg-type]
+        start = np.concatenate([[0.0], np.cumsum(self.pitch)[:-1]])
         return start + 2 * np.tan(self.helix) / self.diameter * np.asarray(height)[..., None]
 
     def local_radius(self, height: FloatArray | float = 0.0) -> FloatArray:
@@ -140,8 +140,8 @@ class Tool:
         parts = [f"{1e3 * self.diameter:g} mm", f"{self.teeth} teeth"]
         if self.has_helix:
             parts.append("helix " + "/".join(f"{np.degrees(h):g}" for h in np.unique(self.helix)) + " deg")
-        if np.ptp(self.pitch) > 1e-12:  # type: ignore[arg-type]
-            parts.append("pitch " + "/".join(f"{np.degrees(p):g}" for p in self.pitch) + " deg")  # type: ignore[union-attr]
+        if np.ptp(self.pitch) > 1e-12:
+            parts.append("pitch " + "/".join(f"{np.degrees(p):g}" for p in self.pitch) + " deg")
         if self.runout or self.tilt:
             parts.append(f"run-out {1e6 * self.runout:g} um")
         return f"Tool({', '.join(parts)})"

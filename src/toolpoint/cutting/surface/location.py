@@ -36,7 +36,7 @@ def static_force_series(problem: MillingProblem, depth: float, harmonics: int) -
     wave = np.exp(-1j * order[:, None] * tool.teeth * (phi - arc.entry)) * (w * arc.arc / 2 / pitch)
     series = -depth * wave @ k
     if tool.has_helix:
-        half = np.tan(tool.helix[0]) / tool.diameter * depth * tool.teeth * order  # type: ignore[index]
+        half = np.tan(tool.helix[0]) / tool.diameter * depth * tool.teeth * order
         series = series * (np.exp(-1j * half) * np.sinc(half / np.pi))[:, None]
     return series
 
@@ -105,5 +105,5 @@ def _response(plane: PlaneDynamics, frequency: FloatArray) -> ComplexArray:
     g = plane.response(frequency)
     if plane.is_modal:
         return g
-    below = np.median(plane.values[:LOWEST].real, axis=0)  # type: ignore[index]
+    below = np.median(plane.lines[1][:LOWEST].real, axis=0)
     return np.where((frequency < plane.span[0])[:, None, None], below, g)

@@ -22,7 +22,7 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, least: 
     form, :math:`\Lambda = 2 \tan\beta\, d/D` the lag of the edge; every entry and exit of tip and top is a break."""
     tool, arc = problem.tool, problem.engagement
     pitch = 2 * np.pi / tool.teeth
-    lag = 2 * abs(float(np.tan(tool.helix[0]))) * depth / tool.diameter  # type: ignore[index]
+    lag = 2 * abs(float(np.tan(tool.helix[0]))) * depth / tool.diameter
     marks = np.array([0.0, lag, arc.arc, arc.arc + lag]) % pitch
     ends = np.unique(np.round(np.concatenate([[0.0, pitch], marks]), 12))
     rows = []

@@ -69,7 +69,7 @@ def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
     """Return the Fourier coefficients of the cut at this depth up to order `top` of the period."""
     tool, number = problem.tool, periods(problem)
     order = number * np.arange(top + 1)
-    start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])  # type: ignore[arg-type]
+    start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
     slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
     d = problem.plane.size
     present, drag = np.zeros((top + 1, d, d), complex), np.zeros((top + 1, d, d), complex)
@@ -110,7 +110,7 @@ def range_of_forces(problem: MillingProblem, top: int) -> ComplexArray:
         push = n + problem.damping_friction * t
         square = square + _product(push, push)
     waves = np.einsum("shk,skab->hab", _arc_waves(part, order), square[..., :d, :d])
-    start = np.concatenate([[0.0], np.cumsum(problem.tool.pitch)[:-1]])  # type: ignore[arg-type]
+    start = np.concatenate([[0.0], np.cumsum(problem.tool.pitch)[:-1]])
     series = _mirrored(np.exp(-1j * order[:, None] * start).sum(1)[:, None, None] * waves)
     l = np.arange(2 * top + 1)
     blocks = series[l[:, None] - l[None, :] + 2 * top]

@@ -45,8 +45,8 @@ class HarmonicResponse:
         """The response without its limits; of a measured FRF from these lines."""
         if self.plane.is_modal:
             return self.plane.response(hz)
-        f: FloatArray = self.plane.frequency[lines]  # type: ignore[index]
-        value = interpolate(f, self.plane.values[lines], np.abs(hz))  # type: ignore[index]
+        f, values = self.plane.lines
+        value = interpolate(f[lines], values[lines], np.abs(hz))
         return np.where(hz[:, None, None] < 0, value.conj(), value)
 
     def beyond(self, hz: FloatArray) -> ComplexArray:
@@ -54,9 +54,9 @@ class HarmonicResponse:
         if self.plane.is_modal:
             return self.plane.response(hz) - self.at(hz)
         above = (np.abs(hz) > self.top)[:, None, None]
-        f: FloatArray = self.plane.frequency  # type: ignore[assignment]
+        f, values = self.plane.lines
         last = f >= self.top - 0.05 * (self.top - self.low)
-        line = (f[last, None, None] ** 2 * self.plane.values[last]).mean(0).real  # type: ignore[index]
+        line = (f[last, None, None] ** 2 * values[last]).mean(0).real
         faded = np.where((np.abs(hz) >= self.low)[:, None, None], self.whole(hz) - self.at(hz), 0.0)
         return np.where(above, line / np.maximum(np.abs(hz), self.top)[:, None, None] ** 2, faded)
 
@@ -69,11 +69,11 @@ class HarmonicResponse:
         """What may lie below a measured band: the real part at its first line."""
         if self.plane.is_modal:
             return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
-        return np.where((np.abs(hz) < self.low)[:, None, None], self.plane.values[0].real + 0j, 0.0)  # type: ignore[index]
+        return np.where((np.abs(hz) < self.low)[:, None, None], self.plane.lines[1][0].real + 0j, 0.0)
 
     def between(self, hz: FloatArray, first: int) -> ComplexArray:
         """Change of the interpolation with every other line from the `first` on; of fine lines fifteen times its error."""
-        if self.plane.is_modal or self.plane.frequency.size < 8:  # type: ignore[union-attr]
+        if self.plane.is_modal or self.plane.lines[0].size < 8:
             return np.zeros((hz.size, self.plane.size, self.plane.size), complex)
         inside = ((np.abs(hz) <= self.top) & (np.abs(hz) >= self.low))[:, None, None]
         return np.where(inside, self.whole(hz, slice(first, None, 2)) - self.whole(hz), 0.0)
@@ -82,8 +82,8 @@ class HarmonicResponse:
         """Frequencies of the resonances and their half widths, Hz."""
         if self.plane.is_modal:
             return np.abs(self.plane.poles.imag) / (2 * np.pi), -self.plane.poles.real / (2 * np.pi)
-        f: FloatArray = self.plane.frequency  # type: ignore[assignment]
-        size = np.linalg.norm(self.plane.values, axis=(1, 2))  # type: ignore[arg-type]
+        f, values = self.plane.lines
+        size = np.linalg.norm(values, axis=(1, 2))
         at = np.flatnonzero((size[1:-1] >= size[:-2]) & (size[1:-1] > size[2:]) & (size[1:-1] > 0.02 * size.max())) + 1
         at = at[np.argsort(-size[at])][:HINTS]
         return f[at], np.array([_half_width(size, f, i) for i in at.tolist()])

@@ -2,6 +2,7 @@ r"""SemiDiscretization and FullDiscretization: the time-step methods of the lite
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -15,6 +16,9 @@ from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, requi
 from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
+
+# (interval, state, displacement one period before its start and its end) -> state at its end
+Advance = Callable[[int, FloatArray, FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -160,7 +164,8 @@ def _refusal(problem: Problem) -> str | None:
     return None if problem.plane.is_modal else MEASURED
 
 
-def _stepped(problem: MillingProblem, speed: float, intervals: int, sampled: bool = False):  # type: ignore[no-untyped-def]
+def _stepped(problem: MillingProblem, speed: float, intervals: int, sampled: bool = False
+             ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
     """State matrices of the modes, and the cut's matrix averaged over (or sampled at the ends of) the intervals."""
     plane = modal_plane(problem.plane_at(speed))
     s, residue = plane.poles, plane.residues
@@ -207,10 +212,10 @@ def _sampled(problem: MillingProblem, ends: FloatArray) -> FloatArray:
     return np.einsum("tj,tja,tjb->tab", live, k, chip)
 
 
-def _spectrum(n: int, m: int, c: FloatArray, advance) -> ComplexArray:  # type: ignore[no-untyped-def]
+def _spectrum(n: int, m: int, c: FloatArray, advance: Advance) -> ComplexArray:
     """Eigenvalues of the map of (state, m past displacements), largest first."""
     size = n + 2 * m
-    x = np.eye(n, size)
+    x: FloatArray = np.eye(n, size)
     # Past displacements of one period, oldest first; the newest of them is the present state's.
     past = [np.eye(2, size, n + 2 * i) for i in range(m)] + [c @ x]
     rows = [c @ x]

@@ -103,7 +103,7 @@ def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group:
 
 def _lines(plane: PlaneDynamics, lines: int, period: FloatArray) -> FloatArray:
     if not plane.is_modal:
-        f: FloatArray = plane.frequency  # type: ignore[assignment]
+        f = plane.lines[0]
         return f[f > 0]
     centre, half = np.abs(plane.poles) / 2 / np.pi, -plane.poles.real / 2 / np.pi
     spread = np.sinh(np.linspace(-6, 6, max(31, lines // (2 * max(plane.poles.size, 1)))))

@@ -63,7 +63,7 @@ class Edges:
     def of(cls, problem: MillingProblem, depth: float, points: int) -> Edges:
         """Return the edges at this depth; `points` Gauss points on a piece of a helical or rounded edge."""
         tool = problem.tool
-        start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])  # type: ignore[arg-type]
+        start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
         slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
         slope_ahead = slope - np.roll(slope, 1)
         ahead = (start - np.roll(start, 1)) % (2 * np.pi)
