@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import textwrap
 from collections.abc import Sequence
+from itertools import zip_longest
+
+WIDEST = 48  # characters of a column of words before its cells are broken into lines
 
 
 def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
     """Return a table as lines of text; the first column and columns of words stand to the left, numbers to the right."""
     columns = [[name, *(row[k] for row in rows)] for k, name in enumerate(header)]
-    widths = [max(len(cell) for cell in column) for column in columns]
     is_left = [k == 0 or _is_words(column[1:]) for k, column in enumerate(columns)]
+    lines = [line for row in rows for line in zip_longest(
+        *(textwrap.wrap(cell, WIDEST) or [""] if left else [cell] for cell, left in zip(row, is_left, strict=True)),
+        fillvalue="")]
+    widths = [max(len(name), *(len(row[k]) for row in lines)) if lines else len(name) for k, name in enumerate(header)]
 
-    def line(cells: Sequence[str], bar: str) -> str:
+    def text_line(cells: Sequence[str], bar: str) -> str:
         padded = [cell.ljust(width) if left else cell.rjust(width)
                   for cell, width, left in zip(cells, widths, is_left, strict=True)]
         return f"{bar} " + f" {bar} ".join(padded) + f" {bar}"
@@ -19,8 +26,8 @@ def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
     def rule(left: str, fill: str, cross: str, right: str) -> str:
         return left + cross.join(fill * (width + 2) for width in widths) + right
 
-    return "\n".join([title, rule("┏", "━", "┳", "┓"), line(header, "┃"), rule("┡", "━", "╇", "┩"),
-                      *(line(row, "│") for row in rows), rule("└", "─", "┴", "┘")])
+    return "\n".join([title, rule("┏", "━", "┳", "┓"), text_line(header, "┃"), rule("┡", "━", "╇", "┩"),
+                      *(text_line(row, "│") for row in lines), rule("└", "─", "┴", "┘")])
 
 
 def _is_words(cells: Sequence[str]) -> bool:
