@@ -15,7 +15,8 @@ def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequ
     """Return the page of a result; `source_text` is the drive file's, `warnings` those of the run."""
     drives = result.drives
     report = Report(drives.name, "Feed drives and servo along a programmed path.", subtitle=drives.source)
-    report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
+    first = [Notes(list(result.remarks), "warning")] if result.remarks else []
+    report = report.with_section("Result", *first, Table(["quantity", "value"], result.rows()))
     report = report.with_section("Path with enlarged error", Chart(path_with_error(dict(result.errors))))
     for heading, chart in histories(result.result, dict(result.errors)).items():
         report = report.with_section(heading, Chart(chart))

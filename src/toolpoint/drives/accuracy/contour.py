@@ -9,6 +9,9 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint.drives.program.path import ARC, CLOTHOID, Path
 
+# Pairs of a point and a segment that are looked at: some tens of seconds.
+_MOST = 1e8
+
 
 @dataclass(frozen=True, eq=False)
 class ContourError:
@@ -36,7 +39,8 @@ class ContourError:
         return f"ContourError(largest {1e6 * e.max():.4g} um, root mean square {1e6 * np.sqrt((e**2).mean()):.4g} um)"
 
 
-def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, window: float) -> ContourError:
+def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, window: float | FloatArray
+                  ) -> ContourError:
     """Return the contour error of points, each projected on the part of the path near its commanded place.
 
     Parameters
@@ -46,30 +50,33 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
         Actual points, m.
     progress : (n,) floats
         Arc length of the command at each instant, m: where to look, not what to measure.
-    window : float
-        m; the foot lies within it of the commanded arc length (a little more than the following error), so that a path
-        that crosses itself or turns back is not mistaken.
+    window : float or (n,) floats
+        m; the foot lies within it of the arc length in `progress`, so that a path that crosses itself or turns back is not
+        mistaken. Too narrow a window adds what is missing of the way to the error: `lag.window_around` gives one that is not.
     """
     if (path.kind == CLOTHOID).any():
         fail("path", "clothoid blends", "must be lines and arcs", "measure against the programmed path, not the rounded one")
     p = floats("points", points)
     p = np.hstack([p, np.zeros((len(p), 3 - p.shape[1]))])
     s = floats("progress", progress, (len(p),))
+    reach = np.broadcast_to(floats("window", window), s.shape)
+    positive("window", float(reach.min()))
     lengths = path.lengths
     ends = np.cumsum(lengths)
     starts = ends - lengths
-    first = np.searchsorted(ends, np.maximum(s - positive("window", window), 0.0), side="left")
-    last = np.minimum(np.searchsorted(starts, s + window, side="right") - 1, path.count - 1)
+    first = np.searchsorted(ends, np.maximum(s - reach, 0.0), side="left")
+    last = np.minimum(np.searchsorted(starts, s + reach, side="right") - 1, path.count - 1)
     spread = int((last - first).max()) + 1
-    if spread > 2000:
-        fail("window", f"{window:g} m holds {spread} segments", "must hold at most 2000", "take a smaller window")
+    if (last - first + 1).sum() > _MOST:
+        fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MOST:.0e}",
+             "take smaller windows or fewer points")
     best, foot, place = np.full(len(p), np.inf), np.zeros_like(p), np.zeros(len(p))
     for offset in range(spread):
         at = np.flatnonzero(first + offset <= last)
         k = first[at] + offset
         share = _nearest(path, k, p[at], np.clip((s[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1))
-        low = np.clip((s[at] - window - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
-        high = np.clip((s[at] + window - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        low = np.clip((s[at] - reach[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
+        high = np.clip((s[at] + reach[at] - starts[k]) / np.where(lengths[k] > 0, lengths[k], 1), 0, 1)
         share = np.clip(share, low, high)
         q = path.points(k, share)
         distance = np.linalg.norm(p[at] - q, axis=1)

@@ -32,19 +32,43 @@ class Plan:
 
         Velocity is exact; the acceleration holds tangential and centripetal part.
         """
-        from toolpoint.drives.program.planner_kernel import sample_motion
-
         step = positive("sample_time", sample_time)
-        n = int(np.ceil(self.duration / step)) + 2
-        segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
-        length = np.array(self.path.lengths)
-        used = sample_motion(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
-                       motion)
-        segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
+        segment, share, motion = self._samples(step)
         tangent = self.path.tangents(segment, share)
         position = self.path.points(segment, share)
         acceleration = tangent * motion[:, 2:] + self._centripetal(segment, share, position, motion[:, 1])
         return Command(position[:, :axes], step, (tangent * motion[:, 1:2])[:, :axes], acceleration[:, :axes])
+
+    def progress(self, sample_time: float, programmed: Path) -> FloatArray:
+        """Return the arc length along the programmed path at the samples of `command`, m, (n,).
+
+        A rounded corner is shorter than the programmed one: between the ends of a blend the length grows evenly.
+        """
+        _, _, motion = self._samples(positive("sample_time", sample_time))
+        route = programmed.taken(programmed.lengths > 0)
+        ends = np.cumsum(route.lengths)
+        knots, at = np.zeros(self.path.count + 1), 0
+        for k in range(self.path.count):
+            blend = at >= route.count or self.path.kind[k] != route.kind[at]
+            if not blend:
+                knots[k + 1] = ends[at] - float(np.linalg.norm(route.end[at] - self.path.end[k]))
+                at += 1
+            else:
+                before = at - 1
+                knots[k + 1] = ends[before] + float(np.linalg.norm(self.path.end[k] - route.end[before]))
+        return np.interp(motion[:, 0], np.concatenate([[0.0], np.cumsum(self.path.lengths)]), knots)
+
+    def _samples(self, step: float) -> tuple[np.ndarray, FloatArray, FloatArray]:
+        """Return segment, share of its length, and (length, speed, acceleration) at every sample."""
+        from toolpoint.drives.program.planner_kernel import sample_motion
+
+        n = int(np.ceil(self.duration / step)) + 2
+        segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
+        length = np.array(self.path.lengths)
+        used = sample_motion(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
+                             motion)
+        segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
+        return segment, share, motion
 
     def _centripetal(self, segment: np.ndarray, share: FloatArray, position: FloatArray, speed: FloatArray) -> FloatArray:
         out = np.zeros_like(position)

@@ -52,7 +52,8 @@ class Program:
     @property
     def path(self) -> DrivePath:
         """The segments as a path of lines and arcs."""
-        return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line)
+        return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line,
+                         self.rapid)
 
     def __repr__(self) -> str:
         return f"Program({self.kind.size} segments, {int((self.kind == 1).sum())} arcs, {int(self.rapid.sum())} rapid)"

@@ -1,0 +1,102 @@
+"""Contour error of a simulated program: columns of the path that the servo drives, places of its points, cuts and rapids."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.drives.accuracy.contour import ContourError, contour_error
+from toolpoint.drives.accuracy.lag import delay, estimate_lag, window_around
+from toolpoint.drives.program.path import ARC, Path
+
+SPACE = ("X", "Y", "Z")
+
+
+@dataclass(frozen=True)
+class DrivenColumns:
+    """Columns of a path (0 to 2) that the servo's axes drive, in the servo's order; notes on axes taken as ideal."""
+
+    columns: tuple[int, ...]
+    notes: tuple[str, ...]
+
+
+def match_axes(path: Path, axes: Sequence[str], *, ideal: Sequence[str] = ()) -> DrivenColumns:
+    """Return which columns of the path the servo drives.
+
+    Axes named X, Y, Z (any case) drive these; with other names they drive the first columns in order. An axis of the program
+    that the servo lacks is taken as ideal where it only positions (it never moves together with the servo's axes in a cut), or
+    where `ideal` names it: then it moves in step with the others, so that it adds no error of its own.
+
+    Raises
+    ------
+    ToolpointError
+        Where such an axis takes part in the contour and is not named; where the servo has more than three axes.
+    """
+    if len(axes) > len(SPACE):
+        raise ToolpointError(f"drives: {len(axes)} axes; a path has three, X, Y and Z; leave the others out of the drive file")
+    names = [name.upper() for name in axes]
+    named = all(name in SPACE for name in names)
+    columns = tuple(SPACE.index(name) for name in names) if named else tuple(range(len(axes)))
+    moves = _moving(path)
+    with_servo = moves[:, columns].any(axis=1) & ~path.rapid
+    notes = []
+    wished = {name.upper() for name in ideal}
+    unknown = sorted(wished - set(SPACE))
+    if unknown:
+        raise ToolpointError(f"ideal: {', '.join(unknown)}; must be axes of the program, X, Y or Z")
+    for column in sorted(set(range(3)) - set(columns)):
+        name, together = SPACE[column], moves[:, column] & with_servo
+        if not moves[:, column].any():
+            continue
+        if together.any() and name not in wished:
+            line = int(path.line[int(np.argmax(together))])
+            raise ToolpointError(
+                f"path: {name} moves together with the axes of the servo (line {line}), but the servo lacks it (it has "
+                f"{', '.join(axes)}); describe it in the drive file, or take it as ideal with ideal=(\"{name}\",) "
+                f"(--ideal {name})")
+        notes.append(f"axis {name} is not in the drive file and is taken as ideal: it "
+                     + ("moves in step with the others and adds no error of its own" if together.any()
+                        else "only positions while the others stand, or in rapids"))
+    return DrivenColumns(columns, tuple(notes))
+
+
+def _moving(path: Path) -> np.ndarray:
+    """Return which of X, Y, Z every segment moves, (n, 3)."""
+    moves = np.abs(path.end - path.start) > 0
+    arc = np.flatnonzero(path.kind == ARC)
+    moves[arc[:, None], path.plane[arc]] = True
+    return moves
+
+
+def measure_contour(path: Path, time: FloatArray, place: FloatArray, *, actual: FloatArray, columns: Sequence[int]
+                    ) -> ContourError:
+    """Return the contour error of simulated points.
+
+    Parameters
+    ----------
+    path : Path
+        As programmed.
+    time : (n,) floats
+        s.
+    place : (n,) floats
+        Arc length of the set point along the path at each time, m.
+    actual : (n, n_axes) floats
+        Of the servo's axes, m, in the path's coordinates; the others move with the set point that belongs to these.
+    """
+    driven = list(columns)
+    lag = estimate_lag(time, path.at(place)[:, driven], actual)
+    behind = delay(time, place[:, None], lag)[:, 0]
+    expected = path.at(behind)
+    points = expected.copy()
+    points[:, driven] = actual
+    return contour_error(path, points, behind, window=window_around(expected, points))
+
+
+def is_cutting(path: Path, error: ContourError) -> np.ndarray:
+    """Return at which instants the foot lies on a cutting segment, (n,) bools."""
+    ends = np.cumsum(path.lengths)
+    segment = np.minimum(np.searchsorted(ends, error.progress, side="left"), path.count - 1)
+    return ~path.rapid[segment]
