@@ -32,7 +32,7 @@ def main() -> None:
     rng, held, begin = np.random.default_rng(0), [], time.perf_counter()
     for _ in range(options.runs):
         noisy = clean + 0.02 * np.abs(clean).max() * rng.standard_normal(clean.shape)
-        fit = instantaneous(start, feeds, turn, noisy, 2e-3, slices=10)
+        fit = instantaneous(start, feeds, turn, forces=noisy, depth=2e-3, slices=10)
         held.append((fit.interval[:, 0] <= truth) & (truth <= fit.interval[:, 1]))
     share = np.mean(held, axis=0)
     rows = {**dict(zip(fit.names, share.tolist())), "all": float(np.mean(held)),

@@ -213,7 +213,7 @@ def main() -> None:
     rows["failed poses"] = sum(isinstance(row[0], str) for row in charts)
     start = time.perf_counter()
     parameters = [*modal_parameters(problem), *coefficient_parameters()]
-    probability(problem, parameters, speeds, depths, np.random.default_rng(0), options.samples)
+    probability(problem, parameters, speeds, depths=depths, rng=np.random.default_rng(0), samples=options.samples)
     rows[f"probability chart, {options.samples} samples, s"] = time.perf_counter() - start
     warm_rows(rows)
     general_rows(rows)

@@ -53,7 +53,7 @@ def agreement(points: int, rng: np.random.Generator) -> tuple[int, int, int]:
 
 
 def _agrees(problem: MillingProblem, speed: float, depth: float, stable: bool, keeps_contact: bool) -> bool:
-    run = simulate(problem, speed, depth, 400, ExactSteps(500, keeps_contact=keeps_contact))
+    run = simulate(problem, speed, depth, revolutions=400, method=ExactSteps(500, keeps_contact=keeps_contact))
     tail, m = run.displacement, run.steps_per_revolution
     change = [np.abs(tail[k * m:(k + 1) * m] - tail[(k - 1) * m:k * m]).max() for k in (40, len(tail) // m - 1)]
     return bool((change[1] < change[0]) == stable or (not stable and run.is_chattering()))
@@ -68,13 +68,13 @@ def main() -> None:
     warnings.simplefilter("ignore", ToolpointWarning)
     rng = np.random.default_rng(0)
     problem = random_problem(rng, 18)
-    simulate(problem, 6000.0, 1e-4, 2, ExactSteps(400))
+    simulate(problem, 6000.0, 1e-4, revolutions=2, method=ExactSteps(400))
     start = time.perf_counter()
-    run = simulate(problem, 6000.0, 1e-4, 2500, ExactSteps(400))
+    run = simulate(problem, 6000.0, 1e-4, revolutions=2500, method=ExactSteps(400))
     rate = run.time.size / (time.perf_counter() - start)
     modes = Modes([922.0], [0.011], np.eye(1) / np.sqrt(0.03993), ("tool:+x",))
     slot = MillingProblem(Tool(0.02, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, feed_per_tooth=1e-4)
-    growth = simulate(slot, 5000.0, 0.408628e-3, 100, ExactSteps(1500)).growth(80)
+    growth = simulate(slot, 5000.0, 0.408628e-3, revolutions=100, method=ExactSteps(1500)).growth(80)
     both = Modes([922.0] * 2, [0.011] * 2, np.eye(2) / np.sqrt(0.03993), ("tool:+x", "tool:+y"))
     side = slot.changed(dynamics=both, engagement=Engagement.down(0.05))
     errors = 1e6 * location_error(side, np.array([13830.0, 12500, 5000]), 0.5e-3)

@@ -41,10 +41,10 @@ def test_probability_tends_to_the_chart_and_names_what_matters() -> None:
     """Without uncertainty P is the chart; with only kt uncertain, kt explains nearly all of the limit's variance."""
     problem = benchmark(Engagement.down(0.05), 2)
     depths = np.linspace(1e-4, 4e-3, 20)
-    none = probability(problem, coefficient_parameters(0.0), SPEEDS, depths, np.random.default_rng(0), 3)
+    none = probability(problem, coefficient_parameters(0.0), SPEEDS, depths=depths, rng=np.random.default_rng(0), samples=3)
     assert np.array_equal(none.probability > 0.5, stability.chart(problem, SPEEDS, depth_max=4e-3).stable(depths))
     parameters = [coefficient_parameters(0.1)[0], coefficient_parameters(0.005)[1]]
-    varied = probability(problem, parameters, SPEEDS, depths, np.random.default_rng(1), 60)
+    varied = probability(problem, parameters, SPEEDS, depths=depths, rng=np.random.default_rng(1), samples=60)
     assert (varied.probability >= 0).all() and (varied.probability <= 1).all() and (varied.error < 0.07).all()
     share = varied.importance()
     assert next(iter(share)) == "kt" and 0.7 < share["kt"] <= 1.05
@@ -70,8 +70,8 @@ def test_cuts_with_known_outcome_narrow_the_chart() -> None:
     """A deep stable cut raises P(stable) there; the best cut proposed is one that is likely stable."""
     problem = benchmark(Engagement.down(0.05), 2)
     depths = np.linspace(1e-4, 4e-3, 20)
-    prior = probability(problem, [*modal_parameters(problem, 0.01, 0.2), *coefficient_parameters(0.15)], SPEEDS, depths,
-                        np.random.default_rng(3), 60)
+    prior = probability(problem, [*modal_parameters(problem, 0.01, 0.2), *coefficient_parameters(0.15)], SPEEDS, depths=depths,
+                        rng=np.random.default_rng(3), samples=60)
     test = most_informative(prior)
     i, d = int(np.argmin(np.abs(SPEEDS - test.speed))), int(np.argmin(np.abs(depths - test.depth)))
     assert 0.2 < prior.probability[i, d] < 0.8
@@ -80,7 +80,8 @@ def test_cuts_with_known_outcome_narrow_the_chart() -> None:
     advice = from_cuts(prior, [(test.speed, test.depth, True)], 0.8)
     assert advice.depth > 0
     assert ("deeper cuts were not looked at" in advice.reason) == (advice.depth == depths[-1])
-    shallow = probability(problem, coefficient_parameters(0.1), SPEEDS[:3], depths[:2], np.random.default_rng(3), 3)
+    shallow = probability(problem, coefficient_parameters(0.1), SPEEDS[:3], depths=depths[:2], rng=np.random.default_rng(3),
+                          samples=3)
     assert "deeper cuts were not looked at" in from_cuts(shallow, []).reason
 
 

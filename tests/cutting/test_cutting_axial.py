@@ -116,7 +116,7 @@ def test_edge_matrix_on_a_cylinder_and_at_the_tip() -> None:
     n = 4000
     mid = 0.3 + (np.arange(n) + 0.5) * 1.9 / n
     mean = edge_matrix(material, mid).mean(0) * 1.9 * 3 / (2 * np.pi)
-    assert mean_matrix(material, 0.3, 2.2, 3, 3) == pytest.approx(mean, rel=1e-6, abs=50)
+    assert mean_matrix(material, 0.3, 2.2, teeth=3, size=3) == pytest.approx(mean, rel=1e-6, abs=50)
 
 
 def test_forces_on_a_ball_in_closed_form() -> None:

@@ -36,7 +36,7 @@ def test_total_energy_is_work_per_volume() -> None:
     """Cutting power equals energy times the volume removed, and the forces keep their ratios."""
     problem = benchmark(Engagement.slot(), feed_per_tooth=1e-4, tool=Tool(0.02, 4))
     law = TotalEnergy(800e6, 0.0, 0.3, 0.1)
-    run = rigid_forces(problem, 2e-3, np.linspace(0, 2 * np.pi, 2000, endpoint=False), law)
+    run = rigid_forces(problem, 2e-3, np.linspace(0, 2 * np.pi, 2000, endpoint=False), law=law)
     volume_rate = 1e-4 * 4 * 100 * 0.02 * 2e-3
     assert run.power(6000.0).mean() == pytest.approx(800e6 * volume_rate, rel=1e-4)
     assert law.per_length(np.array(1e-4)) / law.per_length(np.array(1e-4))[0] == pytest.approx([1, 0.3, 0.1])
@@ -45,24 +45,24 @@ def test_total_energy_is_work_per_volume() -> None:
 def test_orthogonal_cut_is_merchants() -> None:
     """Without inclination K_t = tau cos(b - a)/(sin phi cos(phi + b - a)) and K_a = 0."""
     tau, phi, beta, alpha = 300e6, 0.5, 0.6, 0.1
-    c = oblique_coefficients(tau, phi, beta, alpha)
+    c = oblique_coefficients(tau, phi, beta, rake=alpha)
     assert c.kt == pytest.approx(tau * np.cos(beta - alpha) / np.sin(phi) / np.cos(phi + beta - alpha))
     assert c.ka == pytest.approx(0, abs=1e-3)
-    assert oblique_coefficients(tau, phi, beta, alpha, 0.5).ka > 0
+    assert oblique_coefficients(tau, phi, beta, rake=alpha, inclination=0.5).ka > 0
 
 
 def test_exact_chip_lies_on_the_previous_path() -> None:
     """The end of the chip lies on the previous tooth's trochoid, and f sin(phi) is its limit for small feed."""
     radius, feed, teeth = 0.01, 2e-3, 2
     phi = np.linspace(0.2, 2.9, 30)
-    h = exact_chip(phi, radius, feed, teeth)
+    h = exact_chip(phi, radius, feed, teeth=teeth)
     turn = np.linspace(-1, np.pi + 1, 400001)  # angle of the previous tooth
     for p, thickness in zip(phi[::6], h[::6]):
         centre = -feed + feed * teeth / (2 * np.pi) * (turn - p)
         x, y = centre + radius * np.sin(turn), radius * np.cos(turn)
         point = (radius - thickness) * np.array([np.sin(p), np.cos(p)])
         assert np.hypot(x - point[0], y - point[1]).min() < 1e-7
-    small = exact_chip(phi, radius, 1e-7, teeth)
+    small = exact_chip(phi, radius, 1e-7, teeth=teeth)
     assert small == pytest.approx(1e-7 * np.sin(phi), rel=1e-4)
 
 
@@ -94,11 +94,11 @@ def test_average_forces_give_back_the_coefficients() -> None:
     """Mean forces of an exact model return all six coefficients."""
     problem = benchmark(Engagement.down(0.5)).changed(coefficients=MATERIAL)
     feeds = np.array([0.05, 0.1, 0.15, 0.2]) * 1e-3
-    fit = average_force(problem, feeds, _mean_forces(problem, feeds, 1e-3), 1e-3)
+    fit = average_force(problem, feeds, _mean_forces(problem, feeds, 1e-3), depth=1e-3)
     want = np.concatenate([MATERIAL.cutting, MATERIAL.edge])
     assert fit.values == pytest.approx(want, rel=5e-3)
     with pytest.raises(ToolpointError, match="at least two"):
-        average_force(problem, feeds[:1], np.zeros((1, 3)), 1e-3)
+        average_force(problem, feeds[:1], np.zeros((1, 3)), depth=1e-3)
 
 
 def test_calibration_intervals_cover_the_truth() -> None:
@@ -114,7 +114,7 @@ def test_calibration_intervals_cover_the_truth() -> None:
     held = []
     for _ in range(25):
         noisy = clean + 0.02 * np.abs(clean).max() * rng.standard_normal(clean.shape)
-        fit = instantaneous(start, feeds, turn, noisy, 2e-3, slices=10)
+        fit = instantaneous(start, feeds, turn, forces=noisy, depth=2e-3, slices=10)
         held.append((fit.interval[:, 0] <= truth) & (truth <= fit.interval[:, 1]))
         assert fit.status == "converged"
     assert 0.9 <= np.mean(held) <= 0.99
@@ -122,7 +122,8 @@ def test_calibration_intervals_cover_the_truth() -> None:
     two = problem.changed(tool=Tool(0.016, 2, helix=np.radians(30), runout=12e-6, runout_angle=0.7))
     clean = np.array([rigid_forces(two.changed(feed_per_tooth=f), 2e-3, turn, slices=10).force for f in feeds])
     noisy = clean + 0.02 * np.abs(clean).max() * rng.standard_normal(clean.shape)
-    assert "poorly determined" in instantaneous(two.changed(tool=two.tool.with_runout(0.0)), feeds, turn, noisy, 2e-3).status
+    assert "poorly determined" in instantaneous(two.changed(tool=two.tool.with_runout(0.0)), feeds, turn, forces=noisy,
+                                                depth=2e-3).status
     assert "runout" in fit.table() and "kt" in repr(fit)
 
 
@@ -136,7 +137,7 @@ def test_phase_of_each_record_is_found() -> None:
                        for f, b in zip(feeds, begin)])
     forces = forces + 0.01 * np.abs(forces).max() * np.random.default_rng(1).standard_normal(forces.shape)
     start = problem.changed(tool=tool.with_runout(0.0))
-    fit = instantaneous(start, feeds, turn, forces, 2e-3, phase="each", slices=30)
+    fit = instantaneous(start, feeds, turn, forces=forces, depth=2e-3, phase="each", slices=30)
     found = dict(zip(fit.names, fit.values))
     turned = np.array([found[f"phase_{i}"] for i in (1, 2, 3)]) - begin
     pitches = turned / (2 * np.pi / 3)
@@ -145,7 +146,7 @@ def test_phase_of_each_record_is_found() -> None:
     assert found["kt"] == pytest.approx(767e6, rel=0.02) and found["runout"] == pytest.approx(10e-6, rel=0.05)
     for bad, words in (("all", "must be False"), ("each", "equal steps")):
         with pytest.raises(ToolpointError, match=words):
-            instantaneous(start, feeds, turn / 2, forces, 2e-3, phase=bad)
+            instantaneous(start, feeds, turn / 2, forces=forces, depth=2e-3, phase=bad)
 
 
 def test_a_force_record_is_averaged_over_revolutions() -> None:

@@ -21,7 +21,7 @@ MATERIAL = CuttingCoefficients(6e8, 2e8)
 @given(st.floats(0, 1.5), st.floats(0.05, 1.6), st.integers(1, 8))
 def test_mean_matrix_is_the_integral(entry: float, arc: float, teeth: int) -> None:
     """The closed form of the mean directional matrix equals the numerical integral."""
-    got = mean_matrix(MATERIAL, entry, entry + arc, teeth)
+    got = mean_matrix(MATERIAL, entry, entry + arc, teeth=teeth)
     for i in range(2):
         for j in range(2):
             def part(p: float, i: int = i, j: int = j) -> float:

@@ -24,7 +24,7 @@ def test_turning_in_closed_form_is_the_chart() -> None:
     assert chart.limit == pytest.approx(least_width(K, Z, KF), rel=1e-9)
     assert chart.frequency[chart.limit_points()] == pytest.approx(modes.frequency[0] * np.sqrt(1 + 2 * Z), rel=1e-6)
     damped = TurningProblem(KF, modes, process_damping=2e4, cutting_speed=1.0)
-    b = least_width(K, Z, KF, 2e4, 1.0, M)
+    b = least_width(K, Z, KF, process_damping=2e4, cutting_speed=1.0, modal_mass=M)
     found = stability.chart(damped, np.linspace(300, 330, 301), depth_max=0.05).limit.min()
     assert found == pytest.approx(b, rel=1e-3) and b > least_width(K, Z, KF)
 

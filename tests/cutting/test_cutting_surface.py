@@ -56,7 +56,7 @@ def test_runout_makes_marks_one_turn_apart() -> None:
 def test_the_simulated_wall_stands_off_by_the_location_error() -> None:
     """Least height of the simulated wall equals the location error of the response."""
     problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
-    run = simulate(problem, 13830.0, 0.5e-3, 100, ExactSteps(800))
+    run = simulate(problem, 13830.0, 0.5e-3, revolutions=100, method=ExactSteps(800))
     wall = dynamic_wall(run, 1e-3, 2001)
     error = location_error(problem, [13830.0], 0.5e-3)[0]  # type: ignore[arg-type]
     assert wall.location_error == pytest.approx(error, rel=0.02)
@@ -76,8 +76,8 @@ def test_up_milling_finishes_the_wall_at_the_entry() -> None:
     cuts = (Engagement.down(0.1), Engagement.slot(), Engagement.up(0.1), Engagement.centred(0.5))
     assert [wall_side(cut) for cut in cuts] == ["exit", "exit", "entry", None]
     problem = benchmark(Engagement.up(0.05), 2, feed_per_tooth=1e-4)
-    run = simulate(problem, 5000.0, 0.5e-3, 100, ExactSteps(800))
-    error = location_error(problem, [5000.0], 0.5e-3, "entry")[0]  # type: ignore[arg-type]
+    run = simulate(problem, 5000.0, 0.5e-3, revolutions=100, method=ExactSteps(800))
+    error = location_error(problem, [5000.0], 0.5e-3, side="entry")[0]  # type: ignore[arg-type]
     assert dynamic_wall(run, 1e-3, 2001, side="entry").location_error == pytest.approx(error, rel=0.02)
 
 
@@ -108,7 +108,7 @@ def test_three_wavelengths_go_to_three_bands() -> None:
     x = np.arange(2**14) * 2e-6
     parts = [1e-6 * np.sin(2 * np.pi * x / 30e-6), 2e-6 * np.sin(2 * np.pi * x / 0.8e-3),
              5e-6 * np.cos(2 * np.pi * x / 16.384e-3)]
-    found = separate(sum(parts), 2e-6, 0.15e-3, 4e-3)  # type: ignore[arg-type]
+    found = separate(sum(parts), 2e-6, 0.15e-3, form_above=4e-3)  # type: ignore[arg-type]
     for got, want in zip((found.roughness, found.waviness, found.form), parts):
         assert np.sum((got - want) ** 2) < 0.05 * np.sum(want**2)
     assert found.roughness + found.waviness + found.form == pytest.approx(sum(parts), abs=1e-17)

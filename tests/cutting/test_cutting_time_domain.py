@@ -36,7 +36,7 @@ def test_location_error_from_the_response_and_from_the_simulation() -> None:
     problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
     speeds, want = [13830.0, 12500.0, 5000.0], np.array([36.70644, 3.73467, -2.07386])
     assert 1e6 * location_error(problem, speeds, 0.5e-3) == pytest.approx(want, abs=6e-6)  # type: ignore[arg-type]
-    simulated = [1e6 * at_exit(simulate(problem, n, 0.5e-3, 150, ExactSteps(2000))) for n in speeds]
+    simulated = [1e6 * at_exit(simulate(problem, n, 0.5e-3, revolutions=150, method=ExactSteps(2000))) for n in speeds]
     assert simulated == pytest.approx(want, rel=1e-4)
 
 
@@ -44,7 +44,8 @@ def test_location_error_with_an_axial_force_that_bends_the_tool_sideways() -> No
     """Modes in oblique directions of space: the law with the 3x3 response and the simulation agree, and z matters."""
     problem = spatial(Tool(0.012, 2), Engagement.down(0.2))
     want = float(location_error(problem, [9000.0], 0.05e-3)[0])
-    assert at_exit(simulate(problem, 9000.0, 0.05e-3, 100, ExactSteps(2000))) == pytest.approx(want, rel=2e-3)
+    assert at_exit(simulate(problem, 9000.0, 0.05e-3, revolutions=100, method=ExactSteps(2000))) == pytest.approx(want,
+                                                                                                                  rel=2e-3)
     assert abs(float(location_error(problem.changed(z=None), [9000.0], 0.05e-3)[0]) / want - 1) > 0.02
     with pytest.raises(ToolpointError, match="cylindrical"):
         location_error(spatial(Tool(0.012, 2, corner_radius=1e-3), Engagement.down(0.2)), [9000.0], 0.05e-3)
@@ -53,9 +54,10 @@ def test_location_error_with_an_axial_force_that_bends_the_tool_sideways() -> No
 def test_growth_at_the_boundary_is_one() -> None:
     """Over 80 tooth periods at the converged depth the growth rate is within 1e-4 of 1."""
     problem = benchmark(Engagement.slot(), feed_per_tooth=1e-4)
-    run = simulate(problem, 5000.0, 0.408628e-3, 100, ExactSteps(1500))
+    run = simulate(problem, 5000.0, 0.408628e-3, revolutions=100, method=ExactSteps(1500))
     assert run.growth(80) == pytest.approx(1, abs=1e-4)
-    assert simulate(problem, 5000.0, 0.5e-3, 16, ExactSteps(1500)).growth(10) == pytest.approx(1.0739755867, rel=5e-3)
+    assert simulate(problem, 5000.0, 0.5e-3, revolutions=16, method=ExactSteps(1500)).growth(10) == pytest.approx(1.0739755867,
+                                                                                                                  rel=5e-3)
 
 
 def test_agreement_with_the_engine_off_the_boundary() -> None:
@@ -73,19 +75,19 @@ def test_agreement_with_the_engine_off_the_boundary() -> None:
         for factor in (0.95, 1.05):
             if chart.stable([factor * limit])[0, 0] != (factor < 1):
                 continue
-            run = simulate(problem, speed, factor * limit, 120, ExactSteps(600))
+            run = simulate(problem, speed, factor * limit, revolutions=120, method=ExactSteps(600))
             assert (run.growth(60) < 1) == (factor < 1) or run.is_chattering() == (factor > 1)
 
 
 def test_spectrum_marks_its_lines() -> None:
     """A stable cut shows tooth passing only; with run-out also spindle lines; an unstable one a chatter line."""
     problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
-    stable = simulate(problem, 12500.0, 0.5e-3, 200)
+    stable = simulate(problem, 12500.0, 0.5e-3, revolutions=200)
     kinds = {kind for _, _, kind in stable.spectrum(last_revolutions=40).lines(0.1)}
     assert kinds == {"tooth passing"}
-    runout = simulate(problem.changed(tool=Tool(0.02, 2, runout=10e-6)), 12500.0, 0.5e-3, 200)
+    runout = simulate(problem.changed(tool=Tool(0.02, 2, runout=10e-6)), 12500.0, 0.5e-3, revolutions=200)
     assert "spindle" in {kind for _, _, kind in runout.spectrum("force", 1, 40).lines(0.02)}
-    chatter = simulate(problem, 10000.0, 3e-3, 200)
+    chatter = simulate(problem, 10000.0, 3e-3, revolutions=200)
     lines = [f for f, _, kind in chatter.spectrum(last_revolutions=64).lines(0.3) if kind == "chatter"]
     want = stability.chart(problem, [10000.0]).frequency[0]
     assert chatter.is_chattering() and min(abs(f - want) for f in lines) < 60
@@ -94,7 +96,7 @@ def test_spectrum_marks_its_lines() -> None:
 def test_loss_of_contact_limits_the_vibration() -> None:
     """Beyond the limit the amplitude stays bounded because teeth leave the cut."""
     problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)
-    run = simulate(problem, 10000.0, 3e-3, 300)
+    run = simulate(problem, 10000.0, 3e-3, revolutions=300)
     early, late = (np.ptp(run.displacement[part]) for part in (slice(-40000, -20000), slice(-20000, None)))
     assert late == pytest.approx(early, rel=0.1) and 1e-5 < late < 5e-3
 
@@ -103,8 +105,9 @@ def test_rigid_forces_follow_the_closed_form() -> None:
     """A stiff structure: mean force is the closed form N/2pi w f int k sin, torque's mean is K_t w f a R/(2 pi R) N."""
     problem = benchmark(Engagement.down(0.5), 2, feed_per_tooth=1e-4)
     stiff = problem.dynamics
-    problem = problem.changed(dynamics=type(stiff)(stiff.frequency, stiff.damping_ratio, stiff.shape * 1e-4, stiff.dofs))  # type: ignore
-    run = simulate(problem, 6000.0, 1e-3, 20, ExactSteps(2000))
+    problem = problem.changed(dynamics=type(stiff)(stiff.frequency, stiff.damping_ratio, stiff.shape * 1e-4,
+                                                   stiff.dofs))  # type: ignore
+    run = simulate(problem, 6000.0, 1e-3, revolutions=20, method=ExactSteps(2000))
     tail = slice(-10 * run.steps_per_revolution, None)
     series = -1e-3 * 1e-4 * problem.mean_matrix @ np.array([1.0, 0.0])
     assert run.force[tail, :2].mean(0) == pytest.approx(series, rel=1e-5)
@@ -117,7 +120,7 @@ def test_slices_of_a_helix_converge_and_delay_the_entry() -> None:
     """A helical cut's force equals the mean of straight ones shifted along the edge."""
     problem = benchmark(Engagement.down(0.5), 2, feed_per_tooth=1e-4)
     helical = problem.changed(tool=Tool(0.02, 2, helix=np.radians(30)))
-    a, b = (simulate(helical, 6000.0, 2e-4, 20, ExactSteps(400, slices=n)) for n in (8, 16))
+    a, b = (simulate(helical, 6000.0, 2e-4, revolutions=20, method=ExactSteps(400, slices=n)) for n in (8, 16))
     assert np.abs(a.force[-800:] - b.force[-800:]).max() < 0.02 * np.abs(b.force[-800:]).max()
 
 
@@ -135,8 +138,9 @@ def test_bad_input() -> None:
 
 def test_a_spindle_that_hardly_varies_is_a_constant_one() -> None:
     problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 2), feed_per_tooth=1e-4)
-    constant = simulate(problem, 9000.0, 0.3e-3, 20, ExactSteps(400))
-    varied = simulate(problem.changed(speed_variation=SpeedVariation(1e-9, 3)), 9000.0, 0.3e-3, 20, ExactSteps(400))
+    constant = simulate(problem, 9000.0, 0.3e-3, revolutions=20, method=ExactSteps(400))
+    varied = simulate(problem.changed(speed_variation=SpeedVariation(1e-9, 3)), 9000.0, 0.3e-3, revolutions=20,
+                      method=ExactSteps(400))
     size = np.abs(constant.displacement).max()
     np.testing.assert_allclose(varied.displacement, constant.displacement, atol=1e-6 * size)
     np.testing.assert_allclose(varied.time, constant.time, rtol=1e-8)
@@ -149,14 +153,15 @@ def test_growth_under_speed_variation_is_the_multiplier_of_the_collocation(speed
     problem = problem.changed(speed_variation=SpeedVariation(0.15, 2))
     largest = float(np.abs(Collocation(nodes=10).multipliers(problem, speed, depth)[0]))
     periods = 12 if largest > 1 else 8
-    run = simulate(problem, speed, depth, 2 * (periods + 6), ExactSteps(800))
+    run = simulate(problem, speed, depth, revolutions=2 * (periods + 6), method=ExactSteps(800))
     assert run.status == "complete"
     assert run.growth(periods) == pytest.approx(largest, rel=0.03)
 
 
 def test_the_feed_of_a_tooth_follows_the_spindle_at_a_constant_table_speed() -> None:
     problem = benchmark(Engagement.slot(), tool=Tool(0.02, 1), feed_per_tooth=1e-4)
-    run = simulate(problem.changed(speed_variation=SpeedVariation(0.3, 4)), 3000.0, 1e-7, 12, ExactSteps(400))
+    run = simulate(problem.changed(speed_variation=SpeedVariation(0.3, 4)), 3000.0, 1e-7, revolutions=12,
+                   method=ExactSteps(400))
     middle = run.chip[100::400][4:8]  # the tooth stands at 90 degrees: the chip is the feed of its revolution
     revolution = np.diff(run.time[100::400])[3:7]
     rate = 1e-4 / (60 / 3000) * 12 * 60 / 3000 / run.time[-1]
@@ -167,7 +172,7 @@ def test_the_feed_of_a_tooth_follows_the_spindle_at_a_constant_table_speed() -> 
 def test_a_stable_cut_with_run_out_does_not_chatter() -> None:
     """Its tooth periods differ, its revolutions do not."""
     problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 4, runout=2e-5), feed_per_tooth=1e-4)
-    run = simulate(problem, 9000.0, 0.05e-3, 60, ExactSteps(400))
+    run = simulate(problem, 9000.0, 0.05e-3, revolutions=60, method=ExactSteps(400))
     assert np.abs(run.displacement[-1] - run.displacement[-1 - run.steps_per_period]).max() > 1e-8
     assert not run.is_chattering()
 
@@ -179,7 +184,8 @@ def test_edges_kept_in_contact_grow_and_decay_as_the_multiplier_says_from_any_st
     start = 1e-4 * (rng.standard_normal(2) + 1j * rng.standard_normal(2))
     for factor in (0.95, 1.05):
         largest = float(np.abs(Collocation(nodes=10).multipliers(problem, 12000.0, factor * limit)[0]))
-        kept = simulate(problem, 12000.0, factor * limit, 120, ExactSteps(600, keeps_contact=True), start)
+        kept = simulate(problem, 12000.0, factor * limit, revolutions=120, method=ExactSteps(600, keeps_contact=True),
+                        start=start)
         assert kept.growth(80) == pytest.approx(largest, abs=2e-3)
         assert (largest < 1) == (factor < 1)
 
@@ -197,7 +203,7 @@ def spatial(tool: Tool, engagement: Engagement, flexible: float = 1.0) -> Millin
                                   Tool(0.012, 2, corner_radius=6e-3)], ids=["cylinder", "corner", "ball"])
 def test_a_rigid_structure_sees_the_forces_of_the_rigid_cutter(tool: Tool) -> None:
     problem, depth = spatial(tool, Engagement.up(0.4), 1e-5), 1.5e-3
-    run = simulate(problem, 6000.0, depth, 4, ExactSteps(720, slices=20))
+    run = simulate(problem, 6000.0, depth, revolutions=4, method=ExactSteps(720, slices=20))
     angle = problem.engagement.entry + 2 * np.pi * np.arange(1440) / 1440
     want = rigid_forces(problem, depth, angle, slices=20)
     turn = slice(2 * 1440, 3 * 1440)
@@ -213,18 +219,20 @@ def test_growth_in_space_is_the_multiplier_of_the_collocation(tool: Tool) -> Non
     problem = spatial(tool, Engagement.down(0.5))
     depth = 0.1e-3
     largest = float(np.abs(Collocation(nodes=10, slices=16).multipliers(problem, 9000.0, depth)[0]))
-    run = simulate(problem, 9000.0, depth, 60, ExactSteps(800, slices=24, keeps_contact=True), np.full(3, 1e-5 + 0j))
+    run = simulate(problem, 9000.0, depth, revolutions=60, method=ExactSteps(800, slices=24, keeps_contact=True),
+                   start=np.full(3, 1e-5 + 0j))
     assert run.growth(30) == pytest.approx(largest, abs=1e-3)
     flat = spatial(tool, Engagement.down(0.5)).changed(z=None)
-    assert abs(simulate(flat, 9000.0, depth, 60, ExactSteps(800, slices=24, keeps_contact=True),
-                        np.full(3, 1e-5 + 0j)).growth(30) - largest) > 3e-3
+    assert abs(simulate(flat, 9000.0, depth, revolutions=60, method=ExactSteps(800, slices=24, keeps_contact=True),
+                        start=np.full(3, 1e-5 + 0j)).growth(30) - largest) > 3e-3
 
 
 def test_growth_with_process_damping_is_the_multiplier_of_the_collocation() -> None:
     problem = benchmark(Engagement.slot(), 2, tool=Tool(0.02, 2), feed_per_tooth=1e-4).changed(process_damping=3e5)
     largest = float(np.abs(Collocation(nodes=10).multipliers(problem, 3000.0, 0.2e-3)[0]))
     free = float(np.abs(Collocation(nodes=10).multipliers(problem.changed(process_damping=0.0), 3000.0, 0.2e-3)[0]))
-    run = simulate(problem, 3000.0, 0.2e-3, 60, ExactSteps(1500, keeps_contact=True), np.full(2, 1e-5 + 0j))
+    run = simulate(problem, 3000.0, 0.2e-3, revolutions=60, method=ExactSteps(1500, keeps_contact=True),
+                   start=np.full(2, 1e-5 + 0j))
     assert run.growth(30) == pytest.approx(largest, abs=5e-3)
     assert abs(free - largest) > 0.02
 
@@ -240,6 +248,6 @@ def test_growth_of_any_pitch_is_the_multiplier_of_the_collocation(tool: Tool) ->
     for speed in (7000.0, 9100.0):
         depth = 0.15e-3 if tool.teeth < 4 else 0.1e-3
         largest = np.abs(Collocation(slices=8).multipliers(problem, speed, depth)[0]) ** (1 / period)
-        run = simulate(problem, speed, depth, 30, ExactSteps(400, slices=24, keeps_contact=True))
+        run = simulate(problem, speed, depth, revolutions=30, method=ExactSteps(400, slices=24, keeps_contact=True))
         growth = run.growth(40 // period) ** (1 / period)
         assert growth == pytest.approx(largest, abs=4e-3)

@@ -15,7 +15,7 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, feed_per_tooth=1e-4)
     chart = stability.chart(problem, np.linspace(8000, 20000, 7), FloquetDeterminant(), depth_max=0.0006)
     cuts = [(10000.0, 0.00005), (15000.0, 0.00008), (19000.0, 0.00025)]
-    runs = [simulate(problem, speed, depth, 40) for speed, depth in cuts]
+    runs = [simulate(problem, speed, depth, revolutions=40) for speed, depth in cuts]
     seen = opened(lobes_page(LobesStudy(problem, chart, (), runs=tuple(runs))).html(), reduced_motion="reduce")
     seen.wait("'stability' in window.toolpointCharts && 'simulated' in window.toolpointCharts")
     seen.wait("window.toolpointCharts.simulated.dataset.shown === '0'")

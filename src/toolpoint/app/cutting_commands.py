@@ -179,7 +179,7 @@ def speeds(chatter: float, teeth: int, highest: float, lowest: float, as_json: b
 
     if not 0 <= lowest < highest:
         raise click.UsageError(f"--lowest {lowest:g} and --highest {highest:g}: must be 0 <= lowest < highest")
-    advice = from_chatter_frequency(chatter, teeth, highest, lowest)
+    advice = from_chatter_frequency(chatter, teeth, highest, speed_min=lowest)
     if as_json:
         click.echo(json.dumps([{"speed_rpm": cut.speed, "reason": cut.reason} for cut in advice]))
         return

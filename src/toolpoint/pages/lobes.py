@@ -50,7 +50,7 @@ def _with_surface_error(report: Report, problem: MillingProblem, chart: Stabilit
     if problem.feed_per_tooth > 0 and problem.tool.is_regular and problem.tool.corner_radius == 0 and side is not None:
         depth = 0.5 * float(np.min(chart.limit))
         if np.isfinite(depth) and depth > 0:
-            error = location_error(problem, chart.speeds, depth, side)
+            error = location_error(problem, chart.speeds, depth, side=side)
             where = "leave" if side == "exit" else "enter"
             words = f"At a depth of {1e3 * depth:.4g} mm, of the wall where the teeth {where} the cut."
             report = report.with_section("Surface location error", words, Chart(surface_location(chart.speeds, error)))

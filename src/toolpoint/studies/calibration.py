@@ -119,13 +119,13 @@ def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
             records: Sequence[tuple[float, Record, str]]) -> CalibrationStudy:
     feeds, angle, forces = fold(records, test.speed)
     forces = -forces if test.force_on == "work" else forces
-    average = average_force(problem, feeds, forces.mean(1), test.depth) if np.unique(feeds).size > 1 else None
+    average = average_force(problem, feeds, forces.mean(1), depth=test.depth) if np.unique(feeds).size > 1 else None
     _check_sign(average)
     begin = angle if test.angle is None else angle + np.radians(test.angle)
-    fit = instantaneous(problem, feeds, begin, forces, test.depth, test.runout,
-                        "each" if test.angle is None else False, SLICES)
+    fit = instantaneous(problem, feeds, begin, forces=forces, depth=test.depth, runout=test.runout,
+                        phase="each" if test.angle is None else False, slices=SLICES)
     _check_sign(fit)
-    fitted = forces_of_fit(problem, fit, feeds, begin, test.depth, forces.shape[2], SLICES)
+    fitted = forces_of_fit(problem, fit, feeds, angle=begin, depth=test.depth, directions=forces.shape[2], slices=SLICES)
     k, values_of = fit.coefficients, dict(zip(fit.names, fit.values.tolist(), strict=True))
     values: dict[str, Any] = {FIELDS[name]: getattr(k, name) for name in FIELDS if name in values_of}
     if "runout" in values_of:

@@ -155,7 +155,7 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedPr
             for w in np.linspace(top / 5, top, 5)]
     runs = []
     for i, (speed, depth) in enumerate(grid):
-        runs.append(simulate(fed, speed, depth, 60))
+        runs.append(simulate(fed, speed, depth, revolutions=60))
         progress("simulated cuts", i + 1, len(grid))
     return runs
 

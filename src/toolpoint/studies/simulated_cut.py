@@ -81,7 +81,7 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     count = revolutions or min(max(LEAST, needed), MOST)
     _check_steps(problem, speed, count)
     step(f"simulation of {count} revolutions")
-    run = simulate(problem, speed, depth, count)
+    run = simulate(problem, speed, depth, revolutions=count)
     decided = count >= needed or run.status != "complete"
     if not decided:
         notes.append(f"{count} revolutions are too few to tell chatter from the start-up, which takes {needed}; "

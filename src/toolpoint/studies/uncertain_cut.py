@@ -53,8 +53,9 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
     top = max([min(top, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
     some = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MOST_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
-    sampled = probability(problem, parameters, chart.speeds[some], np.linspace(top / DEPTHS, top, DEPTHS),
-                          np.random.default_rng(uncertainty.seed), uncertainty.samples, method, progress)
+    sampled = probability(problem, parameters, chart.speeds[some], depths=np.linspace(top / DEPTHS, top, DEPTHS),
+                          rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
+                          progress=progress)
     return sampled, notes + _contradictions(sampled, uncertainty.cuts)
 
 
@@ -82,7 +83,8 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
         value, origin = (float(np.median(seen[:, column])), source) if given is None else (given, "given")
         notes.append(f"Standard deviation of the {name}: {100 * value:.3g} % ({origin}).")
     notes.append(f"Standard deviation of the modal stiffnesses: {100 * uncertainty.stiffness:g} %.")
-    return parameters + modal_parameters(problem, uncertainty.frequency, uncertainty.damping, uncertainty.stiffness), notes
+    return parameters + modal_parameters(problem, uncertainty.frequency, uncertainty.damping,
+                                         stiffness=uncertainty.stiffness), notes
 
 
 def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -> None:

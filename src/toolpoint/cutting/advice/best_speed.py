@@ -62,7 +62,7 @@ def _unseen(speeds: FloatArray, speed: float, margin: float) -> str:
     return "; the chart is coarse here: chart more speeds" if gaps.max(initial=0.0) > margin * speed else ""
 
 
-def from_chatter_frequency(frequency: float, teeth: int, speed_max: float, speed_min: float = 0.0) -> tuple[Advice, ...]:
+def from_chatter_frequency(frequency: float, teeth: int, speed_max: float, *, speed_min: float = 0.0) -> tuple[Advice, ...]:
     r"""Return the speeds whose tooth-passing frequency is a whole fraction of the chatter frequency, fastest first.
 
     :math:`n_k = 60 f_c/(N k)`, k = 1, 2, ...: there successive waves are in phase. The lobe lies at or slightly below.

@@ -106,7 +106,7 @@ class ProbabilityChart:
 
 
 def modal_parameters(problem: MillingProblem, frequency: float | None = None, damping: float | None = None,
-                     stiffness: float = 0.05) -> list[Uncertain]:
+                     *, stiffness: float = 0.05) -> list[Uncertain]:
     """Uncertain frequency, damping and stiffness of every mode (relative standard deviations).
 
     Where frequency or damping is left out it is that of the identification (`Modes.covariance`), for modes without one
@@ -158,7 +158,7 @@ def coefficient_parameters(deviation: float = 0.1) -> list[Uncertain]:
     return [Uncertain(name, deviation, change(name)) for name in ("kt", "kn")]
 
 
-def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, depths: FloatArray,
+def probability(problem: MillingProblem, parameters: Sequence[Uncertain], speeds: FloatArray, *, depths: FloatArray,
                 rng: np.random.Generator, samples: int = 200, method: StabilityMethod | None = None,
                 progress: Callable[[int, int], None] | None = None) -> ProbabilityChart:
     """Return P(stable) over speed and depth from independent normal factors of the parameters (kept above 0.05).

@@ -84,7 +84,7 @@ def breaks(engagement: Engagement, teeth: int) -> FloatArray:
     return np.array([0.0, rest, pitch])
 
 
-def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, teeth: int, density: float,
+def straight_nodes(coefficients: CuttingCoefficients, engagement: Engagement, teeth: int, *, density: float,
                    least: int, second_direction: bool, size: int = 2) -> ArcNodes:
     """Nodes for straight teeth of equal pitch: `density` nodes per rad and at least `least` on each part of the pitch; `size`
     directions of force (3: with the axial one, along which a cylinder has no chip)."""

@@ -100,7 +100,7 @@ def edge_matrix(coefficients: CuttingCoefficients, angle: FloatArray, kappa: Flo
     return k[..., :, None] * n[..., None, :]
 
 
-def mean_matrix(coefficients: CuttingCoefficients, entry: float, exit: float, teeth: int, size: int = 2) -> FloatArray:
+def mean_matrix(coefficients: CuttingCoefficients, entry: float, exit: float, *, teeth: int, size: int = 2) -> FloatArray:
     r"""Return the mean directional matrix :math:`N/2\pi \int k n^T d\phi`, Pa, in closed form, shape (2, 2).
 
     With `size` 3 a row for the axial force (K_a) and a column of zeros for the axial vibration are added (a cylinder).

@@ -123,7 +123,7 @@ class PlaneDynamics:
         return f"PlaneDynamics({kind}, {low:.4g}..{high:.4g} Hz)"
 
 
-def from_modes(modes: Modes, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
+def from_modes(modes: Modes, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
     """Return the plane dynamics of modes (one pose); `y` may be ``"same"`` or None where only x is known; with `z` the
     response has three directions."""
     if modes.frequency.ndim > 1:
@@ -252,7 +252,7 @@ def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tu
     return x, y, ()
 
 
-def from_frf(frf: Frf, x: Label, y: Label, z: Label = None) -> PlaneDynamics:
+def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
     """Return the plane dynamics of a measured FRF (one pose), as receptance; `y` as in `from_modes`."""
     if frf.values.ndim > 3:
         fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use at_pose(i) or stability.chart_poses")

@@ -123,7 +123,7 @@ class MillingProblem:
                 fail(f"MillingProblem.{name}", f"{getattr(self, name):g}", "must not be negative")
         speed_dependent = callable(self.dynamics) and not isinstance(self.dynamics, PlaneDynamics)
         start = self.dynamics(1000.0) if speed_dependent else self.dynamics  # type: ignore[operator]
-        put(self, "plane", plane_dynamics(start, self.x, self.y, self.z).rotated(self.feed_angle))
+        put(self, "plane", plane_dynamics(start, self.x, self.y, z=self.z).rotated(self.feed_angle))
 
     @property
     def depends_on_speed(self) -> bool:
@@ -143,7 +143,8 @@ class MillingProblem:
     @property
     def mean_matrix(self) -> FloatArray:
         """Mean directional matrix of a cylindrical cut, Pa, shape (2, 2), with z (3, 3)."""
-        return mean_matrix(self.coefficients, self.engagement.entry, self.engagement.exit, self.tool.teeth, self.plane.size)
+        return mean_matrix(self.coefficients, self.engagement.entry, self.engagement.exit, teeth=self.tool.teeth,
+                           size=self.plane.size)
 
     @property
     def notes(self) -> tuple[str, ...]:
@@ -163,7 +164,7 @@ class MillingProblem:
         return f"MillingProblem({self.tool!r}, {self.engagement!r}, {self.coefficients!r}, {self.plane!r}{turn})"
 
 
-def plane_dynamics(dynamics: object, x: Label = None, y: Label = None, z: Label = None) -> PlaneDynamics:
+def plane_dynamics(dynamics: object, x: Label = None, y: Label = None, *, z: Label = None) -> PlaneDynamics:
     """Return Modes, an Frf or a pair of them for x and y as PlaneDynamics."""
     if isinstance(dynamics, PlaneDynamics):
         return dynamics
@@ -174,9 +175,9 @@ def plane_dynamics(dynamics: object, x: Label = None, y: Label = None, z: Label 
             fail("dynamics", f"{len(dynamics)} parts", "must be two, for x and y")
         return from_pair(plane_dynamics(dynamics[0], x), plane_dynamics(dynamics[1], y))
     if isinstance(dynamics, Modes):
-        return from_modes(dynamics, x, y, z)
+        return from_modes(dynamics, x, y, z=z)
     if isinstance(dynamics, Frf):
-        return from_frf(dynamics, x, y, z)
+        return from_frf(dynamics, x, y, z=z)
     fail("dynamics", type(dynamics).__name__, "must be Modes, an Frf or a pair of them")
 
 

@@ -70,7 +70,7 @@ class Calibration:
         return f"Calibration({parts}; residual {self.residual:.3g} N, {self.status})"
 
 
-def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: FloatArray, depth: float) -> Calibration:
+def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: FloatArray, *, depth: float) -> Calibration:
     r"""Return coefficients from mean forces at several feeds per tooth (linear regression).
 
     Parameters
@@ -132,7 +132,7 @@ def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directio
     return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
 
 
-def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray, forces: FloatArray, depth: float,
+def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray, *, forces: FloatArray, depth: float,
                   runout: bool = True, phase: bool | str = False, slices: int = 20) -> Calibration:
     r"""Return coefficients and run-out from forces over rotation (nonlinear least squares).
 
@@ -182,8 +182,8 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
     begin: FloatArray = np.zeros(f.size)
     if phase == "each":
         plain = matrix(0j, begin).reshape(*data.shape, linear)
-        begin = record_phases(plain, data, problem.tool, int(np.argmax(f)))
-    start = average_force(problem, f, data.mean(1), depth).values if np.unique(f).size > 1 else \
+        begin = record_phases(plain, data, problem.tool, reference=int(np.argmax(f)))
+    start = average_force(problem, f, data.mean(1), depth=depth).values if np.unique(f).size > 1 else \
         np.linalg.lstsq(matrix(0j, begin), data.ravel(), rcond=None)[0]
     scale = np.maximum(np.abs(start), 1e-3 * np.abs(start).max())
 
@@ -234,7 +234,7 @@ class _Courses:
         return found.reshape(-1, found.shape[-1])
 
 
-def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, angle: FloatArray, depth: float,
+def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, *, angle: FloatArray, depth: float,
                   directions: int = 3, slices: int = 20) -> FloatArray:
     """Return the forces (n, n_angle, directions) of the fitted model at the same feeds and angles, N; see `instantaneous`."""
     found, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))
@@ -263,7 +263,7 @@ def _first_runout(matrix: Callable[[complex], FloatArray], data: FloatArray, run
 
 def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, directions: int, slices: int) -> FloatArray:
     """Forces per unit of each coefficient at given run-out, shape (n_angle * n_directions, n_names)."""
-    phi, h, kappa, _, share = edge_field(problem, depth, turn, slices)
+    phi, h, kappa, _, share = edge_field(problem, depth, turn, slices=slices)
     s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kappa)[:, None], np.cos(kappa)[:, None]
     chip, edge = np.maximum(h, 0.0) * share, (h > 0) * share
     zero = np.zeros(turn.size)

@@ -111,7 +111,7 @@ class TotalEnergy:
         return tangential[..., None] * np.array([1.0, self.normal_ratio, self.axial_ratio])
 
 
-def oblique_coefficients(shear_stress: float, shear_angle: float, friction_angle: float, rake: float,
+def oblique_coefficients(shear_stress: float, shear_angle: float, friction_angle: float, *, rake: float,
                          inclination: float = 0.0, chip_flow: float | None = None) -> CuttingCoefficients:
     r"""Return oblique cutting coefficients from orthogonal data.
 
@@ -149,7 +149,7 @@ def oblique_coefficients(shear_stress: float, shear_angle: float, friction_angle
     return CuttingCoefficients(float(kt), float(kn), float(max(ka, 0.0)), source="orthogonal to oblique")
 
 
-def exact_chip(angle: FloatArray, radius: float, feed: float, teeth: int) -> FloatArray:
+def exact_chip(angle: FloatArray, radius: float, feed: float, *, teeth: int) -> FloatArray:
     r"""Return the chip thickness of true (trochoidal) tooth paths, m, along the tooth's radius; beside f sin(phi).
 
     The tooth at angle phi (time zero, centre at the origin) lies R n(phi) away; the previous tooth was on the same ray
@@ -206,7 +206,7 @@ class RigidForces:
         return self.torque * 2 * np.pi * speed / 60
 
 
-def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, law: ForceLaw | None = None,
+def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, *, law: ForceLaw | None = None,
                  slices: int = 40, trochoidal: bool = False) -> RigidForces:
     r"""Return forces and torque of the rigid cutter, with helix, run-out, unequal pitch and rounded edges.
 
@@ -233,7 +233,8 @@ def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, law: 
     """
     law = law or LinearEdge(problem.coefficients)
     turn = floats("angle", np.atleast_1d(angle))
-    phi, h, kappa, radius, share = edge_field(problem, positive("depth", depth, 1.0), turn, slices, trochoidal)
+    phi, h, kappa, radius, share = edge_field(problem, positive("depth", depth, 1.0), turn, slices=slices,
+                                              trochoidal=trochoidal)
     per = law.per_length(h) * share
     t, n, a = per[..., 0], per[..., 1], per[..., 2]
     s, c = np.sin(phi), np.cos(phi)
@@ -243,7 +244,7 @@ def rigid_forces(problem: MillingProblem, depth: float, angle: FloatArray, law: 
     return RigidForces(turn, force, (t * radius[:, None]).sum((1, 2)))
 
 
-def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, slices: int, trochoidal: bool = False
+def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, *, slices: int, trochoidal: bool = False
                ) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, float]:
     """Return (phi, chip thickness, kappa, local radius, edge length of a slice); phi and chip have shape (n, slices, teeth),
     chip 0 out of cut, kappa and radius (slices,). Slices of equal length along the edge's meridian, taken at their middle."""
@@ -257,10 +258,10 @@ def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, slices:
     return phi, np.where((phi > entry) & (phi < leave), chip, 0.0), kappa, radius, share
 
 
-def chip_field(problem: MillingProblem, depth: float, angle: FloatArray, slices: int,
+def chip_field(problem: MillingProblem, depth: float, angle: FloatArray, *, slices: int,
                trochoidal: bool = False) -> tuple[FloatArray, FloatArray, float]:
     """Return (phi, chip thickness, edge length of a slice) of `edge_field`."""
-    phi, chip, _, _, share = edge_field(problem, depth, angle, slices, trochoidal)
+    phi, chip, _, _, share = edge_field(problem, depth, angle, slices=slices, trochoidal=trochoidal)
     return phi, chip, share
 
 
@@ -284,5 +285,5 @@ def _trochoid(phi: FloatArray, radius: float, feed: FloatArray, since: FloatArra
     for m in range(phi.shape[1]):
         for j in range(phi.shape[2]):
             teeth = 2 * np.pi / since[m, j]
-            out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth)
+            out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth=teeth)
     return out

@@ -8,7 +8,7 @@ from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.tool import Tool
 
 
-def record_phases(model: FloatArray, data: FloatArray, tool: Tool, reference: int) -> FloatArray:
+def record_phases(model: FloatArray, data: FloatArray, tool: Tool, *, reference: int) -> FloatArray:
     """Return the rotation of tooth 0 at the first sample of every record, rad, to the nearest sample.
 
     The reference record is laid over the model at every sample of one tooth period (of a revolution for unequal pitch), the

@@ -192,7 +192,7 @@ class ExactSteps:
         return int(max(400, np.ceil(40 * highest * float(problem.tooth_period(speed)))))
 
 
-def simulate(problem: MillingProblem, speed: float, depth: float, revolutions: int = 50,
+def simulate(problem: MillingProblem, speed: float, depth: float, *, revolutions: int = 50,
              method: ExactSteps | None = None, start: FloatArray | None = None) -> Simulation:
     """Simulate a cut from rest (or from a first displacement `start` of the modes, m of each pole).
 
@@ -271,7 +271,7 @@ def _march(problem: MillingProblem, system: ModalState, clock: Clock, depth: flo
     state = np.zeros(system.poles.size, complex)
     if start is not None:
         state[:] = start
-    edges = edge_elements(problem, depth, m, method)
+    edges = edge_elements(problem, depth, m, method=method)
     rotation = _rotation(problem, clock, m, trace.torque.size - 1, edges)
     return int(kernel(rotation, modal_steps(system, clock.steps), state, edges, _force_law(problem, clock, m, method), trace))
 
@@ -303,7 +303,7 @@ def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
     return ModalSteps(np.ascontiguousarray(system.left), np.exp(x), first, last, compliance, lengths)
 
 
-def edge_elements(problem: MillingProblem, depth: float, m: int, method: ExactSteps) -> EdgeElements:
+def edge_elements(problem: MillingProblem, depth: float, m: int, *, method: ExactSteps) -> EdgeElements:
     """Return the edge elements of a cut at `m` steps in a tooth period."""
     tool = problem.tool
     slices = method.slices if tool.has_helix or tool.tilt or tool.corner_radius else 1
@@ -327,7 +327,7 @@ def edge_elements(problem: MillingProblem, depth: float, m: int, method: ExactSt
                         delay.reshape(every, memory), extra.reshape(every, memory))
 
 
-def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, revolutions: int = 40,
+def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatArray, *, revolutions: int = 40,
                      method: ExactSteps | None = None) -> FloatArray:
     """Return the peak-to-peak displacement of the last ten revolutions, m, shape (n_speeds, n_depths, 2 or 3)."""
     n, w = check_speeds(speeds), floats("depths", np.atleast_1d(depths))
@@ -336,5 +336,5 @@ def peak_to_peak_map(problem: MillingProblem, speeds: FloatArray, depths: FloatA
         warnings.simplefilter("ignore", ToolpointWarning)
         for i, speed in enumerate(n):
             for j, depth in enumerate(w):
-                out[i, j] = simulate(problem, float(speed), float(depth), revolutions, method).peak_to_peak()
+                out[i, j] = simulate(problem, float(speed), float(depth), revolutions=revolutions, method=method).peak_to_peak()
     return out

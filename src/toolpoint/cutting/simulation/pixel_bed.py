@@ -30,7 +30,7 @@ class PixelBed:
     material: Array
 
     @classmethod
-    def block(cls, low: tuple[float, float], high: tuple[float, float], pixel: float, layers: int = 1) -> PixelBed:
+    def block(cls, low: tuple[float, float], high: tuple[float, float], pixel: float, *, layers: int = 1) -> PixelBed:
         """Return a full rectangular block from `low` to `high`, m; a helical edge needs some layers."""
         step = positive("pixel", pixel)
         size = [int(np.ceil((b - a) / step)) for a, b in zip(low, high)]
@@ -44,7 +44,7 @@ class PixelBed:
         """Area of the material left, mean of all layers, m^2."""
         return float(self.material.sum()) * self.pixel**2 / self.material.shape[0]
 
-    def swept(self, layer: int, centre: FloatArray, angle: float, turn: float, radius: float) -> float:
+    def swept(self, layer: int, centre: FloatArray, angle: float, *, turn: float, radius: float) -> float:
         """Remove from a layer what an edge sweeps from `angle` - `turn` to `angle`; return the area removed, m^2.
 
         `centre` is the cutter's centre; angles are clockwise from y. The sector reaches from the centre to `radius`.
@@ -90,7 +90,7 @@ class PixelCut:
     removed: FloatArray
 
 
-def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], speed: float, depth: float,
+def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], *, speed: float, depth: float,
         revolutions: float, steps: int = 360, law: ForceLaw | None = None) -> PixelCut:
     r"""Feed a rigid cylindrical cutter along +x through the bed and return its forces.
 
@@ -132,7 +132,7 @@ def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], spee
         centre = position + np.array([feed * (k + 1) / steps, 0.0])
         for layer, j in np.ndindex(lag.shape):
             angle = float((k + 1) * turn - lag[layer, j])
-            area = bed.swept(layer, centre, angle, turn, float(radius[layer, j]))
+            area = bed.swept(layer, centre, angle, turn=turn, radius=float(radius[layer, j]))
             if area == 0:
                 continue
             h = area / (float(radius[layer, j]) * turn)

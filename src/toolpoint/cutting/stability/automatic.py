@@ -101,5 +101,5 @@ def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, Stab
 def estimate_seconds(problem: MillingProblem, speed: float) -> float:
     """Estimated time of FloquetDeterminant at this speed, s."""
     plane = problem.plane_at(speed)
-    q = rows_of(problem, plane, speed, FloquetDeterminant().nodes)
+    q = rows_of(problem, plane, speed, least=FloquetDeterminant().nodes)
     return SECONDS * (17 + 3 * plane.poles.size) * q**2 * (q + 30.0)

@@ -144,7 +144,7 @@ class StabilityChart:
 
 
 def assemble_chart(
-    speeds: FloatArray, depth_max: float, columns: Iterable[Array], unstable_at_zero: Array | None = None,
+    speeds: FloatArray, depth_max: float, columns: Iterable[Array], *, unstable_at_zero: Array | None = None,
     method: str = "", notes: tuple[str, ...] = (), status: str = "complete",
 ) -> StabilityChart:
     """Return a chart from columns (index, depth, theta, frequency, change, error) in any order of points."""

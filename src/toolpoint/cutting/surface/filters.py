@@ -12,7 +12,7 @@ from toolpoint._check import FloatArray, count, fail, floats, one_of, positive
 ALPHA = float(np.sqrt(np.log(2) / np.pi))  # the filter passes half the amplitude at its cutoff
 
 
-def gaussian(profile: FloatArray, spacing: float, cutoff: float, axis: int = -1, ends: str = "kept") -> FloatArray:
+def gaussian(profile: FloatArray, spacing: float, cutoff: float, *, axis: int = -1, ends: str = "kept") -> FloatArray:
     r"""Return the low-pass (waviness side) of a profile or areal surface along one axis.
 
     :math:`s(x) = \exp(-\pi (x/\alpha\lambda_c)^2)/(\alpha\lambda_c)`, :math:`\alpha = \sqrt{\ln 2/\pi}`; the weights
@@ -160,7 +160,7 @@ class Separation:
     limits: tuple[float, float]
 
 
-def separate(profile: FloatArray, spacing: float, roughness_below: float, form_above: float,
+def separate(profile: FloatArray, spacing: float, roughness_below: float, *, form_above: float,
               wavelet: str = "9/7") -> Separation:
     """Return roughness, waviness and form by the lifting wavelet scheme.
 

@@ -48,7 +48,7 @@ def wall_side(engagement: Engagement) -> str | None:
     return "entry" if engagement.entry < NEAR else None
 
 
-def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, side: str = "exit",
+def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *, side: str = "exit",
                    harmonics: int = 0) -> FloatArray:
     r"""Return the surface location error at each speed, m: positive where the tool leaves material (undercut).
 

@@ -43,7 +43,7 @@ class Wall:
         return f"Wall({self.x.size} x {self.z.size} points, {1e3 * np.ptp(self.x):.3g} mm along the feed)"
 
 
-def static_wall(problem: MillingProblem, length: float, points: int = 1000, heights: FloatArray | None = None,
+def static_wall(problem: MillingProblem, length: float, points: int = 1000, *, heights: FloatArray | None = None,
                 side: str = "exit") -> Wall:
     r"""Return the wall that a rigid tool leaves: the envelope of the edges' trochoids, with helix and run-out.
 
@@ -65,7 +65,7 @@ def static_wall(problem: MillingProblem, length: float, points: int = 1000, heig
     return _wall(problem, length, points, heights, side, None)
 
 
-def dynamic_wall(run: Simulation, length: float, points: int = 1000, heights: FloatArray | None = None,
+def dynamic_wall(run: Simulation, length: float, points: int = 1000, *, heights: FloatArray | None = None,
                  side: str = "exit") -> Wall:
     """Return the wall that a simulated cut leaves: edge paths with the vibration of its last revolutions."""
     return _wall(run.problem, length, points, heights, side, run)

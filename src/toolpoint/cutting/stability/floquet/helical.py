@@ -17,7 +17,7 @@ Frozen = Callable[[float, float, float], FloatArray]
 Cell = tuple[float, float, int, int]  # depths and counts at its ends
 
 
-def helical_nodes(problem: MillingProblem, depth: float, density: float, least: int, second_direction: bool) -> ArcNodes:
+def helical_nodes(problem: MillingProblem, depth: float, density: float, *, least: int, second_direction: bool) -> ArcNodes:
     r"""Nodes for the mean matrix over the height, :math:`\bar A(\xi) = 1/\Lambda \int_0^\Lambda k n^T d\lambda` in closed
     form, :math:`\Lambda = 2 \tan\beta\, d/D` the lag of the edge; every entry and exit of tip and top is a break."""
     tool, arc = problem.tool, problem.engagement
@@ -45,7 +45,7 @@ def _mean(material: CuttingCoefficients, entry: float, arc: float, lag: float, u
     for i, j in np.ndindex(u.shape):
         if high[i, j] > low[i, j]:
             a, b = entry + float(low[i, j]), entry + float(high[i, j])
-            total[i] += mean_matrix(material, a, b, 1, size) * (2 * np.pi / lag)
+            total[i] += mean_matrix(material, a, b, teeth=1, size=size) * (2 * np.pi / lag)
     return total
 
 
@@ -64,7 +64,7 @@ def _assembled(rows: list[tuple[int, FloatArray, FloatArray, FloatArray, FloatAr
     return ArcNodes(angle, weight, partial, np.ascontiguousarray(chip), np.ascontiguousarray(force))
 
 
-def boundaries(frozen: Frozen, speed: float, counts: FloatArray, levels: FloatArray) -> list[Array]:
+def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: FloatArray) -> list[Array]:
     """Boundary points of one speed from the counts at the levels (first at depth zero, 0): rows (depth, theta, change,
     error), each the depth at which a boundary of the frozen shape is the shape's own depth."""
     rows: list[Array] = []

@@ -104,7 +104,7 @@ class FloquetDeterminant:
         for i, speed in enumerate(speeds):
             frozen = Frozen(self, problem, float(speed))
             counts = np.array([0, *(count_at(frozen, float(speed), float(d)) for d in levels[1:])])
-            rows += [(i, *row) for row in boundaries(frozen, float(speed), counts, levels)]
+            rows += [(i, *row) for row in boundaries(frozen, float(speed), counts, levels=levels)]
             state = max(state, frozen.state)
         table = np.array(rows, float).reshape(-1, 5)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
@@ -138,13 +138,14 @@ class FloquetDeterminant:
         n, second = speeds[group], _second(plane)
 
         def arc_set(density: float, least: int) -> ArcSet:
-            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density, least, second,
-                                   plane.size)
+            nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=density, least=least,
+                                   second_direction=second,
+                                   size=plane.size)
             _affordable(nodes, float(n.min()))
             return green_set(nodes, plane)
 
         sets = arc_set(density, least), arc_set(1.15 * density, least + 3)
-        points, number, status = self.scan(problem, plane, n, sets, depth_max, warm)
+        points, number, status = self.scan(problem, plane, n, sets=sets, depth_max=depth_max, warm=warm)
         tight, easy = (np.array([_tight(points[i, :number[i]], share * self.tolerance) for i in range(n.size)])
                        for share in (1.0, EASY))
         done = np.ones(n.size, bool) if final else tight
@@ -153,7 +154,7 @@ class FloquetDeterminant:
         part = (group[at[0]], p["s"] * depth_max, p["theta"], p["change"].astype(int), p["error"] * depth_max)
         return done, part, int(status[done].max(initial=0)), easy
 
-    def scan(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, sets: tuple[ArcSet, ArcSet],
+    def scan(self, problem: MillingProblem, plane: PlaneDynamics, n: FloatArray, *, sets: tuple[ArcSet, ArcSet],
              depth_max: float, warm: WarmStart | None = None) -> tuple[Array, Array, Array]:
         """Return boundary points (n_speeds, MAX_POINTS) of `POINT`, their number and the status of every speed."""
         from toolpoint.cutting.stability.floquet.kernels import MAX_POINTS
@@ -185,9 +186,11 @@ class Frozen:
     def __call__(self, depth: float, speed: float, top: float) -> FloatArray:
         method, least = self.method, self.method.nodes
         for attempt in range(4):
-            coarse, fine = (green_set(helical_nodes(self.problem, depth, d, n, _second(self.plane)), self.plane)
+            coarse, fine = (green_set(helical_nodes(self.problem, depth, d, least=n, second_direction=_second(self.plane)),
+                                      self.plane)
                             for d, n in ((self.density, least), (1.15 * self.density, least + 3)))
-            points, number, status = method.scan(self.problem, self.plane, np.array([speed]), (coarse, fine), top)
+            points, number, status = method.scan(self.problem, self.plane, np.array([speed]), sets=(coarse, fine),
+                                                 depth_max=top)
             rows = points[0, :number[0]]
             if _tight(rows, method.tolerance) or attempt == 3:
                 break
@@ -214,7 +217,7 @@ def _affordable(nodes: ArcNodes, speed: float) -> None:
              "least speed, or use ZeroOrder()")
 
 
-def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int) -> int:
+def rows_of(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, least: int) -> int:
     """Rows of the first matrix that modes need at this speed."""
     density = 1.05 * _highest(plane) / (2 * np.pi * speed / 60)
     ends = breaks(problem.engagement, problem.tool.teeth)
@@ -259,7 +262,7 @@ def _alike(problem: MillingProblem, speeds: FloatArray) -> list[Array]:
     return [np.flatnonzero(level == k) for k in np.unique(level)]
 
 
-def chatter_frequency(problem: MillingProblem, speeds: FloatArray, theta: FloatArray, chunk: int = 2000) -> FloatArray:
+def chatter_frequency(problem: MillingProblem, speeds: FloatArray, theta: FloatArray, *, chunk: int = 2000) -> FloatArray:
     """Return of all |theta/2 pi + k|/T the frequency with the largest response, Hz."""
     out = np.empty(theta.size)
     for start in range(0, theta.size, chunk):

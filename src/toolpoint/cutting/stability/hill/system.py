@@ -91,7 +91,7 @@ class HillSystem:
         """Frequencies of the harmonics, Hz."""
         return (theta / (2 * np.pi) + harmonics) / self.period
 
-    def block(self, theta: float, cut: HillCut, rows: Array, columns: Array, response: ComplexArray) -> ComplexArray:
+    def block(self, theta: float, cut: HillCut, rows: Array, *, columns: Array, response: ComplexArray) -> ComplexArray:
         """Response times force of the harmonics `columns` at the harmonics `rows`, without the unit matrix."""
         hz = self.hertz(theta, columns)
         turned = np.exp(-1j * (2 * np.pi * hz / self.omega)[:, None] * cut.delay)
@@ -105,14 +105,15 @@ class HillSystem:
     def matrix(self, theta: float, cut: HillCut) -> ComplexArray:
         """The Hill matrix, without the unit matrix."""
         g = self.response.at(self.hertz(theta, self.harmonics))[:, self.seen]
-        return self.block(theta, cut, self.harmonics, self.harmonics, g)
+        return self.block(theta, cut, self.harmonics, columns=self.harmonics, response=g)
 
     def eigenvalues(self, theta: float) -> ComplexArray:
         """Eigenvalues of a plain cut's matrix per metre of depth that are not zero, from the range of its forces."""
         assert self.unit is not None and self.basis is not None
         if self.basis.shape[1] >= self.size:
             return np.linalg.eigvals(self.matrix(theta, self.unit))
-        force = self.block(theta, self.unit, self.harmonics, self.harmonics, self._unit_response(self.harmonics.size))
+        force = self.block(theta, self.unit, self.harmonics, columns=self.harmonics,
+                           response=self._unit_response(self.harmonics.size))
         g = self.response.at(self.hertz(theta, self.harmonics))[:, self.seen]
         vibration = np.matmul(g, self.basis.reshape(self.harmonics.size, -1, self.basis.shape[1]))
         return np.linalg.eigvals((self.basis.conj().T @ force) @ vibration.reshape(self.size, -1))
@@ -122,7 +123,7 @@ class HillSystem:
         return np.broadcast_to(np.eye(d, dtype=complex), (number, d, d))
 
     def root(self, theta: float, depth: float, real: bool = False,
-             within: tuple[float, float] = (-np.inf, np.inf)) -> Root | None:
+             *, within: tuple[float, float] = (-np.inf, np.inf)) -> Root | None:
         """The root near (theta, depth) by Newton's method on the vanishing eigenvalue; with `real` theta stays.
 
         None where the steps do not settle or leave these depths by more than half their distance.
@@ -211,9 +212,10 @@ class HillSystem:
     def _extended(self, root: Root, wide: Array) -> tuple[ComplexArray, ComplexArray]:
         """Left null vector (harmonics, seen) and force (harmonics, d) of a root, at harmonics beyond the matrix too."""
         cut = hill_cut(self.problem, root.depth, self.top + int(wide[-1]))
-        push = self.block(root.theta, cut, wide, self.harmonics, self._unit_response(wide.size)) @ root.right
+        push = self.block(root.theta, cut, wide, columns=self.harmonics, response=self._unit_response(wide.size)) @ root.right
         g = self.response.at(self.hertz(root.theta, self.harmonics))[:, self.seen]
-        left = -(root.left.conj() @ self.block(root.theta, cut, self.harmonics, wide, g)).reshape(wide.size, -1)
+        left = -(root.left.conj() @ self.block(root.theta, cut, self.harmonics, columns=wide, response=g)).reshape(wide.size,
+                                                                                                                   -1)
         left[np.abs(wide) <= self.top] = root.left.conj().reshape(-1, self.seen.size)
         return left, push.reshape(wide.size, -1)
 

@@ -198,7 +198,7 @@ def _averaged(problem: MillingProblem, ends: FloatArray) -> FloatArray:
         for i, (a, b) in enumerate(zip(ends[:-1] + j * pitch, ends[1:] + j * pitch)):
             low, high = max(a, arc.entry), min(b, arc.exit)
             if high > low:
-                total[i] += mean_matrix(problem.coefficients, low, high, 1) * 2 * np.pi / (b - a)
+                total[i] += mean_matrix(problem.coefficients, low, high, teeth=1) * 2 * np.pi / (b - a)
     return total
 
 

@@ -68,8 +68,8 @@ class MultiFrequency:
         rows, engine = [], FloquetDeterminant(base=self.steps)
         for i, speed in enumerate(speeds):
             plane = problem.plane_at(float(speed))
-            lines = hill_set(problem, plane, float(speed), self.harmonics)
-            points, number, _ = engine.scan(problem, plane, np.array([speed]), (lines, lines), depth_max)
+            lines = hill_set(problem, plane, float(speed), harmonics=self.harmonics)
+            points, number, _ = engine.scan(problem, plane, np.array([speed]), sets=(lines, lines), depth_max=depth_max)
             rows += [(i, p["s"] * depth_max, p["theta"], p["change"]) for p in points[0, :number[0]]]
         table = np.array(rows, float).reshape(-1, 4)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
@@ -78,11 +78,12 @@ class MultiFrequency:
                                              1e-9 * table[:, 1]), method=str(self), notes=(*problem.notes, note))
 
 
-def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, harmonics: int) -> ArcSet:
+def hill_set(problem: MillingProblem, plane: PlaneDynamics, speed: float, *, harmonics: int) -> ArcSet:
     """Return what the kernels need of the truncated Hill matrix, in the form of `floquet.green_set`."""
     period, pitch = float(problem.tooth_period(speed)), 2 * np.pi / problem.tool.teeth
     top = int(np.ceil(plane.span[1] * period)) + harmonics
-    nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, 4.0 * top, 20, True, plane.size)
+    nodes = straight_nodes(problem.coefficients, problem.engagement, problem.tool.teeth, density=4.0 * top, least=20,
+                           second_direction=True, size=plane.size)
     moves = np.any(plane.residues[:, 1:]) or np.any(plane.static[1:])
     ways = plane.size if moves else 1
     order = np.arange(-2 * top, 2 * top + 1)

@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, nonnegative, positive, scalar
 
 
-def least_width(modal_stiffness: float, damping_ratio: float, cutting_stiffness: float, process_damping: float = 0.0,
+def least_width(modal_stiffness: float, damping_ratio: float, cutting_stiffness: float, *, process_damping: float = 0.0,
                 cutting_speed: float = np.inf, modal_mass: float | None = None) -> float:
     r"""Return the width below which the cut is stable at every spindle speed, m.
 

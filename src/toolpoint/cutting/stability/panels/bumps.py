@@ -43,7 +43,7 @@ class Level:
         return cls(depth, growth, float(np.log(mean)), float(np.sign(top.real)) * (abs(top) + second) / (2 * mean))
 
 
-def bump(before: Level | None, a: Level, b: Level, beyond: Level | None) -> float | None:
+def bump(before: Level | None, a: Level, b: Level, *, beyond: Level | None) -> float | None:
     """Depth between levels a and b of one sign where their pairs, continued, come near the circle; None if nowhere."""
     if (a.growth > 0) != (b.growth > 0) or not np.isfinite(a.mean + b.mean):
         return None

@@ -77,7 +77,7 @@ class PeriodMap:
     def multipliers(self, depth: float, waves: float, accuracy: float) -> ComplexArray:
         """Return the largest multipliers, largest first; the first's residual is below `accuracy`, or below a twentieth of its
         distance from the unit circle when `accuracy` is not met and the distance is all that matters (accuracy negative)."""
-        panels = self.store.panels(self.problem, depth, waves, self.least, self.points)
+        panels = self.store.panels(self.problem, depth, waves, least=self.least, points=self.points)
         if panels.empty:
             values = np.exp(self.system.poles * mean_period(self.problem, self.speed))
             return values[np.argsort(-np.abs(values))]
@@ -180,12 +180,12 @@ class PanelSearch:
         return Level.of(depth, self.map(0).multipliers(depth, self.waves, -1e-6))
 
     def _bumps(self, levels: list[Level]) -> list[Level]:
-        """Add depths where multipliers may meet on the real axis between two levels, and again about those (`panel_bumps`)."""
+        """Add depths where multipliers may meet on the real axis between two levels, and again about those (`bumps`)."""
         fresh = set(levels)
         for _ in range(ROUNDS):
             before, beyond = [None, *levels[:-2]], [*levels[2:], None]
             windows = zip(before, levels[:-1], levels[1:], beyond)
-            places = [bump(*window) for window in windows if fresh.intersection(window)]
+            places = [bump(*window[:3], beyond=window[3]) for window in windows if fresh.intersection(window)]
             fresh = {self._look(w) for w in places if w is not None}
             if not fresh:
                 break

@@ -34,7 +34,7 @@ class PanelStore:
             self.levels.clear()
             self.size, self.cut = 0, cut
 
-    def panels(self, problem: MillingProblem, depth: float, waves: float, least: int, points: int) -> CutPanels:
+    def panels(self, problem: MillingProblem, depth: float, waves: float, *, least: int, points: int) -> CutPanels:
         """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
         plain = not problem.tool.has_helix and problem.tool.corner_radius == 0
         waves = SPACING ** float(np.ceil(np.log(waves) / np.log(SPACING) - 1e-9))
