@@ -30,7 +30,7 @@ def struck_machine(rng):
         ridden = [point for point, (body, _) in points.places.items() if RIDES_ON[body] == name]
         lines += [f"  {name}:", f"    points: {ridden}", f"    body: {{mass: {mass} kg, centre: {list(centre)}, "
                   f"shape: {{kind: box, size: {list(size)}}}}}"]
-    records = [hammer_records(truth, struck, [f"{point}:+{way}" for way in "xyz"], rng) for point in points.places]
+    records = [hammer_records(truth, struck, [f"{point}:+{way}" for way in "xyz"], rng=rng) for point in points.places]
     return Geometry(points.coordinates, []), "\n".join(lines), records
 
 

@@ -22,7 +22,8 @@ def main() -> float:
     share = np.abs(truth.shape) / np.abs(truth.shape).max(axis=0)
     struck = truth.dofs[int(np.argmax(share.min(axis=1)))]
     imperfect = Imperfections(noise=0.02, double_hits=(1,))
-    tests = [hammer_test(hammer_records(truth, struck, [Dof(p, d) for d in ("+x", "+y", "+z")], rng, None, imperfect), 4.0,
+    tests = [hammer_test(hammer_records(truth, struck, [Dof(p, d) for d in ("+x", "+y", "+z")], rng=rng, hammer=None,
+                                        imperfections=imperfect), 4.0,
                          highest=150) for p in points.places]
     print(tests[0].status)
     found = identify(join_setups([test.frf for test in tests]), band=(5, 150))

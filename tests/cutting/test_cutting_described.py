@@ -23,7 +23,7 @@ PLAIN = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.4, tangential
 
 
 def test_every_part_of_a_description_arrives_in_the_problem() -> None:
-    problem = milling_problem(FULL, MODES, "tool:+x", "tool:+y")
+    problem = milling_problem(FULL, MODES, "tool:+x", y="tool:+y")
     tool, k = problem.tool, problem.coefficients
     assert tool.helix.tolist() == [0.5, 0.4, 0.5, 0.4] and np.degrees(tool.pitch) == pytest.approx([80, 100, 80, 100])
     assert (tool.runout, tool.runout_angle, tool.tilt, tool.corner_radius) == (5e-6, 0.3, 1e-4, 2e-3)
@@ -36,7 +36,7 @@ def test_every_part_of_a_description_arrives_in_the_problem() -> None:
 
 
 def test_space_is_taken_only_where_it_matters_and_is_known() -> None:
-    assert milling_problem(PLAIN, MODES, "tool:+x", "tool:+y").plane.size == 2
+    assert milling_problem(PLAIN, MODES, "tool:+x", y="tool:+y").plane.size == 2
     assert milling_problem(PLAIN.replaced(axial=1e8), MODES).plane.size == 3
     assert milling_problem(PLAIN.replaced(corner_radius=1e-3), MODES).z == "tool:+z"
     flat = Modes([900.0, 1000.0], 0.02, np.eye(2), (Dof("tool", "+x"), Dof("tool", "+y")))

@@ -271,13 +271,13 @@ def test_mean_and_cosine_pass_through_a_meeting() -> None:
 def test_where_a_bump_is_looked_for() -> None:
     """Cosines that rise towards 1 from both sides: between them. Cosines that stay away from it, and far growths: nowhere."""
     levels = [Level(w, -0.2, -0.2, c) for w, c in ((1.0, 0.6), (2.0, 0.98), (3.0, 0.95), (4.0, 0.5))]
-    place = bump(*levels)
+    place = bump(tuple(levels))
     assert place is not None and 2 < place < 3
-    assert bump(*(Level(one.depth, -5.0, -5.0, one.cosine) for one in levels)) is None
-    assert bump(*(Level(one.depth, one.growth, one.mean, 0.3 * one.cosine) for one in levels)) is None
-    assert bump(None, *levels[1:3], None) is None
+    assert bump(tuple(Level(one.depth, -5.0, -5.0, one.cosine) for one in levels)) is None
+    assert bump(tuple(Level(one.depth, one.growth, one.mean, 0.3 * one.cosine) for one in levels)) is None
+    assert bump((None, *levels[1:3], None)) is None
     unstable = [Level(w, 0.3, -0.2, c) for w, c in ((1.0, 1.9), (2.0, 1.2), (3.0, 1.2), (4.0, 1.9))]
-    assert bump(*unstable) is not None  # two real multipliers that are about to meet and to fall back inside
+    assert bump(tuple(unstable)) is not None  # two real multipliers that are about to meet and to fall back inside
 
 
 @pytest.mark.parametrize("reach", [2.0, 4.0])

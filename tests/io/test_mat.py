@@ -41,7 +41,7 @@ def test_both_formats_and_any_place_of_the_lines(tmp_path, write, order):
 def test_fields_of_a_structure_and_labels(tmp_path):
     path = tmp_path / "frf.mat"
     savemat(path, {"test": {"f": AXIS, "H": VALUES[:, :, 0], "name": "beam"}})
-    found = mat.read_frf(path, "test.f", "test.H", ["1:+z", "2:+z", "3:+z"], ["1:+z"])
+    found = mat.read_frf(path, "test.f", "test.H", outputs=["1:+z", "2:+z", "3:+z"], inputs=["1:+z"])
     assert np.array_equal(found.values[:, :, 0], VALUES[:, :, 0])
     assert str(found.outputs[2]) == "3:+z"
     with pytest.raises(ToolpointError, match=r"no variable 'test.HH'.*did you mean 'test.H'"):

@@ -100,6 +100,6 @@ def from_blows(truth: Modes, share: float, rng: np.random.Generator) -> Modes:
     parts = []
     for point in dict.fromkeys(dof.point for dof in truth.dofs):
         labels = [Dof(point, way) for way in ("+x", "+y", "+z")]
-        record = hammer_records(truth, struck, labels, rng, None, Imperfections(noise=share))
+        record = hammer_records(truth, struck, labels, rng=rng, hammer=None, imperfections=Imperfections(noise=share))
         parts.append(hammer_test(record, 4.0, highest=150).frf)
     return identified(join_setups(parts))

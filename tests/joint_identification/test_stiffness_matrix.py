@@ -75,7 +75,7 @@ def test_six_freedoms_become_a_machine_with_the_frequencies_of_the_test():
     arguments, masses, _, _ = case(np.random.default_rng(3), 6)
     result = found(arguments, masses)
     bodies = {name: BodyDescription(m, at, InertiaDescription(*i)) for name, (m, at, i) in BODIES.items()}
-    machine = machine_of("two", result, bodies, arguments[0], arguments[1], arguments[2])
+    machine = machine_of("two", result, bodies, modes=arguments[0], points=arguments[1], owner=arguments[2])
     modes = eigen.solve_undamped(assemble(build(machine), outputs=[f"{d.point}:{d.direction}" for d in arguments[0].dofs]))
     np.testing.assert_allclose(modes.frequency, arguments[0].frequency, rtol=5e-3)
 
@@ -87,7 +87,7 @@ def test_too_few_modes_do_not_decide():
     assert joint.stiffness_matrix is None and any("stiffness matrix not determined" in d for d in joint.doubts)
     with pytest.raises(ToolpointError, match="general joint"):
         machine_of("two", result, {n: BodyDescription(m, a, InertiaDescription(*i)) for n, (m, a, i) in BODIES.items()},
-                   arguments[0])
+                   modes=arguments[0])
 
 
 def test_wrong_masses_do_not_go_unseen():

@@ -41,7 +41,7 @@ def test_correlation_page(mills, opened):
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:3], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
     places = point_positions(mill)
     pairing = pair_points(places, places, 0.01)
-    runs = [correlate(m, modes, pairing, frf) for m in (mill, wrong)]
+    runs = [correlate(m, modes, pairing, frf=frf) for m in (mill, wrong)]
     test = MeasuredTest(modes, frf, Geometry(places, [("base0", "base1")]), None)
     seen = opened(correlation_page(Comparison(*runs, mill, test)).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 6 && 'pairs' in window.toolpointViews")
@@ -70,7 +70,7 @@ def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     mill, wrong, path = mills
     modes = eigen.solve_undamped(assemble(mill), 6)
     frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
-    found = machine_update.update(wrong, [path], modes, frf)
+    found = machine_update.update(wrong, [path], modes, frf=frf)
     assert found.machine.value(path) == pytest.approx(mill.value(path), rel=1e-3)
     seen = opened(update_page(MeasuredUpdate(wrong, found, (Measurement(modes, frf),))).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length >= 4 && 'pair' in window.toolpointViews")

@@ -45,7 +45,7 @@ def test_the_probability_chart_and_the_cuts_made_are_drawn(opened):
     problem = MillingProblem(Tool(0.012, 2), Engagement.down(0.05), CuttingCoefficients(6e8, 2e8), modes)
     chart = stability.chart(problem, np.linspace(8000, 20000, 9), depth_max=3e-3)
     known = Uncertainty(12, cuts=((9500.0, 0.4e-3, True), (16000.0, 2.5e-3, False)))
-    sampled, _ = sample_charts(problem, chart, known, FloquetDeterminant())
+    sampled, _ = sample_charts(problem, chart, known, method=FloquetDeterminant())
     advice = tuple(map(tuple, advice_rows(chart, sampled, known)))
     report = lobes_page(LobesStudy(problem, chart, advice, probability=sampled, uncertainty=known))
     seen = opened(report.html(), reduced_motion="reduce")

@@ -30,7 +30,7 @@ def test_every_place_of_the_grid_has_the_limits_of_its_own_chart(found, vertical
     for i, x in enumerate(AXES["X"]):
         for k, z in enumerate(AXES["Z"]):
             study = tool_point(vertical_drives, [{"X": x, "Z": z}])
-            problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
+            problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", y=f"{study.point}:+y")
             for way, angle in enumerate(ANGLES):
                 chart = stability.chart(problem.at_feed_angle(angle), SPEEDS, ZeroOrder(), depth_max=depth_limit(problem))
                 np.testing.assert_allclose(found.limit[i, k, way], chart.limit, rtol=1e-9)
@@ -104,7 +104,7 @@ def test_warm_chains_give_the_cold_charts_within_their_errors(vertical_drives):
     cut = vertical_drives.description.cutting
     for i, k in itertools.product(range(3), range(3)):
         study = tool_point(vertical_drives, [found.pose((i, k))])
-        problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", f"{study.point}:+y")
+        problem = milling_problem(cut, study.modes.at_pose(0), f"{study.point}:+x", y=f"{study.point}:+y")
         for way, angle in enumerate(ANGLES):
             chart = stability.chart(problem.at_feed_angle(angle), speeds, PanelArnoldi(), depth_max=depth_limit(problem))
             error = chart.error[chart.limit_points()]
@@ -121,7 +121,7 @@ class OneByOne:
     def run(self, function, points, todo, seconds):
         for index in todo:
             self.ran.append(len(points[index]))
-            yield from Serial().run(function, points, [index], seconds)
+            yield from Serial().run(function, points, [index], seconds=seconds)
 
 
 def test_finished_chains_are_kept(vertical_drives, tmp_path):
@@ -177,7 +177,7 @@ def static_of(vertical_drives, index):
     pose = {name: at[i] for (name, at), i in zip(WIDE.items(), index)}
     study = tool_point(vertical_drives, [pose])
     return static(milling_problem(vertical_drives.description.cutting, study.modes.at_pose(0), f"{study.point}:+x",
-                                  f"{study.point}:+y").plane)
+                                  y=f"{study.point}:+y").plane)
 
 
 def test_a_pose_that_breaks_does_not_take_its_chain_along(vertical_drives, tmp_path):

@@ -45,32 +45,32 @@ def test_an_interrupted_study_resumes_from_disk(tmp_path):
         if done >= 5:
             raise KeyboardInterrupt
     with pytest.raises(KeyboardInterrupt):
-        execute(slow, todo, Serial(), tmp_path / "study", stop, chunk_seconds=0.01)
+        execute(slow, todo, Serial(), folder=tmp_path / "study", progress=stop, chunk_seconds=0.01)
     first = len(log.read_text().splitlines())
     assert first < 12
-    run = execute(slow, todo, Serial(), tmp_path / "study", chunk_seconds=0.01)
+    run = execute(slow, todo, Serial(), folder=tmp_path / "study", chunk_seconds=0.01)
     assert run.resumed == first
     assert sorted(map(int, log.read_text().split())) == list(range(12))
     np.testing.assert_array_equal(run.stacked("square"), np.arange(12) ** 2)
-    again = execute(slow, todo, Dask(2), tmp_path / "study")
+    again = execute(slow, todo, Dask(2), folder=tmp_path / "study")
     assert again.resumed == 12
 
 
 def test_failures_are_kept_on_disk_too(tmp_path):
-    execute(failing, points(6), Serial(), tmp_path)
-    assert execute(failing, points(6), Serial(), tmp_path).failures == {3: "ValueError: three is not wanted"}
+    execute(failing, points(6), Serial(), folder=tmp_path)
+    assert execute(failing, points(6), Serial(), folder=tmp_path).failures == {3: "ValueError: three is not wanted"}
 
 
 def test_another_study_and_a_damaged_chunk_are_refused(tmp_path):
-    execute(square, points(4), Serial(), tmp_path)
+    execute(square, points(4), Serial(), folder=tmp_path)
     with pytest.raises(ValueError, match="another study"):
-        execute(square, points(5), Serial(), tmp_path)
+        execute(square, points(5), Serial(), folder=tmp_path)
     with pytest.raises(ValueError, match="another study"):
-        execute(failing, points(4), Serial(), tmp_path)
+        execute(failing, points(4), Serial(), folder=tmp_path)
     chunk = next(tmp_path.glob("chunk-*.npz"))
     chunk.write_bytes(chunk.read_bytes()[:100])
     with pytest.raises(ValueError, match="delete this file"):
-        execute(square, points(4), Serial(), tmp_path)
+        execute(square, points(4), Serial(), folder=tmp_path)
 
 
 def test_a_killed_worker_loses_nothing(tmp_path):

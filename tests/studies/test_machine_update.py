@@ -87,7 +87,7 @@ def test_random_machines_are_found_from_thirty_per_cent(seed):
 def test_affine_and_assembled_machines_are_the_same_model(vertical):
     names = ["joints.foundation.stiffness.rx", "bodies.column.mass"]
     seen = dofs(["tool:x", "tool:y"]) if "tool" in vertical.description.points else assemble(vertical).outputs[:2]
-    held = machine_update.systems(vertical, names, None, tuple(seen), tuple(seen[:1]))
+    held = machine_update.systems(vertical, names, None, outputs=tuple(seen), inputs=tuple(seen[:1]))
     assert isinstance(held, AffineSystem)
     general = machine_update.MachineSystems(vertical, None, tuple(seen), tuple(seen[:1]))
     values = {n: 1.7 * vertical.value(n) for n in names}
@@ -99,7 +99,7 @@ def test_a_size_is_not_affine_and_is_assembled_anew():
     mill = four_part_mill()
     names = ["bodies.base.shape.size.2", "bodies.base.density"]
     seen = dofs(NOSE)
-    assert not isinstance(machine_update.systems(mill, names, None, seen, seen[:1]), AffineSystem)
+    assert not isinstance(machine_update.systems(mill, names, None, outputs=seen, inputs=seen[:1]), AffineSystem)
 
 
 def test_sensitivity_study_obeys_the_homogeneity_of_frequencies():

@@ -26,10 +26,10 @@ def test_the_response_of_the_chip_thickness_is_the_quadratic_form_of_the_recepta
     whole = frequency_response.modal(TOOL, F)
     expected = np.einsum("i,kij,j->k", n, whole.values, f)
     for response in (TOOL, whole):
-        found = orient(response, LABELS, n, f).response(F)
+        found = orient(response, LABELS, n, force=f).response(F)
         np.testing.assert_allclose(found[:, 0, 0], expected, rtol=1e-9)
         assert np.abs(found.reshape(-1, 4)[:, 1:]).max() == 0
-    along = orient(whole.selected(["t:+z"], ["t:+z"]), {"z": "t:+z"}, (0, 0, 1), (0, 0, 1))
+    along = orient(whole.selected(["t:+z"], ["t:+z"]), {"z": "t:+z"}, (0, 0, 1), force=(0, 0, 1))
     np.testing.assert_allclose(along.response(F)[:, 0, 0], whole.values[:, 2, 2], rtol=1e-9)
 
 
@@ -48,7 +48,7 @@ def test_one_mode_has_the_limit_and_the_tips_of_the_closed_form(frequency, ratio
 def test_the_chart_meets_the_limit_at_the_tips_and_nowhere_falls_below():
     """With several modes and a tangential force too; b_lim = -1/(2 K_f min Re G)."""
     n = np.array([1.0, 0, 1.0]) / np.sqrt(2)
-    problem = TurningProblem(KF, orient(TOOL, LABELS, n, n + 1.5 * np.array([0, 1.0, 0])))
+    problem = TurningProblem(KF, orient(TOOL, LABELS, n, force=n + 1.5 * np.array([0, 1.0, 0])))
     found = unconditional_limit(problem)
     dense = np.linspace(20, 900, 400_001)
     least = problem.plane.response(dense)[:, 0, 0].real.min()
@@ -62,16 +62,16 @@ def test_the_chart_meets_the_limit_at_the_tips_and_nowhere_falls_below():
 def test_a_response_without_negative_real_part_is_stable_at_every_width():
     """The force has no part that moves the chip's thickness."""
     still = Modes([100.0], 0.02, np.array([[1.0], [1.0]]), ("t:+x", "t:+y"))
-    turned = orient(still, {"x": "t:+x", "y": "t:+y"}, (1, 0, 0), (1, -1, 0))
+    turned = orient(still, {"x": "t:+x", "y": "t:+y"}, (1, 0, 0), force=(1, -1, 0))
     found = unconditional_limit(TurningProblem(KF, turned))
     assert np.isinf(found.width) and found.tips.size == 0
 
 
 def test_wrong_input():
     with pytest.raises(ToolpointError, match="along z is not known"):
-        orient(TOOL, {"x": "t:+x"}, (0, 0, 1), (0, 0, 1))
+        orient(TOOL, {"x": "t:+x"}, (0, 0, 1), force=(0, 0, 1))
     with pytest.raises(ToolpointError, match="zero length"):
-        orient(TOOL, LABELS, (0, 0, 0), (0, 0, 1))
-    damped = TurningProblem(KF, orient(TOOL, LABELS, (1, 0, 0), (1, 0, 0)), None, 1e3, 2.0)
+        orient(TOOL, LABELS, (0, 0, 0), force=(0, 0, 1))
+    damped = TurningProblem(KF, orient(TOOL, LABELS, (1, 0, 0), force=(1, 0, 0)), None, 1e3, 2.0)
     with pytest.raises(ToolpointError, match="depends on the speed"):
         unconditional_limit(damped)

@@ -36,7 +36,7 @@ def test_points_lie_on_their_bodies_and_number_as_asked(truth):
 def test_perfect_record_gives_the_models_response(truth):
     _, modes = truth
     struck = striking_point(modes)
-    record = hammer_records(modes, struck, [struck], np.random.default_rng(0), Hammer(hits=2))
+    record = hammer_records(modes, struck, [struck], rng=np.random.default_rng(0), hammer=Hammer(hits=2))
     frf = hammer_test(record, 4.0, highest=100).frf.between(10, 100)
     expected = frequency_response.modal(modes, frf.frequency, [struck], inputs=[struck], quantity="accelerance").values
     # The force is linear between fine samples: sinc^2(58 / 2400) is 0.2 % below one.
@@ -48,7 +48,8 @@ def test_published_machine_from_hammer_blows_to_its_six_modes(truth):
     rng, struck = np.random.default_rng(2), striking_point(modes)
     parts = []
     for point in points.places:
-        record = hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng, Hammer(), Imperfections(noise=0.01))
+        record = hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng=rng, hammer=Hammer(),
+                                imperfections=Imperfections(noise=0.01))
         parts.append(hammer_test(record, 4.0, highest=150).frf)
     found = identify(join_setups(parts), band=(5, 150)).modes
     assert found.count == 6
@@ -60,7 +61,8 @@ def test_force_window_and_offset_leave_the_poles_alone(truth):
     """Without noise only the processing can move a pole: a window that cuts the ringing of filters moved damping by 6e-4."""
     points, modes = truth
     rng, struck = np.random.default_rng(0), striking_point(modes)
-    parts = [hammer_test(hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng, Hammer(block=8.0)), 4.0,
+    parts = [hammer_test(hammer_records(modes, struck, [Dof(point, way) for way in WAYS], rng=rng, hammer=Hammer(block=8.0)),
+                         4.0,
                          highest=150, final=0.01).frf for point in list(points.places)[:24]]
     found = identify(join_setups(parts), band=(5, 150)).modes
     np.testing.assert_allclose(found.frequency, modes.frequency, rtol=1e-6)
@@ -73,7 +75,8 @@ def test_imperfections_are_found_by_the_front_end(truth):
     near = Dof(struck.point, "+z")
 
     def test(**wrong):
-        record = hammer_records(modes, struck, [struck, near], np.random.default_rng(3), Hammer(hits=4), Imperfections(**wrong))
+        record = hammer_records(modes, struck, [struck, near], rng=np.random.default_rng(3), hammer=Hammer(hits=4),
+                                imperfections=Imperfections(**wrong))
         return hammer_test(record, 4.0, highest=150)
     assert test().used == 4
     double = test(double_hits=(2,))

@@ -35,7 +35,7 @@ def demo(output: Path) -> None:
         drives = study_machine(machine_file.read(folder / DEMO_DRIVES), step=run.step, method=ZeroOrder())
         run.step("page")
         files = [(name, (folder / name).read_text(encoding="utf-8")) for name in (DEMO, DEMO_DRIVES)]
-        run.save(demo_page(casting, drives, files, run.warnings))
+        run.save(demo_page(casting, drives, files, warnings=run.warnings))
     size, frequency = drives.machine.size, drives.frequency
     console.text(casting.table())
     console.text(f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz")
@@ -78,7 +78,7 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
             cut = built.description.cutting
             studied = study_machine(built, pose, step=run.step)
             results.append(studied)
-            page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, run.warnings)
+            page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, problems=run.warnings)
         notes: tuple[str, ...] = ()
         if frf:
             run.step("measured responses")
@@ -148,7 +148,8 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, workers: int, 
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
     with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses") as progress:
-        result = pose_map(built, positions, count, Dask(workers) if workers else Serial(), folder, progress)
+        result = pose_map(built, positions, count, engine=Dask(workers) if workers else Serial(), folder=folder,
+                          progress=progress)
     if not as_json:
         run.save(frequency_map_page(result, machine.stem))
     run.warnings += result.failed()

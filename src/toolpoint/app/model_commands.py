@@ -57,7 +57,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         run.step("identification")
         result = identified(frf, method, band)
         run.step("page")
-        run.save(identification_page(result, shape, [file.name for file in files], run.warnings))
+        run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings))
         if modes_file is not None:
             hdf5.write(result.modes, modes_file)
     if as_json:
@@ -243,7 +243,7 @@ def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float
     with frame(output, as_json, steps=2) as run:
         run.step("sensitivities")
         built = machine_at(machine, pose)
-        result = study_sensitivity(built, paths or None, min(count, built.size), pose)
+        result = study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
         run.step("page")
-        run.save(sensitivity_page(result, built, 1e-2 * change, pose, run.warnings))
+        run.save(sensitivity_page(result, built, 1e-2 * change, pose=pose, warnings=run.warnings))
     run.show(result)

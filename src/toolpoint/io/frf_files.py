@@ -132,7 +132,7 @@ def _read_part(path: Path, quantity: str | None, label: _Label | None) -> Frf:
         table = numpy_arrays.read_table(path)
         return Frf(table[:, 0], (table[:, 1] + 1j * table[:, 2])[:, None, None], (label.output,), (struck,),
                    quantity or "receptance")
-    return frf_table.read(path, label.output, struck, quantity or "receptance")
+    return frf_table.read(path, label.output, struck, quantity=quantity or "receptance")
 
 
 def _read_hdf5(path: Path, quantity: str | None) -> Frf:

@@ -17,7 +17,7 @@ RATES = ("fs", "sample_rate", "rate")
 
 
 def read_frf(path: str | Path, frequency: str | None = None, values: str | None = None,
-             outputs: Iterable[Dof | str] | None = None, inputs: Iterable[Dof | str] | None = None,
+             *, outputs: Iterable[Dof | str] | None = None, inputs: Iterable[Dof | str] | None = None,
              quantity: str | None = None) -> Frf:
     """Return the frequency responses of a MATLAB file.
 
@@ -84,7 +84,7 @@ def read_record(path: str | Path) -> Record:
     names = [name for name, array in vectors.items() if array.size == length]
     if not names:
         raise ToolpointError(f"{path}: no vector beside the time of {length} samples; it holds {', '.join(arrays)}")
-    return of_columns(path, names, time, np.stack([vectors[name] for name in names], axis=1))
+    return of_columns(path, names, time, values=np.stack([vectors[name] for name in names], axis=1))
 
 
 def _axes(arrays: dict[str, Array]) -> dict[str, Array]:

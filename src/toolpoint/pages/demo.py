@@ -11,7 +11,7 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machine_report import MachineReport
 
 
-def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], warnings: Sequence[str] = ()
+def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], *, warnings: Sequence[str] = ()
               ) -> Report:
     """Return the page of the published machine, without and with its feed drives; `files`: name and text of either."""
     (casting_name, casting_text), (drives_name, drives_text) = files

@@ -17,7 +17,7 @@ from toolpoint.vibration.geometry import Geometry
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
-                        warnings: Sequence[str] = ()) -> Report:
+                        *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an identification."""
     report = Report("Modal identification", result.status.split("\n")[0], subtitle=", ".join(names))
     report = report.with_section("Modes", _table(result), *([Notes(result.advice, "warning", "What to try next")]

@@ -16,7 +16,7 @@ from toolpoint.studies.machine_report import MachineReport, comparison, pose_nam
 from toolpoint.studies.tool_point import ToolPoint
 
 
-def machine_page(result: MachineReport, source: str, file_name: str, problems: Sequence[str] = ()) -> Report:
+def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:
     """Return the page of a machine; `source` is the text of its file."""
     description = result.machine.description
     report = Report(description.name, description.description, subtitle=f"{file_name}, {pose_name(result.pose)}")

@@ -19,7 +19,8 @@ _SHOWN = 5e-4
 _KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor")
 
 
-def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, pose: Mapping[str, float] | None = None,
+def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,
+                     pose: Mapping[str, float] | None = None,
          warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study."""
     report = Report(f"Sensitivities of {machine.name}", _summary(result), subtitle=f"{len(result.paths)} parameters")

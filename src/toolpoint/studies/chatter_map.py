@@ -119,7 +119,7 @@ class _ChainLimits:
 
     def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
         study = tool_point(self.machine, [dict(zip(self.names, position, strict=True)) for position in chain])
-        problems = [milling_problem(self.cut, study.modes.at_pose(i), f"{study.point}:+x", f"{study.point}:+y")
+        problems = [milling_problem(self.cut, study.modes.at_pose(i), f"{study.point}:+x", y=f"{study.point}:+y")
                     for i in range(len(chain))]
         depth = max(depth_limit(problem) for problem in problems)
         rows = chart_poses(problems[0], study.modes, np.array(self.speeds), feed_angles=self.feed_angles, method=self.method,
@@ -155,7 +155,7 @@ def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, 
         total = sum(map(len, parts))
         report = (lambda done, every: progress(before + total * done // every, len(order))) if progress else None
         points = [[list(places.rows[place]) for place in part] for part in parts]
-        outcomes = execute(function, points, engine, store, report).outcomes
+        outcomes = execute(function, points, engine, folder=store, progress=report).outcomes
         return {place: _of_pose(outcome, row) for part, outcome in zip(parts, outcomes) for row, place in enumerate(part)}
 
     outcomes = run(chains, folder, 0)

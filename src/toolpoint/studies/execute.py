@@ -42,7 +42,7 @@ Chunk = list[tuple[int, Outcome]]
 class Engine(Protocol):
     """Runs chunks of points and yields their outcomes as they finish."""
 
-    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], *, seconds: float) -> Iterator[Chunk]:
         """Yield lists of (index, outcome) until all of `todo` is done; chunks take about `seconds`."""
         ...
 
@@ -51,7 +51,7 @@ class Engine(Protocol):
 class Serial:
     """In this process, one point after the other."""
 
-    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], *, seconds: float) -> Iterator[Chunk]:
         """Yield chunks of about `seconds`; see `Engine`."""
         chunk: Chunk = []
         start = time.perf_counter()
@@ -79,7 +79,7 @@ class Dask:
     workers: int = 2
     address: str | None = None
 
-    def run(self, function: Function, points: Sequence[Any], todo: list[int], seconds: float) -> Iterator[Chunk]:
+    def run(self, function: Function, points: Sequence[Any], todo: list[int], *, seconds: float) -> Iterator[Chunk]:
         """Yield chunks as workers finish them; see `Engine`."""
         client, cluster = self._connected()
         try:
@@ -196,7 +196,7 @@ class Execution:
 
 
 def execute(
-    function: Function, points: Sequence[Any], engine: Engine | None = None, folder: str | Path | None = None,
+    function: Function, points: Sequence[Any], engine: Engine | None = None, *, folder: str | Path | None = None,
     progress: Progress | None = None, chunk_seconds: float = 1.0,
 ) -> Execution:
     """Return the outcomes of `function(point)` for all points.
@@ -229,7 +229,7 @@ def execute(
     todo = [i for i in range(len(points)) if i not in done]
     if progress and resumed:
         progress(resumed, len(points))
-    for chunk in (engine or Serial()).run(function, points, todo, chunk_seconds) if todo else ():
+    for chunk in (engine or Serial()).run(function, points, todo, seconds=chunk_seconds) if todo else ():
         done.update(chunk)
         if store:
             store.save(chunk)

@@ -28,7 +28,7 @@ def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, Compone
 
 
 def machine_of(
-    name: str, joints: JointIdentification, bodies: Mapping[str, BodyDescription], modes: Modes,
+    name: str, joints: JointIdentification, bodies: Mapping[str, BodyDescription], *, modes: Modes,
     points: Mapping[str | int, FloatArray] | None = None, owner: Mapping[str, Sequence[str | int]] | None = None,
 ) -> MachineDescription:
     """Return the machine of identified joints: bodies of known mass, joints where they were found, measured modes beside.

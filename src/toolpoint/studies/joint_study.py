@@ -75,5 +75,5 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     real, owner, bodies = real_modes(modes), components.points, components.bodies
     joints = identify_joints(real, geometry.points, owner, chain=components.chain,
                              masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
-    machine = machine_of(components.name, joints, bodies, real, geometry.points, owner) if bodies else None
+    machine = machine_of(components.name, joints, bodies, modes=real, points=geometry.points, owner=owner) if bodies else None
     return JointStudy(joints, modes, geometry, components, machine)

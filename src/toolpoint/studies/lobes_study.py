@@ -97,8 +97,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     runs = _simulated(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
-        sampled, more = sample_charts(problem, chart, uncertainty, method,
-                                       lambda done, total: progress("sampled charts", done, total))
+        sampled, more = sample_charts(problem, chart, uncertainty, method=method,
+                                       progress=lambda done, total: progress("sampled charts", done, total))
         notes += more
     advice = advice_rows(chart, sampled, uncertainty)
     doubts = doubtful_limits(chart)

@@ -59,7 +59,7 @@ class MachineSystems:
 
 
 def systems(
-    machine: Machine, names: Sequence[str], pose: Pose | None, outputs: tuple[Dof, ...], inputs: tuple[Dof, ...]
+    machine: Machine, names: Sequence[str], pose: Pose | None, *, outputs: tuple[Dof, ...], inputs: tuple[Dof, ...]
 ) -> Systems:
     """Return the machine as a function of these parameters: affine where it is (checked at one other point), else assembled."""
     general = MachineSystems(machine, pose, outputs, inputs)
@@ -165,7 +165,7 @@ def parameter(machine: Machine, path: str, **options: object) -> Parameter:
 
 def problem(
     machine: Machine, parameters: Sequence[Parameter | str], targets: Targets | Sequence[Targets],
-    pose: Pose | Sequence[Pose | None] | None = None, sensitivities: str = "exact",
+    *, pose: Pose | Sequence[Pose | None] | None = None, sensitivities: str = "exact",
 ) -> Problem:
     """Return the updating problem of a machine; parameters as paths start at the machine's values.
 
@@ -199,7 +199,7 @@ def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose 
     frf = targets.frf
     seen = tuple(dict.fromkeys((*targets.dofs, *(frf.outputs if frf else ()))))
     driven = frf.inputs if frf else seen[:1]
-    held = systems(machine, names, pose, seen, driven)
+    held = systems(machine, names, pose, outputs=seen, inputs=driven)
     count = 0 if targets.modes is None else targets.modes.count + _SPARE_MODES
     return SystemModel(held, count, None if frf is None else frf.frequency, frf.outputs if frf else (),
                        driven if frf else (), machine.description.damping_ratio)
@@ -212,7 +212,7 @@ def default_targets(names: Sequence[str], modes: Modes | None, frf: Frf | None) 
 
 
 def update(
-    machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, frf: Frf | None = None,
+    machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, *, frf: Frf | None = None,
     pose: Pose | Sequence[Pose | None] | None = None, targets: Targets | Sequence[Targets] | None = None,
     method: LeastSquares | None = None,
     limit: float | None = 0.5, least_influence: float = 0.02, restarts: int = 24,
@@ -245,7 +245,7 @@ def update(
         targets = default_targets([p if isinstance(p, str) else p.name for p in parameters], modes, frf)
     elif modes is not None or frf is not None:
         fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
-    task = problem(machine, parameters, targets, pose)
+    task = problem(machine, parameters, targets, pose=pose)
     result = _staged(task, method, limit, least_influence, restarts)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))

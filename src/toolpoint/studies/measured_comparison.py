@@ -98,8 +98,8 @@ def _correlated(machine: Machine, test: MeasuredTest, known: Mapping[str, str] |
     elif test.geometry is not None:
         measured = {d.point for d in test.modes.dofs}
         places = {name: at for name, at in test.geometry.points.items() if name in measured}
-        pairing = pair_points(places, point_positions(machine, pose), furthest, _named(known, places))
-    return correlate(machine, test.modes, pairing, test.frf, pose, lowest_mac), machine
+        pairing = pair_points(places, point_positions(machine, pose), furthest, known=_named(known, places))
+    return correlate(machine, test.modes, pairing, frf=test.frf, pose=pose, lowest_mac=lowest_mac), machine
 
 
 def _named(known: Mapping[str, str] | None, places: Mapping[Point, FloatArray]) -> dict[Point, Point] | None:

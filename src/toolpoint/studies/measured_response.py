@@ -84,5 +84,5 @@ def _chart(frf: Frf, cut: CuttingDescription, notes: list[str]) -> StabilityChar
     notes.append(f"The lobes take the response of {ways.x} to {ways.x} as driving-point response of the tool tip, "
                  + ("and the same across." if ways.y == "same" else f"and that of {ways.y} across."))
     labels = [ways.x] if ways.y in (None, "same") else [ways.x, str(ways.y)]
-    problem = milling_problem(cut, frf.selected(labels, labels), ways.x, ways.y)
+    problem = milling_problem(cut, frf.selected(labels, labels), ways.x, y=ways.y)
     return stability.chart(problem, np.linspace(*cut.speeds, 400), depth_max=depth_limit(problem))

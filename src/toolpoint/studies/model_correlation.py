@@ -96,7 +96,7 @@ def with_measured_points(machine: Machine, points: Mapping[Point, FloatArray], o
 
 
 def correlate(
-    machine: Machine, modes: Modes, points: PointPairing | None = None, frf: Frf | None = None, pose: Pose | None = None,
+    machine: Machine, modes: Modes, points: PointPairing | None = None, *, frf: Frf | None = None, pose: Pose | None = None,
     lowest_mac: float = 0.5, frequency_shift: float = np.inf, bands: Sequence[tuple[float, float]] | None = None,
 ) -> ModelCorrelation:
     """Return how a machine agrees with measured modes and responses.

@@ -58,7 +58,7 @@ class PointPairing:
 
 def pair_points(
     test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike], furthest: float,
-    known: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
+    *, known: Mapping[str | int, str | int] | None = None, start: FloatArray | None = None,
 ) -> PointPairing:
     """Return the one-to-one pairing with the least sum of squared distances after registration.
 

@@ -95,7 +95,7 @@ class _Frequencies:
 
 
 def pose_map(
-    machine: Machine, axes: Mapping[str, ArrayLike], modes: int = 6, engine: Engine | None = None,
+    machine: Machine, axes: Mapping[str, ArrayLike], modes: int = 6, *, engine: Engine | None = None,
     folder: str | Path | None = None, progress: Progress | None = None, path: str = "numpy",
 ) -> PoseMap:
     """Return the lowest natural frequencies over the grid of all combinations of axis positions.
@@ -117,7 +117,7 @@ def pose_map(
     machine.chain.positions({name: float(v[0]) for name, v in grid.items()})
     poses = [list(map(float, pose)) for pose in itertools.product(*grid.values())]
     blocks = [poses[i:i + _BLOCK] for i in range(0, len(poses), _BLOCK)]
-    run = execute(_Frequencies(machine, tuple(grid), modes, path), blocks, engine, folder, progress)
+    run = execute(_Frequencies(machine, tuple(grid), modes, path), blocks, engine, folder=folder, progress=progress)
     shape = tuple(len(v) for v in grid.values())
     values, reasons = [], []
     for block, outcome in zip(blocks, run.outcomes, strict=True):

@@ -99,7 +99,7 @@ class SensitivityStudy:
 
 
 def study_sensitivity(
-    machine: Machine, paths: Sequence[str] | None = None, modes: int = 6, pose: Pose | None = None,
+    machine: Machine, paths: Sequence[str] | None = None, modes: int = 6, *, pose: Pose | None = None,
     dofs: Sequence[Dof | str] | None = None,
 ) -> SensitivityStudy:
     """Return the exact sensitivities of the lowest modes at one pose.

@@ -94,7 +94,7 @@ def _lines(modes: Modes) -> FloatArray:
     return np.linspace(0.2 * low, 1.3 * high, 800)
 
 
-def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | None = None, y: str | None = None
+def milling_problem(cut: CuttingDescription, dynamics: Modes | Frf, x: str | None = None, *, y: str | None = None
                     ) -> MillingProblem:
     """Return the milling problem of a described cut on these dynamics; x, y label the machine axes of the cutting plane.
 
@@ -119,7 +119,7 @@ def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:
 
 def lobes(
     study: ToolPoint, cut: CuttingDescription | None = None, speeds: FloatArray | None = None,
-    method: StabilityMethod | None = None,
+    *, method: StabilityMethod | None = None,
 ) -> tuple[StabilityChart, ...]:
     """Return a stability chart for every pose of a study.
 
@@ -138,7 +138,7 @@ def lobes(
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     x, y = f"{study.point}:+x", f"{study.point}:+y"
-    problems = [milling_problem(cut, study.modes.at_pose(i), x, y) for i in range(len(study.poses))]
+    problems = [milling_problem(cut, study.modes.at_pose(i), x, y=y) for i in range(len(study.poses))]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
         return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_max=depth_limit(problem)), problems))
 

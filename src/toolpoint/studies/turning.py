@@ -46,7 +46,7 @@ def unit_vector(name: str, direction: ArrayLike) -> FloatArray:
     return np.asarray(vector / length)
 
 
-def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, force: ArrayLike) -> PlaneDynamics:
+def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, *, force: ArrayLike) -> PlaneDynamics:
     r"""Return the response of the chip thickness to the cutting force, :math:`n^T G f`, as the x of a PlaneDynamics.
 
     Parameters
@@ -68,7 +68,8 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
             fail("direction", f"({n[0]:g}, {n[1]:g}, {n[2]:g}), force along ({f[0]:g}, {f[1]:g}, {f[2]:g})",
                  f"the response along {_AXES[k]} is not known", f"known are {', '.join(labels.values())}")
     known = [labels[_AXES[k]] for k in used]
-    plane = plane_dynamics(response, *(known if len(known) > 1 else known * 2))
+    x, y, z = [*(known if len(known) > 1 else known * 2), None][:3]
+    plane = plane_dynamics(response, x, y, z=z)
     left, right = n[used], f[used]
     if len(used) == 1:
         left, right = np.append(left, 0.0), np.append(right, 0.0)

@@ -117,7 +117,7 @@ def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProbl
         force = normal + cut.tangential / cut.cutting * velocity
         notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
     notes.append(f"the chip is thick along {_vector(normal)}")
-    plane = orient(dynamics.response, labels, normal, force)
+    plane = orient(dynamics.response, labels, normal, force=force)
     return TurningProblem(cut.cutting, plane, None, cut.process_damping, cut.cutting_speed, cut.diameter), notes
 
 

@@ -44,7 +44,7 @@ class Uncertainty:
 
 
 def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: Uncertainty,
-                   method: StabilityMethod | None = None, progress: Progress | None = None
+                   *, method: StabilityMethod | None = None, progress: Progress | None = None
                    ) -> tuple[ProbabilityChart, list[str]]:
     """Return the probability chart around a chart, after the cuts already made, and what was assumed."""
     parameters, notes = _parameters(problem, uncertainty)

@@ -117,7 +117,7 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
     return MeasuringPoints(places)
 
 
-def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLike, pose: Pose | None = None) -> Modes:
+def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLike, *, pose: Pose | None = None) -> Modes:
     """Return the machine's modes at measuring points in x, y, z, mass-normalised, with these damping ratios: the truth."""
     shapes = body_shapes(machine, pose)
     rows, labels = [], []
@@ -130,7 +130,7 @@ def true_modes(machine: Machine, points: MeasuringPoints, ratio: float | ArrayLi
 
 
 def hammer_records(
-    modes: Modes, struck: Dof | str, responses: Sequence[Dof | str], rng: np.random.Generator, hammer: Hammer | None = None,
+    modes: Modes, struck: Dof | str, responses: Sequence[Dof | str], *, rng: np.random.Generator, hammer: Hammer | None = None,
     imperfections: Imperfections | None = None,
 ) -> Record:
     """Return one record of a set-up: force, then accelerations, as the acquisition would store it.

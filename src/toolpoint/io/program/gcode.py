@@ -227,7 +227,7 @@ class _State:
             return
         center, sweep = start, 0.0
         if self.motion >= 2:
-            arc = self.arc(number, places, start, end)
+            arc = self.arc(number, places, start, end=end)
             if arc is None:
                 return
             center, sweep = arc
@@ -239,13 +239,13 @@ class _State:
         feed = self.feed if self.motion else self.rapid_feed
         self.rows.append((self.motion >= 2, *start, *end, *center, sweep, a, b, feed, self.motion == 0, stop, number))
 
-    def arc(self, number: int, places: dict[str, tuple[str, float]], start: list[float], end: list[float]
+    def arc(self, number: int, places: dict[str, tuple[str, float]], start: list[float], *, end: list[float]
             ) -> tuple[list[float], float] | None:
         """Return centre and sweep of an arc, or nothing after a fault."""
         a, b = _PLANES[self.plane]
         turn = -1.0 if self.motion == 2 else 1.0
         if "CR" in places:
-            center = self.from_radius(number, places["CR"][1] * self.scale, start, end, turn)
+            center = self.from_radius(number, places["CR"][1] * self.scale, start, end=end, turn=turn)
             if center is None:
                 return None
         elif any(k in places for k in _CENTER):
@@ -273,7 +273,7 @@ class _State:
             sweep = 2 * math.pi
         return center, turn * sweep
 
-    def from_radius(self, number: int, radius: float, start: list[float], end: list[float], turn: float
+    def from_radius(self, number: int, radius: float, start: list[float], *, end: list[float], turn: float
                     ) -> list[float] | None:
         """Return the centre for a radius; a negative radius means the longer arc."""
         a, b = _PLANES[self.plane]

@@ -16,7 +16,7 @@ _LINE = re.compile(rf"^\s*({_NUMBER})(?:[\s,;]+({_NUMBER}))(?:[\s,;]+({_NUMBER})
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?[\s;]")
 
 
-def read(path: str | Path, output: Dof | str = "1:+x", input: Dof | str | None = None, quantity: str = "receptance") -> Frf:
+def read(path: str | Path, output: Dof | str = "1:+x", input: Dof | str | None = None, *, quantity: str = "receptance") -> Frf:
     """Return one response from a text file of three columns: Hz, real part, imaginary part.
 
     Parameters

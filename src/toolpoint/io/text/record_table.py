@@ -53,10 +53,10 @@ def read(path: str | Path) -> Record:
     if names[0][0].lower() not in TIMES:
         raise FileFaults(str(path), text, [Fault(at, 1, "", f"the first column is {names[0][0]!r}; must be 'time' in s, "
                                                  "or with its unit, for example 'time [ms]'")])
-    return of_columns(path, [name for name, _ in names[1:]], table[:, 0] * scale[0], table[:, 1:] * np.array(scale[1:]))
+    return of_columns(path, [name for name, _ in names[1:]], table[:, 0] * scale[0], values=table[:, 1:] * np.array(scale[1:]))
 
 
-def of_columns(path: Path, names: Sequence[str], time: FloatArray, values: FloatArray) -> Record:
+def of_columns(path: Path, names: Sequence[str], time: FloatArray, *, values: FloatArray) -> Record:
     """Return columns (SI) over time (s) as a Record after checking that the time runs evenly."""
     step = np.diff(time)
     if step.size == 0 or not step.mean() > 0 or np.abs(step - step.mean()).max() > STEADY * step.mean() + 1e-12:

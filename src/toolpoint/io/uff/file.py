@@ -260,8 +260,9 @@ def _parts(item: Frf | Record | Modes | MeasuredGeometry, text: bool) -> Iterabl
     if isinstance(item, Frf):
         return _responses(item, text)
     if isinstance(item, Record):
-        return [functions.written(TIME, dof, None, CODES.get(kind, 0), 0, item.time, item.samples[:, i], text,
-                                      (unit or "NONE", "NONE"))
+        return [functions.written(TIME, dof, None, numerator=CODES.get(kind, 0), denominator=0, abscissa=item.time,
+                                  data=item.samples[:, i], text=text,
+                                      units=(unit or "NONE", "NONE"))
                 for i, (dof, kind, unit) in enumerate(zip(item.channels, item.quantities, item.units, strict=True))]
     if isinstance(item, Modes):
         return [modes.written(item)]
@@ -275,11 +276,13 @@ def _responses(frf: Frf, text: bool) -> Iterable[bytes]:
     label = (QUANTITIES[frf.quantity].split("/N")[0], "N")
     for i, output in enumerate(frf.outputs):
         for j, source in enumerate(frf.inputs):
-            yield functions.written(RESPONSE, output, source, NUMERATOR[frf.quantity], 13, frf.frequency,
-                                        values[i, j], text, label)
+            yield functions.written(RESPONSE, output, source, numerator=NUMERATOR[frf.quantity], denominator=13,
+                                    abscissa=frf.frequency,
+                                        data=values[i, j], text=text, units=label)
             if frf.coherence is not None:
-                yield functions.written(COHERENCE, output, source, 0, 0, frf.frequency, frf.coherence[:, i, j],
-                                            text)
+                yield functions.written(COHERENCE, output, source, numerator=0, denominator=0, abscissa=frf.frequency,
+                                        data=frf.coherence[:, i, j],
+                                            text=text)
 
 
 def _title() -> bytes:

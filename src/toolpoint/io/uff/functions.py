@@ -247,7 +247,7 @@ def _even(axis: FloatArray, text: bool) -> tuple[str, float, float] | None:
     return rules[1] if text and np.abs(AXES["step"](start, mean, n) - axis).max() <= 1e-9 * abs(mean) else None
 
 
-def written(kind: int, response: Dof, reference: Dof | None, numerator: int, denominator: int, abscissa: FloatArray,
+def written(kind: int, response: Dof, reference: Dof | None, *, numerator: int, denominator: int, abscissa: FloatArray,
             data: Array, text: bool, units: tuple[str, str] = ("NONE", "NONE")) -> bytes:
     """Return one function as bytes of a set 58 (`text`) or 58b in double precision, exact to the last bit.
 

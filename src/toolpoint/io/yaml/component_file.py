@@ -49,7 +49,7 @@ def read(path: str | Path) -> Components:
     document = parse(Path(path))
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
-    part: ComponentFile | None = validate(ComponentFile, document.data, (), document)
+    part: ComponentFile | None = validate(ComponentFile, document.data, (), document=document)
     bodies = {} if part is None else _checked(part, document)
     if document.faults or part is None:
         raise FileFaults(str(path), document.text, document.faults)

@@ -116,7 +116,7 @@ def _scalar(node: ScalarNode, key: Key, document: Document) -> Any:
     return None if tag == "null" else text
 
 
-def validate(model: type[BaseModel], entry: Any, key: Key, document: Document) -> Any:
+def validate(model: type[BaseModel], entry: Any, key: Key, *, document: Document) -> Any:
     """Return an entry as its model, or None after its faults were added to the document."""
     if key and not isinstance(entry, dict):
         document.fault(key, f"{entry!r}; must hold keys such as {', '.join(list(model.model_fields)[:4])}")

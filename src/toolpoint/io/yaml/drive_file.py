@@ -21,7 +21,7 @@ def read(path: str | Path) -> DriveDescription:
     document = parse(Path(path))
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
-    model: BaseModel | None = validate(model_of(DriveDescription, version=True), document.data, (), document)
+    model: BaseModel | None = validate(model_of(DriveDescription, version=True), document.data, (), document=document)
     drives = None if model is None else describe(DriveDescription, model)
     for key, message in () if drives is None else find_faults(drives):
         document.fault(key, message)

@@ -55,12 +55,12 @@ def _description(document: Document) -> d.MachineDescription | None:
             document.fault((section,), "must be names with their data, indented below")
             entries = {}
         parts[section] = {name: part for name, entry in entries.items()
-                          if (part := validate(model, entry, (section, name), document)) is not None}
+                          if (part := validate(model, entry, (section, name), document=document)) is not None}
     for section in ("bodies", "joints"):
         if not data.get(section):
             document.fault((section,), "missing; a machine needs at least one")
     rest = {key: value for key, value in data.items() if key not in _SECTIONS}
-    top = validate(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document)
+    top = validate(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document=document)
     converted = _converted(document, parts)
     _references(document, top)
     _tree(document, converted, data)

@@ -11,7 +11,7 @@ from toolpoint._check import fail, floats
 from toolpoint.plot.figures.theme import figure, plain
 
 
-def frac_bands(values: ArrayLike, bands: ArrayLike, responses: Sequence[str], title: str = "") -> go.Figure:
+def frac_bands(values: ArrayLike, bands: ArrayLike, responses: Sequence[str], *, title: str = "") -> go.Figure:
     """Return FRAC values as a matrix of responses over bands.
 
     Parameters

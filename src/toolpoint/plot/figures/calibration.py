@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     import plotly.graph_objects as go
 
 
-def plot_force_fit(angle: FloatArray, measured: FloatArray, fitted: FloatArray, title: str = "") -> go.Figure:
+def plot_force_fit(angle: FloatArray, measured: FloatArray, fitted: FloatArray, *, title: str = "") -> go.Figure:
     """Return measured (points) and fitted (lines) forces, N, of one record over the rotation (rad) of its samples."""
     chart = figure(title, 380)
     degrees = np.degrees(angle)

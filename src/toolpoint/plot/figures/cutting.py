@@ -69,7 +69,7 @@ def with_simulations(chart: go.Figure, runs: Sequence[Simulation]) -> go.Figure:
     return chart
 
 
-def simulation_series(runs: Sequence[Simulation], follows: str, revolutions: int = 4, samples: int = 400) -> ClickedSeries:
+def simulation_series(runs: Sequence[Simulation], follows: str, revolutions: int = 4, *, samples: int = 400) -> ClickedSeries:
     """Return the vibration over the last revolutions of every simulated cut, shown when its point is clicked."""
     chart = figure("", 380)
     chart.update_xaxes(title_text="Time, s")

@@ -32,8 +32,8 @@ def bode(
     frfs: Frf | Mapping[str, Frf],
     outputs: Labels = None,
     inputs: Labels = None,
-    modes: Modes | None = None,
-    *,
+    *, modes: Modes | None = None,
+
     with_coherence: bool = True,
     log_frequency: bool = False,
     title: str = "",
@@ -80,8 +80,8 @@ def real_imaginary(
     frfs: Frf | Mapping[str, Frf],
     outputs: Labels = None,
     inputs: Labels = None,
-    modes: Modes | None = None,
-    *,
+    *, modes: Modes | None = None,
+
     log_frequency: bool = False,
     title: str = "",
 ) -> go.Figure:
@@ -197,7 +197,7 @@ def _finished(
         if modes.frequency.ndim > 1:
             fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
         inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
-        mark_modes(chart, inside, (low, high), log_frequency, row=1, col=1)
+        mark_modes(chart, inside, (low, high), logarithmic=log_frequency, row=1, col=1)
         for row in range(2, rows + 1):
             mark_modes(chart, inside, row=row, col=1)
     chart.update_xaxes(type="log" if log_frequency else "linear")

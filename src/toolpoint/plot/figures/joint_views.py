@@ -18,7 +18,7 @@ _MARK = "#b00020"
 
 def joint_views(
     points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], joints: Sequence[JointEstimate],
-    title: str = "",
+    *, title: str = "",
 ) -> go.Figure:
     """Return points coloured by component, joints as crosses, and a line along every free direction of each joint."""
     chart = views(title)
@@ -26,11 +26,12 @@ def joint_views(
     size = float(np.linalg.norm(np.ptp(np.array(list(at.values())), axis=0)))
     for view in range(3):
         for k, (name, members) in enumerate(components.items()):
-            dots(chart, view, {p: at[p] for p in members if p in at}, name, {"size": 5, "color": COLOURS[k % len(COLOURS)]})
+            dots(chart, view, {p: at[p] for p in members if p in at}, name=name,
+                 mark={"size": 5, "color": COLOURS[k % len(COLOURS)]})
         for joint in joints:
             ends = [(joint.position - 0.08 * size * way, joint.position + 0.08 * size * way) for way in joint.directions]
-            segments(chart, view, ends, _MARK)
+            segments(chart, view, ends, colour=_MARK)
         places: dict[Point, FloatArray] = {
             f"{j.parent} - {j.child}: {j.kind} {' '.join(j.freedoms)}": j.position for j in joints}
-        dots(chart, view, places, "joints", {"symbol": "x-thin", "size": 13, "line": {"width": 3, "color": _MARK}})
+        dots(chart, view, places, name="joints", mark={"symbol": "x-thin", "size": 13, "line": {"width": 3, "color": _MARK}})
     return chart

@@ -20,7 +20,7 @@ _GREY = "rgba(127,127,127,0.55)"
 
 
 def point_pairs(
-    test: Mapping[Point, ArrayLike], model: Mapping[Point, ArrayLike], pairs: Mapping[Point, Point], title: str = "",
+    test: Mapping[Point, ArrayLike], model: Mapping[Point, ArrayLike], pairs: Mapping[Point, Point], *, title: str = "",
 ) -> go.Figure:
     """Return test points (already in the model's frame, m) and model points, a line between the two of each pair.
 
@@ -35,7 +35,7 @@ def point_pairs(
     other = {name: at for name, at in b.items() if name not in set(pairs.values())}
     single = {name: at for name, at in a.items() if name not in pairs}
     for view in range(3):
-        segments(chart, view, [(a[p], b[q]) for p, q in pairs.items()], COLOURS[6])
+        segments(chart, view, [(a[p], b[q]) for p, q in pairs.items()], colour=COLOURS[6])
         for name, at, mark in (
                 ("model, paired", {q: b[q] for q in pairs.values()},
                  {"symbol": "square-open", "size": 11, "color": COLOURS[0]}),
@@ -43,7 +43,7 @@ def point_pairs(
                 ("model, single", other, {"symbol": "square-open", "size": 8, "color": _GREY}),
                 ("test, single", single, {"symbol": "x", "size": 9, "color": COLOURS[3]})):
             if at:
-                dots(chart, view, at, name, mark)
+                dots(chart, view, at, name=name, mark=mark)
     return chart
 
 
@@ -74,16 +74,16 @@ def point_values(
     known = {name: at[name] for name in values}
     scale = "RdYlBu" if good_is_high else "RdYlBu_r"
     for view in range(3):
-        segments(chart, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], _GREY)
+        segments(chart, view, [(at[p], at[q]) for p, q in lines if p in at and q in at], colour=_GREY)
         rest = {name: xyz for name, xyz in at.items() if name not in values}
         if rest:
-            dots(chart, view, rest, "no value", {"size": 5, "color": _GREY})
+            dots(chart, view, rest, name="no value", mark={"size": 5, "color": _GREY})
         numbers = [float(values[name]) for name in known]
         mark = {"size": 10, "color": numbers, "colorscale": scale, "cmin": limits[0], "cmax": limits[1],
                 "line": {"width": 0.5, "color": "rgba(60,60,60,0.6)"}, "showscale": view == 2,
                 "colorbar": {"title": {"text": plain(quantity)}, "thickness": 14}}
         words = [f"{plain(name)}: {plain(quantity)} {v:.3f}" for name, v in zip(known, numbers, strict=True)]
-        dots(chart, view, known, quantity, mark, words, False)
+        dots(chart, view, known, name=quantity, mark=mark, words=words, legend=False)
     return chart
 
 
@@ -101,7 +101,7 @@ def views(title: str) -> go.Figure:
     return chart
 
 
-def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str, mark: dict[str, Any],
+def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], *, name: str, mark: dict[str, Any],
          words: list[str] | None = None, legend: bool = True) -> None:
     """Add points (name to position) to a view (0, 1, 2)."""
     _, i, j = VIEWS[view]
@@ -111,7 +111,7 @@ def dots(chart: go.Figure, view: int, at: Mapping[Point, FloatArray], name: str,
                      hovertemplate="%{text}<extra></extra>", row=1, col=view + 1)
 
 
-def segments(chart: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], colour: str) -> None:
+def segments(chart: go.Figure, view: int, ends: list[tuple[FloatArray, FloatArray]], *, colour: str) -> None:
     """Add lines between pairs of positions to a view."""
     if not ends:
         return

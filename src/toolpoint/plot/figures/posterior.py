@@ -18,7 +18,7 @@ _CELLS = 28
 
 
 def posterior_corner(
-    values: ArrayLike, names: Sequence[str], normal: tuple[ArrayLike, ArrayLike] | None = None, title: str = "",
+    values: ArrayLike, names: Sequence[str], normal: tuple[ArrayLike, ArrayLike] | None = None, *, title: str = "",
 ) -> go.Figure:
     """Return histograms on the diagonal and densities of pairs below it, of at most six parameters.
 

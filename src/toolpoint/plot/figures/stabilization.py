@@ -19,7 +19,7 @@ _SYMBOLS = ("circle-open", "triangle-up-open", "diamond-open", "circle")
 
 
 def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: Sequence[int] | None = None,
-                  title: str = "") -> go.Figure:
+                  *, title: str = "") -> go.Figure:
     """Return the poles of all orders over frequency, by stability, with the indicator behind them.
 
     Parameters

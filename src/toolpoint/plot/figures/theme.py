@@ -61,7 +61,7 @@ def with_alpha(colour: str, alpha: float) -> str:
     return "rgba({},{},{},{:g})".format(*(int(colour[i:i + 2], 16) for i in (1, 3, 5)), alpha)
 
 
-def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, logarithmic: bool = False,
+def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float] | None = None, *, logarithmic: bool = False,
                row: Any = None, col: Any = None) -> None:
     """Draw a thin vertical line at each frequency (Hz); with `span`, the ends of the axis, labelled at its foot.
 

@@ -110,7 +110,7 @@ class Scene:
             np.repeat([names.index(box.body) for box in parts], 8), tuple(names))
 
     @classmethod
-    def of_mesh(cls, body: str, nodes: ArrayLike, triangles: ArrayLike, edge_angle: float = 30.0) -> Scene:
+    def of_mesh(cls, body: str, nodes: ArrayLike, triangles: ArrayLike, *, edge_angle: float = 30.0) -> Scene:
         """Return a triangle mesh as one body; edges at the rim and where faces meet above `edge_angle` (deg)."""
         points = floats("nodes", nodes, (None, 3))
         faces = _indices("triangles", triangles, 3, points.shape[0])
@@ -122,7 +122,7 @@ class Scene:
         points: Mapping[str | int, ArrayLike],
         lines: Iterable[tuple[str | int, str | int]] = (),
         triangles: Iterable[tuple[str | int, str | int, str | int]] = (),
-        components: Mapping[str, Sequence[str | int]] | None = None,
+        *, components: Mapping[str, Sequence[str | int]] | None = None,
     ) -> Scene:
         """Return measured points joined by lines (the geometry of a test).
 

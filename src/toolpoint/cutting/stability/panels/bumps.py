@@ -43,8 +43,12 @@ class Level:
         return cls(depth, growth, float(np.log(mean)), float(np.sign(top.real)) * (abs(top) + second) / (2 * mean))
 
 
-def bump(before: Level | None, a: Level, b: Level, *, beyond: Level | None) -> float | None:
-    """Depth between levels a and b of one sign where their pairs, continued, come near the circle; None if nowhere."""
+def bump(window: tuple[Level | None, Level, Level, Level | None]) -> float | None:
+    """Return the depth between the two middle levels, of one sign, where their pairs, continued, come near the circle.
+
+    `window`: four levels by depth, the outer ones None at the ends; None where no pair comes near.
+    """
+    before, a, b, beyond = window
     if (a.growth > 0) != (b.growth > 0) or not np.isfinite(a.mean + b.mean):
         return None
     w = a.depth + (b.depth - a.depth) * PLACES

@@ -185,7 +185,7 @@ class PanelSearch:
         for _ in range(ROUNDS):
             before, beyond = [None, *levels[:-2]], [*levels[2:], None]
             windows = zip(before, levels[:-1], levels[1:], beyond)
-            places = [bump(*window[:3], beyond=window[3]) for window in windows if fresh.intersection(window)]
+            places = [bump(window) for window in windows if fresh.intersection(window)]
             fresh = {self._look(w) for w in places if w is not None}
             if not fresh:
                 break
