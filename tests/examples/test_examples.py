@@ -65,6 +65,18 @@ def test_two_shakers_at_once():
     assert run("shake_a_structure.py") < 0.1
 
 
+def test_scallops_of_a_trochoid():
+    assert run("measure_a_milled_surface.py") == pytest.approx(1.0, rel=1e-3)
+
+
+def test_the_least_width_of_turning():
+    assert run("tell_which_chatter_it_is.py") == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_tool_stands_where_it_was_asked_to():
+    assert run("place_a_tool.py") < 1e-12
+
+
 def test_a_foundation_carries_the_weight():
     assert run("weigh_a_machine.py") == pytest.approx(1.0, rel=1e-9)
 

@@ -87,12 +87,6 @@ class PlaneDynamics:
         values = None if self.values is None else turn @ self.values @ turn.T
         return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values)
 
-    @property
-    def in_plane(self) -> PlaneDynamics:
-        """The response without the direction z."""
-        values = None if self.values is None else self.values[:, :2, :2]
-        return replace(self, residues=self.residues[:, :2, :2], static=self.static[:2, :2], values=values)
-
     def with_modal_residual(self) -> PlaneDynamics:
         r"""The response with its static part (upper residual) given by heavily damped modes far above the others.
 

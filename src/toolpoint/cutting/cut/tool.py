@@ -80,11 +80,6 @@ class Tool:
         return bool(np.ptp(self.pitch) < 1e-12 and np.ptp(self.helix) < 1e-12)
 
     @property
-    def is_cylinder(self) -> bool:
-        """Whether the tool is a regular, straight-edged cylinder: one delay, one chip normal, a cut linear in depth."""
-        return self.is_regular and not self.has_helix and self.corner_radius == 0
-
-    @property
     def has_helix(self) -> bool:
         """Whether any tooth has a helix."""
         return bool(np.any(np.abs(self.helix) > 1e-12))

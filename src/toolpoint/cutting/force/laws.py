@@ -258,13 +258,6 @@ def edge_field(problem: MillingProblem, depth: float, angle: FloatArray, *, slic
     return phi, np.where((phi > entry) & (phi < leave), chip, 0.0), kappa, radius, share
 
 
-def chip_field(problem: MillingProblem, depth: float, angle: FloatArray, *, slices: int,
-               trochoidal: bool = False) -> tuple[FloatArray, FloatArray, float]:
-    """Return (phi, chip thickness, edge length of a slice) of `edge_field`."""
-    phi, chip, _, _, share = edge_field(problem, depth, angle, slices=slices, trochoidal=trochoidal)
-    return phi, chip, share
-
-
 def _chips(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoidal: bool) -> FloatArray:
     """Chip thickness: the least over earlier passages of their feed share plus the difference of edge radii."""
     tool, f = problem.tool, problem.feed_per_tooth

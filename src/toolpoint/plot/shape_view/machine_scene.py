@@ -9,18 +9,13 @@ from toolpoint.bodies import mesh
 from toolpoint.kinematics import Pose
 from toolpoint.machine.description import BodyDescription, ShapeDescription
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, place_machine
+from toolpoint.machine.placement import Placement
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.scene import Box, Scene
 from toolpoint.spatial import transform as tf
 
 POINTS = "points"
-
-
-def machine_scene(machine: Machine, pose: Pose | None = None) -> Scene:
-    """Return the machine at one pose: shapes, meshes or boxes of equal inertia; a small box at every named point."""
-    return _scene(place_machine(machine, pose))[0]
 
 
 def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -> tuple[Scene, AnimatedShapes]:

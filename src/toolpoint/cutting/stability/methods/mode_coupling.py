@@ -68,4 +68,4 @@ def mode_coupling(problem: MillingProblem, depth_max: float = 0.05, levels: int 
         middle = (low + high) / 2
         low, high = (low, middle) if roots(middle).real.max() > 0 else (middle, high)
     s = roots(high)
-    return ModeCoupling(high, float(np.abs(s[np.argmax(s.real)].imag)) / (2 * np.pi))
+    return ModeCoupling(float(high), float(np.abs(s[np.argmax(s.real)].imag)) / (2 * np.pi))
