@@ -121,9 +121,7 @@ class MillingProblem:
         for name in ("feed_per_tooth", "process_damping"):
             if getattr(self, name) < 0:
                 fail(f"MillingProblem.{name}", f"{getattr(self, name):g}", "must not be negative")
-        speed_dependent = callable(self.dynamics) and not isinstance(self.dynamics, PlaneDynamics)
-        start = self.dynamics(1000.0) if speed_dependent else self.dynamics  # type: ignore[operator]
-        put(self, "plane", plane_dynamics(start, self.x, self.y, z=self.z).rotated(self.feed_angle))
+        put(self, "plane", self._plane_at(1000.0))
 
     @property
     def depends_on_speed(self) -> bool:
@@ -134,7 +132,11 @@ class MillingProblem:
         """Return the response at this spindle speed (rev/min) in the feed frame."""
         if not self.depends_on_speed:
             return self.plane
-        return plane_dynamics(self.dynamics(float(speed)), self.x, self.y, self.z).rotated(self.feed_angle)  # type: ignore
+        return self._plane_at(float(speed))
+
+    def _plane_at(self, speed: float) -> PlaneDynamics:
+        dynamics = self.dynamics(speed) if callable(self.dynamics) else self.dynamics
+        return plane_dynamics(dynamics, self.x, self.y, z=self.z).rotated(self.feed_angle)
 
     def tooth_period(self, speed: FloatArray | float) -> FloatArray:
         """Return 60/(N speed), s, for speeds in rev/min."""

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import least_squares
+from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import t as student
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative
@@ -111,10 +111,10 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
 
 def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float, names: tuple[str, ...]) -> FloatArray:
     """Mean force (3) per unit of each coefficient."""
-    def integral(function: object) -> float:
+    def integral(function: Callable[[FloatArray], FloatArray]) -> float:
         x, w = np.polynomial.legendre.leggauss(24)
         phi = entry + (leave - entry) * (1 + x) / 2
-        return float(w @ function(phi)) * (leave - entry) / 2  # type: ignore[operator]
+        return float(w @ function(phi)) * (leave - entry) / 2
 
     c = depth * teeth / (2 * np.pi)
     cos, sin = integral(np.cos), integral(np.sin)
@@ -281,10 +281,10 @@ def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, direc
     return keep.transpose(2, 1, 0).reshape(-1, keep.shape[0])
 
 
-def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
-    p, jacobian = fit.x, fit.jac  # type: ignore[attr-defined]
-    linear, freedom = len(names), size - fit.x.size  # type: ignore[attr-defined]
-    sigma2 = 2 * fit.cost / freedom  # type: ignore[attr-defined]
+def _reported(fit: OptimizeResult, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
+    p, jacobian = fit.x, fit.jac
+    linear, freedom = len(names), size - fit.x.size
+    sigma2 = 2 * fit.cost / freedom
     covariance = sigma2 * np.linalg.pinv(jacobian.T @ jacobian)
     turn = np.eye(p.size)
     values = p.astype(float).copy()
@@ -298,8 +298,8 @@ def _reported(fit: object, names: list[str], scale: FloatArray, runout: bool, sh
         names = [*names, "runout", "runout_angle"]
     names = [*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)])]
     poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
-    status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"  # type: ignore
-    if fit.success and poor:  # type: ignore[attr-defined]
+    status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"
+    if fit.success and poor:
         status = ("converged; the run-out's two components are poorly determined (two teeth show only one of them): "
                   "its interval is too narrow; cut deeper or use a tool with more teeth")
     return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)), status)
