@@ -76,7 +76,7 @@ def test_agreement_with_the_engine_off_the_boundary() -> None:
             if chart.stable([factor * limit])[0, 0] != (factor < 1):
                 continue
             run = simulate(problem, speed, factor * limit, revolutions=120, method=ExactSteps(600))
-            assert (run.growth(60) < 1) == (factor < 1) or run.is_chattering() == (factor > 1)
+            assert run.is_chattering() in (factor > 1, None)
 
 
 def test_spectrum_marks_its_lines() -> None:
@@ -90,7 +90,7 @@ def test_spectrum_marks_its_lines() -> None:
     chatter = simulate(problem, 10000.0, 3e-3, revolutions=200)
     lines = [f for f, _, kind in chatter.spectrum(last_revolutions=64).lines(0.3) if kind == "chatter"]
     want = stability.chart(problem, [10000.0]).frequency[0]
-    assert chatter.is_chattering() and min(abs(f - want) for f in lines) < 60
+    assert chatter.is_chattering() is True and min(abs(f - want) for f in lines) < 60
 
 
 def test_loss_of_contact_limits_the_vibration() -> None:
@@ -174,7 +174,7 @@ def test_a_stable_cut_with_run_out_does_not_chatter() -> None:
     problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 4, runout=2e-5), feed_per_tooth=1e-4)
     run = simulate(problem, 9000.0, 0.05e-3, revolutions=60, method=ExactSteps(400))
     assert np.abs(run.displacement[-1] - run.displacement[-1 - run.steps_per_period]).max() > 1e-8
-    assert not run.is_chattering()
+    assert run.is_chattering() is False
 
 
 def test_edges_kept_in_contact_grow_and_decay_as_the_multiplier_says_from_any_start() -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,8 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.probability import ProbabilityChart
-from toolpoint.cutting.simulation.milling import Simulation, simulate
+from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.verdict import run_until_decided
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.described_cut import build_problem
 from toolpoint.studies.text_table import text_table
@@ -23,6 +25,7 @@ from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sample_cha
 DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 ROUGH = 0.2  # stated error over limit, above which a remark says so
+RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
 NamedProgress = Callable[[str, int, int], None]
@@ -155,9 +158,14 @@ def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedPr
             for w in np.linspace(top / 5, top, 5)]
     runs = []
     for i, (speed, depth) in enumerate(grid):
-        runs.append(simulate(fed, speed, depth, revolutions=60))
+        most = RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
+        runs.append(run_until_decided(partial(_run, fed, speed, depth), 60, max(60, most)))
         progress("simulated cuts", i + 1, len(grid))
     return runs
+
+
+def _run(problem: MillingProblem, speed: float, depth: float, revolutions: int) -> Simulation:
+    return simulate(problem, speed, depth, revolutions=revolutions)
 
 
 def _limit_rows(chart: StabilityChart) -> list[list[str]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -11,49 +11,59 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
+from toolpoint.studies.cut_stability import CutStability, cut_stability
 from toolpoint.studies.described_cut import build_problem
 from toolpoint.studies.lobes_study import FEED
 from toolpoint.studies.tool_dynamics import ToolDynamics
 
-LEAST, MOST = 60, 2000  # revolutions taken where none are asked for
+LEAST = 60  # revolutions of the first run
 FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
 MOST_STEPS, FASTEST, DEEPEST = 30_000_000, 1e6, 1.0
+RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
 
 
 @dataclass(frozen=True, eq=False)
 class SimulatedCut:
-    """The simulation; `decided`: whether its start-up had time to die out, so that chatter can be told from it;
-    `notes`: what was assumed."""
+    """The simulation; `verdict` on it; `linear`: multiplier and limit of the stability chart; `notes`: what was assumed."""
 
     run: Simulation
-    decided: bool
+    verdict: Verdict
+    linear: CutStability = field(default_factory=CutStability)
     notes: tuple[str, ...] = ()
 
     @property
     def state(self) -> str:
         """``chatter``, ``stable`` or ``undecided``."""
-        return "undecided" if not self.decided else "chatter" if self.run.is_chattering() else "stable"
+        return self.verdict.state
 
     def rows(self) -> list[tuple[str, str]]:
         """Return rows (quantity, value) of a simulated cut."""
         run = self.run
         tail = run.force[-10 * run.steps_per_revolution:]
         moved = run.peak_to_peak()
-        return [("state", self.state), ("status", run.status),
+        return [("state", self.state), ("because", self.verdict.reason), *self._growth(), *self.linear.rows(),
+                ("status", run.status),
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
                 ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
                 ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
                 ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"),
                 ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
 
+    def _growth(self) -> list[tuple[str, str]]:
+        v = self.verdict
+        return [] if np.isnan(v.growth) else [("growth in the simulation", f"{v.growth:.5f} +- {v.error:.1e} a period")]
+
     def table(self) -> str:
-        """Return state, forces, power and vibration as text."""
+        """Return state, growth, multiplier and limit, forces, power and vibration as text."""
         return "\n".join(f"{name:32s} {value}" for name, value in self.rows())
 
     def to_dict(self) -> dict[str, Any]:
-        """Return state, vibration (m), power (W) as plain data; chatter None where it is undecided."""
-        run = self.run
-        return {"chatter": run.is_chattering() if self.decided else None, "state": self.state,
+        """Return verdict, growth, multiplier, limit, vibration (m), power (W) as plain data; chatter None where undecided."""
+        run, v = self.run, self.verdict
+        growth = {"growth": None, "growth_error": None} if np.isnan(v.growth) else {"growth": v.growth, "growth_error": v.error}
+        return {"chatter": v.chatters, "state": v.state, "reason": v.reason, **growth, **self.linear.to_dict(),
+                "revolutions": (run.time.size - 1) // run.steps_per_revolution, "notes": list(self.notes),
                 "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()), "status": run.status}
 
 
@@ -70,23 +80,39 @@ def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None
     speed, depth : float
         rev/min, m.
     revolutions : int, optional
-        As many as the slowest mode needs to forget the start where left out.
+        Where left out the cut is run on until its state is decided, up to 20 million time steps.
     """
     check_cut(values or {}, speed, depth)
     problem, _, notes = build_problem(dynamics, values or {}, in_time=True)
     if not problem.feed_per_tooth:
         notes.append(f"feed per tooth not given: {1e3 * FEED:g} mm is taken (`feed`)")
         problem = problem.changed(feed_per_tooth=FEED)
-    needed = revolutions_to_forget(problem, speed)
-    count = revolutions or min(max(LEAST, needed), MOST)
-    _check_steps(problem, speed, count)
-    step(f"simulation of {count} revolutions")
-    run = simulate(problem, speed, depth, revolutions=count)
-    decided = count >= needed or run.status != "complete"
-    if not decided:
-        notes.append(f"{count} revolutions are too few to tell chatter from the start-up, which takes {needed}; "
-                     "give `revolutions`")
-    return SimulatedCut(run, decided, tuple(dict.fromkeys([*notes, *run.notes])))
+    first = revolutions or max(LEAST, revolutions_to_forget(problem, speed))
+    per_turn = ExactSteps().chosen(problem, speed) * problem.tool.teeth
+    if not revolutions and per_turn * LEAST <= MOST_STEPS:
+        first = min(first, MOST_STEPS // per_turn)
+    _check_steps(problem, speed, first)
+
+    def attempt(turns: int) -> Simulation:
+        step(f"simulation of {turns} revolutions")
+        return simulate(problem, speed, depth, revolutions=turns)
+
+    run = run_until_decided(attempt, first, revolutions or max(first, RUN_ON_STEPS // per_turn))
+    verdict, linear = run.verdict(), cut_stability(run)
+    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
+
+
+def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
+    """Return remarks on an undecided cut, and where simulation and chart disagree."""
+    if verdict.state == "undecided":
+        return [f"undecided: {verdict.reason}; give more `revolutions`, or go by the multiplier"]
+    if linear.stable is None or linear.stable != verdict.chatters:
+        return []
+    if linear.stable:
+        return ["the stability chart calls this cut stable, yet its simulation chatters: the blow of the start throws edges "
+                "out of the material and the vibration stays; the cut is safe from small disturbances only"]
+    return ["the stability chart calls this cut unstable, yet its simulation fades: they differ by their steps and slices near "
+            "the limit; do not rely on it"]
 
 
 def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:

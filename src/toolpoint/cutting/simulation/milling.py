@@ -11,6 +11,7 @@ from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, f
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
+from toolpoint.cutting.simulation.verdict import Verdict, judge
 from toolpoint.vibration import Dof, Record
 
 
@@ -81,11 +82,13 @@ class Simulation:
         """Peak-to-peak displacement in every direction over the last revolutions, m."""
         return np.ptp(self.displacement[-last_revolutions * self.steps_per_revolution:], axis=0)
 
-    def is_chattering(self, tolerance: float = 1e-3, last_revolutions: int = 10) -> bool:
-        """Whether successive periods of the cut still differ by more than `tolerance` of the vibration, or grow."""
-        m = self.steps_per_repeat
-        tail = self.displacement[-max(last_revolutions * self.steps_per_revolution, 2 * m):]
-        return bool(np.abs(tail[m:] - tail[:-m]).max() > tolerance * max(np.ptp(tail, axis=0).max(), 1e-300))
+    def verdict(self) -> Verdict:
+        """Return whether the cut is stable, chatters, or whether this run is too short to tell, with the growth a period."""
+        return judge(self)
+
+    def is_chattering(self) -> bool | None:
+        """Whether the cut chatters; None where the run is too short to tell (see `verdict`)."""
+        return self.verdict().chatters
 
     def growth(self, periods: int = 80) -> float:
         """Growth of the difference between periods of the cut, per period, over the last `periods`; 1 on the boundary.

@@ -55,15 +55,17 @@ def chip_response(frf: Frf, least: tuple[float, float] | None = None) -> go.Figu
 
 
 SIMULATED = "simulated cuts"
+SYMBOLS = {"chatter": "x", "stable": "circle", "undecided": "circle-open"}
 
 
 def with_simulations(chart: go.Figure, runs: Sequence[Simulation]) -> go.Figure:
-    """Return a stability chart with simulated cuts as points, crosses where they chatter; each can be clicked."""
-    chatter = [run.is_chattering() for run in runs]
+    """Return a stability chart with simulated cuts as points, crosses where they chatter, open circles where it is undecided;
+    each can be clicked."""
+    states = [run.verdict().state for run in runs]
     chart.add_scatter(
         x=[run.speed for run in runs], y=[1e3 * run.depth for run in runs], mode="markers", name=SIMULATED,
-        customdata=list(range(len(runs))), text=["chatter" if c else "stable" for c in chatter],
-        marker={"symbol": ["x" if c else "circle" for c in chatter], "size": 9, "color": "rgba(30,36,48,0.85)",
+        customdata=list(range(len(runs))), text=states,
+        marker={"symbol": [SYMBOLS[state] for state in states], "size": 9, "color": "rgba(30,36,48,0.85)",
                 "line": {"width": 1, "color": "white"}},
         hovertemplate="%{x:.0f} rev/min, %{y:.3g} mm<br>%{text} in the simulation, click to see it")
     return chart
@@ -78,7 +80,7 @@ def simulation_series(runs: Sequence[Simulation], follows: str, revolutions: int
     for run in runs:
         tail = run.displacement[-revolutions * run.steps_per_revolution:]
         step = max(1, len(tail) // samples)
-        words = f"{run.speed:.0f} rev/min, {1e3 * run.depth:.3g} mm: {'chatter' if run.is_chattering() else 'stable'}"
+        words = f"{run.speed:.0f} rev/min, {1e3 * run.depth:.3g} mm: {run.verdict().state}"
         sets.append((words, run.time[-len(tail):][::step], [1e6 * tail[::step, k] for k in range(2)]))
     return ClickedSeries(chart, follows, SIMULATED, ("vibration x", "vibration y"), COLOURS[:2], sets,
                          "Simulated vibration of the point last clicked on the chart.", "simulated")
