@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io import uff
+from toolpoint.io.door import door
 from toolpoint.io.suffixes import UNIVERSAL, YAML
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.named_points import point_positions
@@ -19,6 +20,7 @@ _FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV w
             "file (.yaml)")
 
 
+@door("file of points")
 def read(path: str | Path) -> Geometry:
     """Return the geometry of a universal file (sets 15 or 2411, 82), of a CSV file with columns point, x, y, z (m), or the
     points of a machine file (YAML) at its reference pose."""

@@ -14,11 +14,16 @@ import h5py
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint.io import reader_process
+from toolpoint.io.door import door
 from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
 
 FORMAT, VERSION = "toolpoint", 1
 NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace)}
 Noun = Record | Frf | Modes | SecondOrderSystem | StateSpace
+FOLDER = "nouns/"
+# Path of every group and dataset: its attributes and its value.
+Tree = dict[str, tuple[dict[str, Any], Any]]
 T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace)
 
 
@@ -77,38 +82,39 @@ def read(path: str | Path, kind: type[T]) -> T:
     return fitting[0]
 
 
+@door("HDF5 file of toolpoint")
 def read_all(path: str | Path) -> dict[str, Noun]:
     """Return all nouns of a file by name, as they were written; a noun that was saved alone is named ``noun``."""
     path = Path(path)
     if not path.is_file():
         raise ToolpointError(f"{path}: no such file; check the name and the folder")
-    try:
-        with h5py.File(path, "r") as file:
-            _check(file, path)
-            return {name: _get(group, path) for name, group in file["nouns"].items()}
-    except OSError as error:
-        raise ToolpointError(f"{path}: not a whole HDF5 file ({str(error).splitlines()[0]}); it is cut off, damaged or "
-                             "something else; save it again") from None
+    tree: Tree = reader_process.load(path, "hdf5")
+    _check(tree, path)
+    return {name.removeprefix(FOLDER): _get(name, tree, path) for name in tree
+            if name.startswith(FOLDER) and "noun" in tree[name][0]}
 
 
-def _check(file: h5py.File, path: Path) -> None:
-    if file.attrs.get("format") != FORMAT or "nouns" not in file:
-        held = ", ".join(list(file)[:5]) or "nothing"
+def _check(tree: Tree, path: Path) -> None:
+    attributes = tree[""][0]
+    if attributes.get("format") != FORMAT or "nouns" not in tree:
+        held = ", ".join([name for name in tree if name and "/" not in name][:5]) or "nothing"
         raise ToolpointError(f"{path}: an HDF5 file, but not one of toolpoint (it holds {held})")
-    if int(file.attrs["version"]) > VERSION:
-        raise ToolpointError(f"{path}: file version {file.attrs['version']}; this program reads up to {VERSION}; update it")
+    if int(attributes["version"]) > VERSION:
+        raise ToolpointError(f"{path}: file version {attributes['version']}; this program reads up to {VERSION}; update it")
 
 
-def _get(group: h5py.Group, path: Path) -> Any:
-    kind = str(group.attrs.get("noun", ""))
+def _get(group: str, tree: Tree, path: Path) -> Any:
+    kind = str(tree[group][0]["noun"])
     if kind not in NOUNS:
         raise ToolpointError(f"{path}: unknown noun {kind!r}; known: {', '.join(NOUNS)}")
     known = {field.name for field in fields(NOUNS[kind])}
     values = {}
-    for name, data in group.items():
-        if name not in known:
-            raise ToolpointError(f"{path}: {kind} has no {name!r}; the file was written by another version")
-        values[name] = json.loads(data.asstr()[()], object_hook=_dof) if data.dtype.kind == "O" else data[()]
+    for entry, (_, value) in tree.items():
+        if entry.startswith(f"{group}/") and "/" not in entry[len(group) + 1:]:
+            name = entry[len(group) + 1:]
+            if name not in known:
+                raise ToolpointError(f"{path}: {kind} has no {name!r}; the file was written by another version")
+            values[name] = json.loads(value, object_hook=_dof) if isinstance(value, str) else value
     return NOUNS[kind](**{name: tuple(v) if isinstance(v, list) else v for name, v in values.items()})
 
 

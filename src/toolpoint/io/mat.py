@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError, suggestion
+from toolpoint.io.door import door
 from toolpoint.io.mat_variables import texts, variables
 from toolpoint.io.text.record_table import TIMES, of_columns
 from toolpoint.vibration import Dof, Frf, Record
@@ -16,6 +17,7 @@ from toolpoint.vibration.dof import dofs
 RATES = ("fs", "sample_rate", "rate")
 
 
+@door("MATLAB file")
 def read_frf(path: str | Path, frequency: str | None = None, values: str | None = None,
              *, outputs: Iterable[Dof | str] | None = None, inputs: Iterable[Dof | str] | None = None,
              quantity: str | None = None) -> Frf:
@@ -65,6 +67,7 @@ def states_labels(path: str | Path) -> bool:
     return {"outputs", "inputs"} <= texts(path).keys()
 
 
+@door("MATLAB file")
 def read_record(path: str | Path) -> Record:
     """Return the vectors of a MATLAB file (SI) that are as long as its time vector ``t`` or ``time``, or with ``fs`` (Hz).
 

@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
+from toolpoint.io.door import door
 from toolpoint.vibration import Frf
 from toolpoint.vibration.dof import dofs
 
 KEYS = ("frequency", "values", "outputs", "inputs", "quantity")
 
 
+@door("NumPy file")
 def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
     """Return the responses of an .npz file, SI.
 
@@ -36,12 +38,14 @@ def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
     return Frf(arrays["frequency"], arrays["values"], outputs, inputs, stated or quantity or "receptance")
 
 
+@door("NumPy file")
 def states_quantity(path: str | Path) -> bool:
     """Return whether a file says what its responses are."""
     arrays = _load(Path(path))
     return isinstance(arrays, dict) and "quantity" in arrays
 
 
+@door("NumPy file")
 def read_table(path: str | Path) -> FloatArray:
     """Return the table (n_f, 3) of an .npy file: Hz, real part, imaginary part."""
     table = _load(Path(path))

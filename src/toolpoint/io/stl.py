@@ -8,10 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.door import door
 
 _RECORD = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 
 
+@door("STL file")
 def read(path: str | Path) -> FloatArray:
     """Return the triangle corners of an STL file, in the file's own length unit, shape (t, 3, 3).
 

@@ -7,10 +7,12 @@ as failed, and the rest goes on.
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import io
 import json
 import os
+import tempfile
 import time
 import zipfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -252,11 +254,10 @@ class _Store:
         self.folder = folder
         folder.mkdir(parents=True, exist_ok=True)
         manifest = folder / "study.json"
-        if manifest.exists():
-            if json.loads(manifest.read_text())["fingerprint"] != fingerprint:
-                raise ToolpointError(f"folder: {folder} holds another study (other function or points); take an empty folder")
-        else:
-            _atomic(manifest, json.dumps({"fingerprint": fingerprint}).encode())
+        if not manifest.exists():
+            _atomic(manifest, json.dumps({"fingerprint": fingerprint}).encode(), replace=False)
+        if _fingerprint_of(manifest) != fingerprint:
+            raise ToolpointError(f"folder: {folder} holds another study (other function or points); take an empty folder")
 
     def save(self, chunk: Chunk) -> None:
         arrays: dict[str, Array] = {}
@@ -290,7 +291,26 @@ class _Store:
         return done
 
 
-def _atomic(path: Path, content: bytes) -> None:
-    part = path.with_suffix(path.suffix + ".part")
-    part.write_bytes(content)
-    os.replace(part, path)
+def _fingerprint_of(manifest: Path) -> str:
+    try:
+        return str(json.loads(manifest.read_text())["fingerprint"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise ToolpointError(f"folder: {manifest} cannot be read ({error}); take an empty folder") from None
+
+
+def _atomic(path: Path, content: bytes, *, replace: bool = True) -> None:
+    """Write a file so that it is there whole or not at all; runs that write the same one at once do not meet.
+
+    Without `replace` the first of them wins, and the others leave its file as it is.
+    """
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=path.name, suffix=".part")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        if replace or not hasattr(os, "link"):
+            os.replace(name, path)
+        else:
+            with contextlib.suppress(FileExistsError):
+                os.link(name, path)
+    finally:
+        Path(name).unlink(missing_ok=True)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail
+from toolpoint._check import FloatArray, ToolpointWarning, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
@@ -25,7 +26,7 @@ from toolpoint.updating import (
     identifiability,
 )
 from toolpoint.updating.low_rank import factor_matrices
-from toolpoint.updating.residuals import track_modes
+from toolpoint.updating.residuals import silent_responses, track_modes
 from toolpoint.updating.system_model import Factors, Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
@@ -246,9 +247,23 @@ def update(
     elif modes is not None or frf is not None:
         fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose=pose)
+    _say_silent(task)
     result = _staged(task, method, limit, least_influence, restarts)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
+
+
+def _say_silent(task: Problem) -> None:
+    """Warn of measured responses that the model makes zero: they are left out of the fit."""
+    names = []
+    for prediction in task.predictions(task.start):
+        if prediction.frf is not None:
+            frf = prediction.frf
+            names += [f"{frf.outputs[o]} to {frf.inputs[i]}" for o, i in np.argwhere(silent_responses(frf))]
+    if names:
+        warnings.warn(f"responses of {', '.join(names[:6])}{' and others' if len(names) > 6 else ''}: the model does not move "
+                      "there at all, so they are left out of the fit; a direction or a joint may be missing in the model",
+                      ToolpointWarning, stacklevel=3)
 
 
 def _stages(task: Problem) -> list[Problem]:

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import linear_sum_assignment
 
-from toolpoint._check import Array, ComplexArray, FloatArray, fail
+from toolpoint._check import Array, BoolArray, ComplexArray, FloatArray, fail
 from toolpoint.updating.prediction import Prediction, ShapeSlopes
 from toolpoint.updating.targets import Targets
-from toolpoint.vibration import Modes, correlation
+from toolpoint.vibration import Frf, Modes, correlation
 
 FREQUENCY_WEIGHT = 0.1
+SILENT = 1e-12  # of the largest response: below, a model's response is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,10 +163,18 @@ class Weighting:
         if frf is None or measured is None or frf.values.shape != measured.values.shape:
             fail("model", f"a prediction of {frf!r}", f"must be at the lines and Dofs of {measured!r}")
         slopes = prediction.frf_slopes
+        silent = silent_responses(frf)
+        if silent.any():  # nothing that is moved changes them: they hold no information, and no logarithm
+            ones = np.where(silent, 1.0, frf.values)
+            frf, measured = replace(frf, values=ones), replace(measured, values=np.where(silent, 1.0, measured.values))
+            slopes = None if slopes is None else slopes * ~silent
         if self.targets.frf_kind == "log":
             sd = self.frf_sd / np.maximum(np.abs(measured.values), 1e-300)
-            difference: ComplexArray = np.asarray(np.log(frf.values / measured.values) / sd, complex)
-            slopes = None if slopes is None else slopes / (frf.values * sd)
+            used = (frf.values != 0) & (measured.values != 0)  # a line that is exactly zero has no logarithm
+            ratio = np.where(used, frf.values, 1.0) / np.where(used, measured.values, 1.0)
+            difference: ComplexArray = np.asarray(np.log(ratio) / sd, complex)
+            per_value = np.where(used, 1.0, 0.0) / (np.where(used, frf.values, 1.0) * sd)
+            slopes = None if slopes is None else slopes * per_value
             # Errors of the logarithm are those of the response turned back by its phase.
             turn = None if self.whitening is None else np.exp(1j * np.angle(measured.values))
         else:
@@ -180,6 +189,12 @@ class Weighting:
             return "frf", values, None
         flat = slopes.reshape(len(slopes), -1).T
         return "frf", values, np.concatenate([flat.real, flat.imag])
+
+
+def silent_responses(frf: Frf) -> BoolArray:
+    """Return which responses (n_outputs, n_inputs) a model makes zero: within rounding of the largest, at all lines."""
+    size = np.abs(frf.values).max(axis=-3)
+    return np.asarray(size <= SILENT * size.max())
 
 
 class _Turned:

@@ -65,15 +65,20 @@ def ecomac(first: Array, second: Array) -> FloatArray:
 def frac(first: Frf, second: Frf) -> FloatArray:
     r"""Return the frequency response assurance criterion of every output-input pair, shape (..., n_outputs, n_inputs).
 
-    :math:`|\sum_f a_f^* b_f|^2 / (\sum |a|^2 \sum |b|^2)` over equal frequency lines.
+    :math:`|\sum_f a_f^* b_f|^2 / (\sum |a|^2 \sum |b|^2)` over equal frequency lines; 0 where one of both is zero at all
+    lines, 1 where both are.
     """
     if first.frequency.shape != second.frequency.shape or not np.allclose(first.frequency, second.frequency, rtol=1e-9):
         fail("frac", f"{first!r} and {second!r}", "must have equal frequency lines", "use frf.interpolated")
     if first.quantity != second.quantity or first.values.shape[-2:] != second.values.shape[-2:]:
         fail("frac", f"{first!r} and {second!r}", "must have the same quantity, outputs and inputs")
     a, b = first.values, second.values
+    a, b = (values / np.where((top := np.abs(values).max(axis=-3, keepdims=True)) > 0, top, 1.0) for values in (a, b))
     cross = np.abs((a.conj() * b).sum(axis=-3)) ** 2
-    return cross / ((np.abs(a) ** 2).sum(axis=-3) * (np.abs(b) ** 2).sum(axis=-3))
+    powers = [(np.abs(values) ** 2).sum(axis=-3) for values in (a, b)]
+    product = powers[0] * powers[1]
+    silent = np.where((powers[0] == 0) & (powers[1] == 0), 1.0, 0.0)
+    return np.asarray(np.where(product > 0, cross / np.where(product > 0, product, 1.0), silent))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError
+from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.vibration import Dof, Record
 
@@ -68,6 +69,7 @@ class FrequencyTrace:
                 f"{self.input[0].sample_rate:g} Hz; {self.frequency[0]:g}..{self.frequency[-1]:g} Hz)")
 
 
+@door("controller trace")
 def read(path: str | Path) -> FrequencyTrace:
     """Return the measurement of a file of the kind ResponseTestCustom.
 
@@ -87,6 +89,8 @@ def read(path: str | Path) -> FrequencyTrace:
     except ET.ParseError as error:
         line, column = error.position
         raise FileFaults(str(path), text, [Fault(line, column + 1, "", f"broken XML: {error.msg}")]) from None
+    except (LookupError, ValueError) as error:
+        raise FileFaults(str(path), text, [Fault(1, 1, "", f"broken XML: {error}; a trace is in UTF-8")]) from None
     return _Reader(path, text, root).trace()
 
 
@@ -119,7 +123,10 @@ class _Reader:
     def number(self, element: ET.Element, name: str) -> float:
         for child in element:
             if child.get("name") == name and child.text:
-                return float(child.text)
+                try:
+                    return float(child.text)
+                except ValueError:
+                    raise self.fail(f"{name} is {child.text.strip()[:40]!r}; must be a number", name) from None
         raise self.fail(f"{name} is missing", name)
 
     def series(self, node: ET.Element, name: str) -> tuple[Record, ...]:

@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.vibration import Dof, Frf
 
@@ -16,6 +17,7 @@ _LINE = re.compile(rf"^\s*({_NUMBER})(?:[\s,;]+({_NUMBER}))(?:[\s,;]+({_NUMBER})
 _DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+(?:[eE][-+]?\d+)?[\s;]")
 
 
+@door("table of numbers")
 def read(path: str | Path, output: Dof | str = "1:+x", input: Dof | str | None = None, *, quantity: str = "receptance") -> Frf:
     """Return one response from a text file of three columns: Hz, real part, imaginary part.
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.vibration import Dof, Record
@@ -32,6 +33,7 @@ def channel_of(name: str) -> tuple[Dof, str]:
     return Dof(name.strip(), "+x"), name.strip().lower()
 
 
+@door("table of numbers")
 def read(path: str | Path) -> Record:
     """Return the time histories of a text file.
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError, ToolpointWarning, one_of
+from toolpoint.io.door import door
 from toolpoint.io.uff import functions, geometry, modes
 from toolpoint.io.uff.functions import COHERENCE, KINDS, RESPONSE, TIME, FunctionHeader
 from toolpoint.io.uff.geometry import MeasuredGeometry
@@ -56,12 +57,14 @@ def units(file: UniversalFile) -> Units:
     return Units()
 
 
+@door("universal file")
 def headers(path: str | Path) -> list[FunctionHeader]:
     """Return the headers of all functions of a file, without reading their values."""
     file = UniversalFile(path)
     return [functions.header(file, dataset) for dataset in file.sets if dataset.number == 58]
 
 
+@door("universal file")
 def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> Frf:
     """Return all frequency responses of a file as one Frf; coherences beside them where there is one for each.
 
@@ -182,6 +185,7 @@ def _coherence(file: UniversalFile, coherences: list[tuple[UniversalSet, Functio
     return np.clip(values.real[:, order[0], order[1]], 0.0, 1.0)
 
 
+@door("universal file")
 def read_record(path: str | Path | UniversalFile) -> Record:
     """Return all time records of a file (function type 1) as one Record; SI."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
@@ -214,6 +218,7 @@ def _step(file: UniversalFile, axes: list[FloatArray]) -> float:
     return step
 
 
+@door("universal file")
 def read_geometry(path: str | Path | UniversalFile) -> MeasuredGeometry:
     """Return points (m) and lines of a file."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)
@@ -222,6 +227,7 @@ def read_geometry(path: str | Path | UniversalFile) -> MeasuredGeometry:
     return shape
 
 
+@door("universal file")
 def read_modes(path: str | Path | UniversalFile) -> Modes:
     """Return the mode shapes (sets 55) of a file; see `modes.modes`."""
     file = path if isinstance(path, UniversalFile) else UniversalFile(path)

@@ -12,6 +12,7 @@ from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 from toolpoint.vibration import Dof, Modes
 
 NORMAL, COMPLEX = 2, (3, 7)
+MOST_EACH = 36  # values a point: a general 6 x 6 tensor has no more
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,11 +55,18 @@ def _shape(file: UniversalFile, dataset: UniversalSet) -> _Shape | None:
     if len(lines) < 9:
         raise ToolpointError(f"{file.path}: a set 55 of {len(lines)} lines; must have 8 header lines and shapes")
     model = _integers(file, lines[5])
+    if len(model) < 6 or model[5] < 1:
+        raise ToolpointError(f"{file.path}: record 6 {lines[5].strip()!r} of a set 55; must give six whole numbers, the last "
+                             "of them (values a point) above zero")
     analysis, data_type, each = model[1], model[4], model[5]
     if analysis not in (NORMAL, *COMPLEX):
         file.repaired(f"a set 55 of analysis type {analysis} (no mode) is left out")
         return None
     numbers = _reals(file, " ".join(_cells(lines[7])))
+    needed = 4 if analysis == NORMAL else 6
+    if len(numbers) < min(needed, 4):
+        raise ToolpointError(f"{file.path}: record 8 {lines[7].strip()!r} of a set 55; must hold {needed} numbers: "
+                             "frequency or pole, modal mass, damping")
     if analysis == NORMAL:
         frequency, ratio, scale = numbers[0], numbers[2] or numbers[3] / 2, complex(numbers[1])
     else:
@@ -76,6 +84,8 @@ def _values(file: UniversalFile, lines: list[str], each: int, is_complex: bool) 
     rows = [line for line in lines if line.strip()]
     while at < len(rows):
         point = _integers(file, rows[at])[0]
+        if each > MOST_EACH:
+            raise ToolpointError(f"{file.path}: a set 55 of {each} values a point; must be at most {MOST_EACH}")
         cells: list[float] = []
         while len(cells) < words:
             at += 1

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from toolpoint._check import ToolpointError
+from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.document import Document, parse, validate
 from toolpoint.io.yaml.machine_file import body_of
@@ -44,6 +45,7 @@ def _written_out(entry: int | str) -> list[int | str]:
     return [entry] if match is None else list(range(int(match[1]), int(match[2]) + 1))
 
 
+@door("component file")
 def read(path: str | Path) -> Components:
     """Return the components of a file; raises FileFaults with every fault."""
     document = parse(Path(path))

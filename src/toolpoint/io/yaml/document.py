@@ -14,10 +14,13 @@ from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, ScalarNode, SequenceNode
 
 from toolpoint._check import ToolpointError
+from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 
 Key = tuple[str | int, ...]
-LARGEST_FILE = 50_000_000
+LARGEST_FILE = 2_000_000
+MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
+LARGEST_INTEGER = 10**15  # no count or quantity of a machine is larger, and floats hold whole numbers up to here exactly
 
 
 @dataclass
@@ -29,6 +32,7 @@ class Document:
     data: dict[str, Any]
     places: dict[Key, tuple[int, int]]
     faults: list[Fault]
+    parts: int = 0
 
     def fault(self, key: Key, message: str) -> None:
         """Add a fault at the nearest known place of a key."""
@@ -39,14 +43,16 @@ class Document:
         self.faults.append(Fault(line, column, ".".join(str(k) for k in key), message))
 
 
+@door("YAML file")
 def parse(path: Path) -> Document:
     """Return a file as a document; raise where it cannot be read or is no YAML mapping."""
     try:
+        size = path.stat().st_size
+        if size > LARGEST_FILE:
+            raise ToolpointError(f"{path}: {size} bytes; a machine file has at most {LARGEST_FILE}")
         raw = path.read_bytes()
     except OSError as error:
         raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    if len(raw) > LARGEST_FILE:
-        raise ToolpointError(f"{path}: {len(raw)} bytes; a machine file has at most {LARGEST_FILE}")
     try:
         text = raw.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -63,6 +69,9 @@ def parse(path: Path) -> Document:
                                                  "indentation, colons and quotes near here")]) from None
     except YAMLError as error:
         raise ToolpointError(f"{path}: not valid YAML ({error})") from None
+    except RecursionError:
+        raise ToolpointError(f"{path}: lists or mappings nested too deeply to be read; a machine file needs five levels"
+                             ) from None
     if not isinstance(node, MappingNode):
         raise FileFaults(str(path), text, [Fault(1, 1, "", "not a machine file; it begins with 'toolpoint: 1'")])
     document.data = _plain(node, (), document, set())
@@ -70,6 +79,10 @@ def parse(path: Path) -> Document:
 
 
 def _plain(node: Node, key: Key, document: Document, above: set[int]) -> Any:
+    document.parts += 1
+    if document.parts > MOST_PARTS:
+        raise ToolpointError(f"{document.file}: more than {MOST_PARTS} keys and values, aliases (*name) written out; "
+                             "write parts once, without aliases inside aliases")
     document.places.setdefault(key, (node.start_mark.line + 1, node.start_mark.column + 1))
     if id(node) in above:
         document.fault(key, "an alias that contains itself; write the part out")
@@ -105,7 +118,12 @@ def _scalar(node: ScalarNode, key: Key, document: Document) -> Any:
     text = node.value
     try:
         if tag == "int":
-            return int(text.replace("_", ""), 0) if not text.lstrip("+-").startswith("0") or len(text) < 2 else int(text, 10)
+            number = int(text.replace("_", ""), 10 if text.lstrip("+-").startswith("0") and len(text) > 1 else 0)
+            if abs(number) <= LARGEST_INTEGER:
+                return number
+            document.fault(key, f"a whole number of {len(text)} digits; must be at most {LARGEST_INTEGER:.0e}; write "
+                                "1.5e20 for a large quantity")
+            return None
         if tag == "float":
             return float(text.replace("_", "").lower().replace(".inf", "inf").replace(".nan", "nan"))
         if tag == "bool":

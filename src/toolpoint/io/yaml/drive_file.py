@@ -9,6 +9,7 @@ from pydantic import BaseModel
 
 from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import find_faults
+from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.description_schema import describe, model_of
 from toolpoint.io.yaml.document import parse, validate
@@ -16,6 +17,7 @@ from toolpoint.io.yaml.document import parse, validate
 VERSION = 1
 
 
+@door("drive file")
 def read(path: str | Path) -> DriveDescription:
     """Return the drives of a YAML file, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))

@@ -15,6 +15,7 @@ from toolpoint._check import ToolpointError, suggestion
 from toolpoint.cutting.build import fault_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
 from toolpoint.io import stl
+from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
@@ -27,6 +28,7 @@ _SECTIONS: dict[str, type[BaseModel]] = {
     "bodies": schema.BodyModel, "joints": schema.JointModel, "axes": schema.AxisModel, "points": schema.PointModel}
 
 
+@door("machine file")
 def read(path: str | Path) -> Machine:
     """Return the machine of a YAML file.
 

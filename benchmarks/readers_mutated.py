@@ -1,0 +1,170 @@
+"""Damaged files: valid ones of our own writers, mutated; every reader must answer with a result or a ToolpointError, in time.
+
+    python benchmarks/readers_mutated.py --inputs 20000
+
+Every input is one valid file with some bytes changed, cut, doubled, swapped with those of another file or replaced by nasty
+words, given to a reader. Counted are foreign exceptions, readings over 5 s, and the growth of this process (bound: 1 GB).
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import resource
+import tempfile
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import h5py
+import numpy as np
+from scipy.io import savemat
+
+from toolpoint._check import ToolpointError
+from toolpoint.io import frf_files, geometry_files, hdf5, mode_files, numpy_arrays, record_files, stl, uff
+from toolpoint.io.program import command_stream, gcode, sinumerik
+from toolpoint.io.text import frf_table, record_table
+from toolpoint.io.yaml import component_file, drive_file, machine_file
+from toolpoint.vibration import Frf, Modes, Record
+
+SECONDS, GROWTH = 5.0, 1e9
+MACHINES = Path(machine_file.__file__).parents[2] / "app" / "machines"
+WORDS = [b"-1", b"9" * 400, b"1e999", b"nan", b"*a", b"&a", b"[" * 300, b"\0" * 8, b"\xff" * 8, b"<a>", b"\n", b"-1\n    -1\n",
+         b"2147483647", b"18446744073709551615", b"{", b": ", b"UTF-4", b",,,", b"D+400", b"\x7f\xff\xff\xff"]
+Reader = Callable[[Path], object]
+
+
+def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
+    """Write one valid file of every format and return each with the readers that it is for."""
+    rng = np.random.default_rng(1)
+    labels = ("1:+x", "2:+z")
+    frf = Frf(np.arange(1.0, 13.0), rng.normal(size=(12, 2, 1)) + 1j * rng.normal(size=(12, 2, 1)), labels, labels[:1],
+              coherence=np.full((12, 2, 1), 0.9))
+    alone = frf.selected([0], [0])
+    modes = Modes(np.array([10.0, 20.0]), np.array([0.01, 0.02]), rng.normal(size=(2, 2)), labels, "unscaled")
+    record = Record(rng.normal(size=(20, 2)), 1000.0, labels, ("force", "acceleration"))
+    forces = Record(rng.normal(size=(20, 1)), 1000.0, ("tool:+x",), ("force",))
+    files: list[tuple[Path, list[Reader]]] = []
+
+    def put(name: str, write: Callable[[Path], object], *readers: Reader) -> None:
+        write(folder / name)
+        files.append((folder / name, list(readers)))
+
+    universal: list[Reader] = [uff.read_frf, uff.read_modes, uff.read_record, uff.read_geometry, uff.headers]
+    put("frf.unv", lambda path: uff.write(path, frf), *universal)
+    put("frf_text.unv", lambda path: uff.write(path, frf, text=True), *universal)
+    put("modes.unv", lambda path: uff.write(path, modes), *universal)
+    put("record.unv", lambda path: uff.write(path, record), *universal)
+    put("frf.txt", lambda path: frf_table.write(alone, path), frf_table.read, frf_files.read)
+    put("record.csv", lambda path: record_table.write(forces, path), record_files.read, geometry_files.read)
+    put("points.csv", lambda path: path.write_text("1,0,0,0\n2,0.5,0,1\n"), geometry_files.read)
+    put("frf.npz", lambda path: numpy_arrays.write_frf(frf, path), frf_files.read)
+    put("table.npy", lambda path: np.save(path, rng.normal(size=(9, 3))), numpy_arrays.read_table)
+    put("nouns.h5", lambda path: hdf5.write({"a": frf, "b": modes, "c": record}, path), hdf5.read_all, mode_files.read)
+    table = {"f": frf.frequency, "h": frf.values[:, 0, 0], "s": {"a": np.arange(4.0)}, "outputs": ["1:+x"], "inputs": ["1:+x"]}
+    put("frf.mat", lambda path: savemat(path, table), frf_files.read, record_files.read)
+    put("packed.mat", lambda path: savemat(path, table, do_compression=True), frf_files.read)
+    put("new.mat", lambda path: _write_73(path, frf), frf_files.read)
+    put("cube.stl", lambda path: path.write_bytes(bytes(80) + (2).to_bytes(4, "little") + rng.bytes(100)), stl.read)
+    put("trace.xml", lambda path: path.write_text(TRACE), sinumerik.read)
+    put("part.nc", lambda path: path.write_text("G21 G90\nG0 X0 Y0\nG1 X10 Y5 F1000\nG2 X20 Y0 I5 J0\nM30\n"), gcode.read)
+    put("stream.csv", lambda path: path.write_text("time,X,Y\n0,0,0\n0.001,0.1,0\n0.002,0.2,0\n"), command_stream.read)
+    readers = [machine_file.read, drive_file.read, component_file.read]
+    for source in sorted(MACHINES.parent.rglob("*.yaml")):
+        put(source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), *readers)
+    return files
+
+
+def _write_73(path: Path, frf: Frf) -> None:
+    with h5py.File(path, "w", userblock_size=512) as file:
+        file["f"] = frf.frequency[None, :]
+        values = np.zeros((1, frf.frequency.size), np.dtype([("real", float), ("imag", float)]))
+        values["real"], values["imag"] = frf.values[:, 0, 0].real, frf.values[:, 0, 0].imag
+        file["h"] = values
+
+
+def mutated(data: bytes, other: bytes, chance: random.Random) -> bytes:
+    """Return data with one to eight changes."""
+    out = bytearray(data)
+    for _ in range(chance.choice([1, 1, 2, 4, 8])):
+        at, end = sorted(chance.randrange(len(out) + 1) for _ in range(2))
+        end = min(end, at + chance.choice([1, 2, 4, 8, 80, 1000]))
+        kind = chance.randrange(7)
+        if kind == 0 and out:
+            out[min(at, len(out) - 1)] = chance.randrange(256)
+        elif kind == 1:
+            out[at:end] = b""
+        elif kind == 2:
+            out[at:at] = out[at:end]
+        elif kind == 3:
+            out[at:end] = chance.choice(WORDS)
+        elif kind == 4:
+            begin = chance.randrange(len(other) + 1)
+            out[at:end] = other[begin:begin + end - at]
+        elif kind == 5 and out:
+            out[min(at, len(out) - 1)] ^= 1 << chance.randrange(8)
+        else:
+            out = out[:max(at, 1)] if chance.random() < 0.3 else out
+    return bytes(out)
+
+
+def run(inputs: int, seed: int, seconds: float) -> dict[str, object]:
+    """Return counts of all that was seen."""
+    chance = random.Random(seed)
+    faults: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
+    worst, begin = (0.0, ""), time.perf_counter()
+    with tempfile.TemporaryDirectory() as name, warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        files = sources(Path(name))
+        whole = {path: path.read_bytes() for path, _ in files}
+        at_start = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        for _ in range(inputs):
+            path, readers = chance.choice(files)
+            target = path.with_name("bad" + path.suffix)
+            content = mutated(whole[path], whole[chance.choice(files)[0]], chance)
+            target.write_bytes(content)
+            reader = chance.choice(readers)
+            start = time.perf_counter()
+            try:
+                reader(target)
+                counts["read"] += 1
+            except ToolpointError as error:
+                counts["refused"] += 1
+                counts["by the door"] += error.__cause__ is not None
+            except BaseException as error:
+                if isinstance(error, KeyboardInterrupt):
+                    raise
+                where = f"{reader.__module__}.{reader.__name__} {path.name} {type(error).__name__}: {str(error)[:80]}"
+                faults[where] += 1
+            worst = max(worst, (time.perf_counter() - start, f"{reader.__module__}.{reader.__name__} {path.name}"))
+            if time.perf_counter() - begin > seconds:
+                break
+        growth = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024 - at_start
+    return {"inputs": sum(counts[k] for k in ("read", "refused")) + sum(faults.values()), **counts,
+            "foreign exceptions": sum(faults.values()), "faults": dict(faults), "slowest s": round(worst[0], 2),
+            "slowest": worst[1], "growth MB": round(growth / 1e6)}
+
+
+TRACE = """<?xml version="1.0" encoding="UTF-8"?>
+<root><PlatformSignalNode><int name="m_iUniqueInstanceId">1</int><TimeSeries><int name="m_TimeVector.length">2</int>
+<double name="m_TimeVector.end">0.003</double><NumericArray name="y" elementtype="double" format="base85">
+<unsigned_int name="m_length">2</unsigned_int><raw>....</raw></NumericArray></TimeSeries></PlatformSignalNode>
+<PlatformSignalNode><int name="m_iUniqueInstanceId">2</int></PlatformSignalNode><PrimaryFreqRespSigNodeData>
+<int name="m_iOutputSigNodeUniqueInstanceID">1</int><int name="m_iInputSigNodeUniqueInstanceID">2</int>
+</PrimaryFreqRespSigNodeData></root>
+"""
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--inputs", type=int, default=20000)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--seconds", type=float, default=600.0)
+    options = parser.parse_args()
+    result = run(options.inputs, options.seed, options.seconds)
+    for name, value in result.items():
+        print(f"{name}: {value}")
+    if result["foreign exceptions"] or result["slowest s"] > SECONDS or result["growth MB"] * 1e6 > GROWTH:
+        raise SystemExit(1)
