@@ -27,14 +27,16 @@ BROKEN = [("segv.mat", [frf_files.read, record_files.read]), ("hang.h5", [frf_fi
 
 def refused(reader, path):
     """The words of the refusal; a reader may also read what is left whole."""
-    start = time.perf_counter()
+    start, spent = time.perf_counter(), time.process_time()
     words = ""
     try:
         reader(path)
     except ToolpointError as error:
         words = str(error)
         assert path.name in words
-    assert time.perf_counter() - start < SECONDS
+    # A loaded machine is slow, not wrong: seconds of this process count, and the waiting for another one is bounded.
+    assert time.process_time() - spent < SECONDS
+    assert time.perf_counter() - start < 12 * SECONDS
     return words
 
 

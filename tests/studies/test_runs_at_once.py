@@ -26,7 +26,7 @@ def test_runs_that_begin_together(tmp_path, monkeypatch):
 
     def run():
         try:
-            results.append(execute(square, points, Serial(), tmp_path / "new", chunk_seconds=1e-6))
+            results.append(execute(square, points, Serial(), folder=tmp_path / "new", chunk_seconds=1e-6))
         except Exception as error:
             errors.append(error)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import io
+import re
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from toolpoint.io.faults import Fault, FileFaults
 Key = tuple[str | int, ...]
 LARGEST_FILE = 2_000_000
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
+DEEPEST = 100  # brackets in brackets
+_TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
 LARGEST_INTEGER = 10**15  # no count or quantity of a machine is larger, and floats hold whole numbers up to here exactly
 
 
@@ -58,6 +61,7 @@ def parse(path: Path) -> Document:
     except UnicodeDecodeError as error:
         raise ToolpointError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
     document = Document(path, text, {}, {}, [])
+    _check_depth(path, text)
     yaml = YAML(typ="safe", pure=True)
     try:
         node = yaml.compose(io.StringIO(text))
@@ -70,12 +74,20 @@ def parse(path: Path) -> Document:
     except YAMLError as error:
         raise ToolpointError(f"{path}: not valid YAML ({error})") from None
     except RecursionError:
-        raise ToolpointError(f"{path}: lists or mappings nested too deeply to be read; a machine file needs five levels"
-                             ) from None
+        raise ToolpointError(f"{path}: {_TOO_DEEP}") from None
     if not isinstance(node, MappingNode):
         raise FileFaults(str(path), text, [Fault(1, 1, "", "not a machine file; it begins with 'toolpoint: 1'")])
     document.data = _plain(node, (), document, set())
     return document
+
+
+def _check_depth(path: Path, text: str) -> None:
+    """Refuse brackets in brackets without end before the parser sees them: its time grows with the square of the depth."""
+    depth = 0
+    for bracket in re.findall(r"[\[\]{}]", text):
+        depth = depth + 1 if bracket in "[{" else max(depth - 1, 0)
+        if depth > DEEPEST:
+            raise ToolpointError(f"{path}: {_TOO_DEEP}")
 
 
 def _plain(node: Node, key: Key, document: Document, above: set[int]) -> Any:
