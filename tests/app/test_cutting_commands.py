@@ -128,7 +128,7 @@ TRIED = ["--speeds", "8000:20000:25", "--immersion", "0.05", "--direction", "dow
 def test_probability_and_advice_of_uncertain_cuts(folder, tmp_path, capsys):
     modes = ["--modes", str(folder / "modes.h5")]
     found = run(capsys, "lobes", *modes, *CUT, *TRIED, "--probability", "40", "--uncertainty", "1,-,5,10",
-                "--tried", "16000:0.5:stable", "--tried", "13000:2:chatter", "-o", str(tmp_path))
+                "--tried", "16000:0.5:stable", "-o", str(tmp_path))
     advice = {row[0]: (float(row[1]), float(row[2])) for row in found["advice"]}
     chart, certain = advice["best cut of the chart"], advice["best cut with 95 % certainty"]
     at = found["speed_rpm"].index(min(found["speed_rpm"], key=lambda n: abs(n - chart[0])))
@@ -136,7 +136,21 @@ def test_probability_and_advice_of_uncertain_cuts(folder, tmp_path, capsys):
     assert certain[0] * certain[1] <= 1.05 * chart[0] * chart[1] / 0.9
     page = (tmp_path / "index.html").read_text()
     assert "Probability of stability" in page and "What to measure better" in page
-    assert "damping ratios: 10 % (assumed)" in page
+    assert "damping ratios: 10 % (assumed)" in page and found["contradictions"] == []
+
+
+def test_no_cut_is_certain_while_a_tried_cut_contradicts_the_model(folder, tmp_path, capsys):
+    common = ["lobes", "--modes", str(folder / "modes.h5"), *CUT, *TRIED, "--probability", "40", "--uncertainty", "1,-,5,10",
+              "--tried", "16000:0.5:stable", "--tried", "13000:2:chatter", "-o", str(tmp_path)]
+    found = run(capsys, *common)
+    advice = {row[0]: row for row in found["advice"]}
+    assert advice["best cut with 95 % certainty"][1:3] == ["-", "-"]
+    assert all("a tried cut contradicts the model" in row[3] for row in advice.values())
+    assert len(found["contradictions"]) == 1 and "13000 rev/min and 2 mm" in found["contradictions"][0]
+    main(common)
+    assert "no depth is certain" in " ".join(capsys.readouterr().out.replace("│", " ").split())
+    page = (tmp_path / "index.html").read_text()
+    assert "Not to be relied on: a tried cut contradicts the model" in page
     # 13000 rev/min lies in the widest lobe, where the two-mode cut is stable beyond 2 mm whatever the sample.
     assert "13000 rev/min and 2 mm contradicts the model" in page and "16000 rev/min and 0.5 mm contradicts" not in page
 

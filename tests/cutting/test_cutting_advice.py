@@ -113,3 +113,17 @@ def test_a_limit_is_trusted_less_its_stated_error() -> None:
     chart = stability.chart(altintas(), np.linspace(13000.0, 15000.0, 41))
     rough = replace(chart, error=np.full(chart.error.shape, 1e-3))
     assert from_chart(rough).depth == pytest.approx(from_chart(chart).depth - 0.9e-3, rel=0.02)
+
+
+def test_cuts_that_contradict_each_other_are_both_unlikely() -> None:
+    """Each alone is possible: together they are not, since the deeper cut of the same speed is the harder one."""
+    problem = benchmark(Engagement.down(0.05), 2)
+    speed = [10000.0]
+    limit = float(stability.chart(problem, speed, depth_max=0.02).limit[0])
+    prior = probability(problem, coefficient_parameters(0.2), speed, depths=np.linspace(0.02, 2, 100) * limit,
+                        rng=np.random.default_rng(0), samples=100)
+    deep, shallow = (10000.0, 1.1 * limit, True), (10000.0, 0.95 * limit, False)
+    assert min(prior.likelihoods([deep])[0], prior.likelihoods([shallow])[0]) > 0.1
+    assert max(prior.likelihoods([deep, shallow])) < 0.1
+    impossible = prior.likelihoods([(10000.0, 0.1 * limit, False)] * 2)
+    assert impossible.max() < 1e-12  # twice the same impossible outcome does not make it likely

@@ -16,14 +16,14 @@ from toolpoint.plot.figures.cutting import intervals_of, simulation_series, surf
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.probability import importance_chart, probability_chart
 from toolpoint.studies.lobes_study import ADVICE, LobesStudy
-from toolpoint.studies.uncertain_cut import Uncertainty
+from toolpoint.studies.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
 def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability."""
     report = _with_chart(result)
     report = _with_surface_error(report, result.problem, result.chart)
-    report = report.with_section("Cuts to make", Table(ADVICE, result.advice))
+    report = report.with_section("Cuts to make", *result.contradictions, Table(ADVICE, result.advice))
     if result.probability is not None:
         report = _with_probability(report, result.probability, result.uncertainty)
     return with_remarks(report, result.chart.notes, [*warnings, *result.doubts])
@@ -62,7 +62,8 @@ def _with_probability(report: Report, sampled: ProbabilityChart, uncertainty: Un
     after = sampled.after_cuts(uncertainty.cuts)
     cuts = [(speed, depth, "stable cut" if stable else "cut with chatter") for speed, depth, stable in uncertainty.cuts]
     words = (f"{sampled.stable.shape[0]} charts with parameters drawn at random"
-             + (f", weighed by the outcome of {len(cuts)} cuts." if cuts else "."))
+             + (f", weighed by the outcome of {len(cuts)} cuts." if cuts else ".")
+             + (f" Not to be relied on: {CONTRADICTED}." if contradictions(sampled, uncertainty.cuts) else ""))
     report = report.with_section("Probability of stability", words, Chart(probability_chart(after, cuts), name="probability"))
     share = after.importance()
     first = next(iter(share))

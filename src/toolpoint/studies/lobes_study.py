@@ -20,7 +20,7 @@ from toolpoint.studies.described_cut import build_problem
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.tool_dynamics import ToolDynamics
 from toolpoint.studies.tool_point import depth_limit
-from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sample_charts
+from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
 
 DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
@@ -47,6 +47,11 @@ class LobesStudy:
     probability: ProbabilityChart | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
 
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """A line on every tried cut whose outcome the model hardly allows."""
+        return contradictions(self.probability, self.uncertainty.cuts)
+
     def noted(self, notes: Sequence[str]) -> LobesStudy:
         """Return the study with further notes before those of its chart."""
         return replace(self, chart=replace(self.chart, notes=tuple(dict.fromkeys([*notes, *self.chart.notes]))))
@@ -66,7 +71,8 @@ class LobesStudy:
                 "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
                 "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
-                "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice]}
+                "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
+                "contradictions": list(self.contradictions)}
 
 
 def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,

@@ -25,6 +25,7 @@ from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
 UNLIKELY = 0.03
+CONTRADICTED = "a tried cut contradicts the model"
 
 
 @dataclass(frozen=True)
@@ -56,20 +57,18 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
     sampled = probability(problem, parameters, chart.speeds[some], depths=np.linspace(top / DEPTHS, top, DEPTHS),
                           rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
                           progress=progress)
-    return sampled, notes + _contradictions(sampled, uncertainty.cuts)
+    return sampled, [*notes, *contradictions(sampled, uncertainty.cuts)]
 
 
-def _contradictions(sampled: ProbabilityChart, cuts: Sequence[tuple[float, float, bool]]) -> list[str]:
-    """Return a line on every cut whose outcome hardly any of the sampled charts allows."""
-    lines = []
-    for speed, depth, stable in cuts:
-        at = int(np.argmin(np.abs(sampled.speeds - speed))), int(np.argmin(np.abs(sampled.depths - depth)))
-        share = float(np.mean(sampled.stable[(slice(None), *at)] == stable))
-        if share < UNLIKELY:
-            outcome = "stable" if stable else "chatter"
-            lines.append(f"The cut at {speed:g} rev/min and {1e3 * depth:g} mm contradicts the model: {100 * share:.0f} % of "
-                         f"the samples allow its outcome ({outcome}); check dynamics and coefficients.")
-    return lines
+def contradictions(sampled: ProbabilityChart | None, cuts: Sequence[tuple[float, float, bool]]) -> tuple[str, ...]:
+    """Return a line on every cut whose outcome the sampled charts hardly allow, alone or beside the other cuts."""
+    if sampled is None:
+        return ()
+    return tuple(
+        f"The cut at {speed:g} rev/min and {1e3 * depth:g} mm contradicts the model: its outcome "
+        f"({'stable' if stable else 'chatter'}) has a likelihood of {100 * share:.1f} %, by itself or beside the other cuts; "
+        "check dynamics, coefficients and the outcome."
+        for (speed, depth, stable), share in zip(cuts, sampled.likelihoods(cuts), strict=True) if share < UNLIKELY)
 
 
 def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list[Uncertain], list[str]]:
@@ -95,11 +94,23 @@ def _check_cuts(cuts: Sequence[tuple[float, float, bool]], speeds: np.ndarray) -
 
 
 def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncertainty: Uncertainty) -> list[list[str]]:
-    """Return rows (what, rev/min, depth mm, reason) of the cuts to make; doubtful where the FRF lacks part of the band."""
+    """Return rows (what, rev/min, depth mm, reason) of the cuts to make.
+
+    They are marked doubtful where the FRF lacks part of the band; while a tried cut contradicts the model no cut is certain,
+    and the others are marked.
+    """
     doubt = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
-    advice: list[tuple[str, Advice]] = [("best cut of the chart", from_chart(chart))]
-    if sampled is not None:
-        advice.append(("best cut with 95 % certainty", from_cuts(sampled, list(uncertainty.cuts), LEVEL)))
-        after = sampled.after_cuts(uncertainty.cuts)
-        advice.append(("next test cut", most_informative(after)))
-    return [[name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", doubt + cut.reason] for name, cut in advice]
+    contradicted = bool(contradictions(sampled, uncertainty.cuts))
+    if contradicted:
+        doubt = f"doubtful, as {CONTRADICTED}: {doubt}"
+    rows = [_row("best cut of the chart", from_chart(chart), doubt)]
+    if sampled is None:
+        return rows
+    certain = ["best cut with 95 % certainty", "-", "-", f"none: {CONTRADICTED}; no depth is certain until model and cuts agree"]
+    if not contradicted:
+        certain = _row(certain[0], from_cuts(sampled, list(uncertainty.cuts), LEVEL), doubt)
+    return [*rows, certain, _row("next test cut", most_informative(sampled.after_cuts(uncertainty.cuts)), doubt)]
+
+
+def _row(name: str, cut: Advice, doubt: str) -> list[str]:
+    return [name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", doubt + cut.reason]

@@ -14,6 +14,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.vibration import Modes
 
+RELIABILITY = 0.95  # probability that the outcome of a cut is judged rightly
 Perturb = Callable[[MillingProblem, float], MillingProblem]
 
 
@@ -89,16 +90,34 @@ class ProbabilityChart:
         total = share.sum(1) / max(float(spread[keep].sum()), 1e-300)
         return dict(sorted(zip(self.names, total.tolist()), key=lambda item: -item[1]))
 
-    def after_cuts(self, cuts: Sequence[tuple[float, float, bool]], reliability: float = 0.95) -> ProbabilityChart:
+    def after_cuts(self, cuts: Sequence[tuple[float, float, bool]], reliability: float = RELIABILITY) -> ProbabilityChart:
         """Return the chart after cuts with known outcome (speed, depth, stable): samples weighed by Bayes' rule.
 
         `reliability` is the probability that an outcome is judged rightly.
         """
         weights = self.weights.copy()
-        for speed, depth, was_stable in cuts:
-            i, d = int(np.argmin(np.abs(self.speeds - speed))), int(np.argmin(np.abs(self.depths - depth)))
-            weights *= np.where(self.stable[:, i, d] == was_stable, reliability, 1 - reliability)
+        for cut in cuts:
+            weights *= np.where(self.allows(cut), reliability, 1 - reliability)
         return replace(self, weights=weights / weights.sum())
+
+    def allows(self, cut: tuple[float, float, bool]) -> Array:
+        """Return which samples give a cut (speed, depth, stable) its outcome, at the nearest charted speed and depth."""
+        speed, depth, was_stable = cut
+        i, d = int(np.argmin(np.abs(self.speeds - speed))), int(np.argmin(np.abs(self.depths - depth)))
+        return np.asarray(self.stable[:, i, d] == was_stable)
+
+    def likelihoods(self, cuts: Sequence[tuple[float, float, bool]]) -> FloatArray:
+        """Return the probability of every cut's outcome: the smaller of that before any cut and that after all the others.
+
+        Near zero the model contradicts the cut, or the cuts contradict each other. Weighing the samples then changes nothing:
+        all are about equally wrong.
+        """
+        shares = []
+        for k, cut in enumerate(cuts):
+            others = self.after_cuts([*cuts[:k], *cuts[k + 1:]])
+            allowed = self.allows(cut)
+            shares.append(min(float(self.weights @ allowed), float(others.weights @ allowed)))
+        return np.array(shares)
 
     def __repr__(self) -> str:
         return (f"ProbabilityChart({self.stable.shape[0]} samples, {self.speeds.size} speeds, {self.depths.size} depths, "
