@@ -37,13 +37,16 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
               help="Margins and bandwidth over positions of the machine, with --circle its deviation too; one or two axes.")
 @click.option("--ideal", multiple=True, metavar="AXIS", help="An axis of the program that DRIVES lacks and that follows "
               "without error; without it such an axis may only position.")
+@click.option("--feed", type=click.FloatRange(0, min_open=True), metavar="MM/MIN",
+              help="Feed of cuts before the program's first F.")
 @click.option("--fmu", type=PATH, help="Write the servo as a co-simulation unit (FMI 2.0) here.")
 @click.option("--fmu-sources", is_flag=True, help="The unit with its C sources only: no compiler needed here.")
 @click.option("--schema", is_flag=True, help="Print the JSON schema of drive files, for editors.")
 @OUTPUT
 @JSON
 def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, grid: tuple[str, ...],
-          ideal: tuple[str, ...], fmu: Path | None, fmu_sources: bool, schema: bool, output: Path, as_json: bool) -> None:
+          ideal: tuple[str, ...], feed: float | None,
+          fmu: Path | None, fmu_sources: bool, schema: bool, output: Path, as_json: bool) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
     if schema:
         from toolpoint.io.yaml.drive_file import json_schema
@@ -61,14 +64,14 @@ def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Pa
             return
     if (program is None) == (circle is None):
         raise ToolpointError("drive: give either --program FILE or --circle RADIUS,FEED")
-    _run(drives, program, circle, machine, pose, ideal, output, as_json)
+    _run(drives, program, circle, machine, pose, ideal, feed, output, as_json)
 
 
 def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, ideal: tuple[str, ...],
-         output: Path, as_json: bool) -> None:
+         feed: float | None, output: Path, as_json: bool) -> None:
     """Simulate a program (G-code) or a circle (radius m, feed m/s)."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.io.program import read_path
+    from toolpoint.io import read_program
     from toolpoint.io.yaml import drive_file
     from toolpoint.pages.drive_experiment import drive_page
     from toolpoint.studies.drive_experiment import run_drives
@@ -77,9 +80,10 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
         run.step("reading")
         description = drive_file.read(drives)
         built = None if machine is None else machine_at(machine, pose)
-        path = None if program is None else read_path(program)
+        moves = None if program is None else read_program(program, feed=None if feed is None else feed * 1e-3 / 60)
+        path = None if moves is None else moves.path
         result = run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
-                            progress=run.step)
+                            remarks=() if moves is None else moves.notes, progress=run.step)
         run.step("page")
         run.save(drive_page(result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings))
     run.warnings[:0] = result.notes

@@ -100,7 +100,7 @@ class DriveExperiment:
 def run_drives(
     drives: DriveDescription, *, path: Path | None = None, circle: tuple[float, float] | None = None,
     machine: Machine | None = None, pose: Mapping[str, float] | None = None, ideal: Sequence[str] = (),
-    progress: Callable[[str], None] | None = None,
+    remarks: Sequence[str] = (), progress: Callable[[str], None] | None = None,
 ) -> DriveExperiment:
     """Return what a servo does along a path, or on a circle.
 
@@ -116,6 +116,8 @@ def run_drives(
     ideal : sequence of str
         Axes of the program (``Z``) that the drives lack and that shall follow without error; see
         `drive_contour.match_axes`, which takes those that only position as ideal without being asked, and says so.
+    remarks : sequence of str
+        What was assumed of the program (`io` says it); it stands before the figures.
     progress : callable, optional
         Called with the name of every step at its start.
 
@@ -143,7 +145,8 @@ def run_drives(
               for name in PLACES}
     test = None if circle is None else _second_turn(result, origin, places, *circle)
     cutting = {name: is_cutting(route, error) for name, error in errors.items()}
-    return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting, driven.notes)
+    return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting,
+                           (*driven.notes, *remarks))
 
 
 def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:

@@ -35,6 +35,8 @@ class Path:
         Line of the program.
     rapid : (n,) bools, optional
         Positioning (G0): no cut, its accuracy is no matter.
+    dwell : (n,) floats, optional
+        s, waited at the segment's end.
     """
 
     kind: np.ndarray
@@ -47,6 +49,7 @@ class Path:
     stop: np.ndarray
     line: np.ndarray = field(default_factory=lambda: np.zeros(0, int))
     rapid: np.ndarray = field(default_factory=lambda: np.zeros(0, bool))
+    dwell: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     def __post_init__(self) -> None:
         put, n = object.__setattr__, len(self.kind)
@@ -57,9 +60,11 @@ class Path:
         nonnegative("Path.feed", self.feed)
         for name, kind in (("kind", int), ("plane", int), ("stop", bool)):
             put(self, name, frozen(np.array(getattr(self, name), dtype=kind)))
-        for name, kind in (("line", int), ("rapid", bool)):
+        for name, number in (("line", np.dtype(int)), ("rapid", np.dtype(bool)), ("dwell", np.dtype(float))):
             values = getattr(self, name)
-            put(self, name, frozen(np.array(values if len(values) else np.zeros(n), dtype=kind)))
+            put(self, name, frozen(np.array(values if len(values) else np.zeros(n), dtype=number)))
+        nonnegative("Path.dwell", self.dwell)
+        put(self, "stop", frozen(self.stop | (self.dwell > 0)))
         gap = np.linalg.norm(self.start[1:] - self.end[:-1], axis=1)
         if gap.size and gap.max() > 1e-9:
             k = int(gap.argmax())
@@ -151,7 +156,7 @@ class Path:
         return f"Path({self.count} segments, {int((self.kind == ARC).sum())} arcs, {self.lengths.sum():.6g} m)"
 
 
-_ARRAYS = ("kind", "start", "end", "center", "sweep", "plane", "feed", "stop", "line", "rapid")
+_ARRAYS = ("kind", "start", "end", "center", "sweep", "plane", "feed", "stop", "line", "rapid", "dwell")
 
 
 def polyline(points: FloatArray, feed: float) -> Path:
@@ -204,7 +209,8 @@ def blend_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) -> 
     arcs = {"kind": np.full(k.size, ARC), "start": first, "end": last,
             "center": corner + (radius / np.cos(turn[k] / 2))[:, None] * inward, "sweep": np.sign(cross) * turn[k],
             "plane": plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
-            "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1]}
+            "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1],
+              "dwell": np.zeros(k.size)}
     whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
     place = k + 1
     return Path(**{name: np.insert(whole[name], place, arcs[name], axis=0) for name in _ARRAYS})
@@ -227,6 +233,7 @@ def soften_corners(path: Path, tolerance: float, smallest_turn: float = 1e-4) ->
     end[k], start[k + 1] = corner - trim[:, None] * before, corner + trim[:, None] * after
     blends = {"kind": np.full(k.size, CLOTHOID), "start": end[k], "end": start[k + 1], "center": corner, "sweep": turn[k],
               "plane": path.plane[k], "feed": np.minimum(path.feed[k], path.feed[k + 1]), "stop": np.zeros(k.size, bool),
-              "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1]}
+              "line": path.line[k], "rapid": path.rapid[k] & path.rapid[k + 1],
+              "dwell": np.zeros(k.size)}
     whole = {name: getattr(path, name) for name in _ARRAYS} | {"start": start, "end": end}
     return Path(**{name: np.insert(whole[name], k + 1, blends[name], axis=0) for name in _ARRAYS})

@@ -24,8 +24,8 @@ class Plan:
 
     @property
     def duration(self) -> float:
-        """Whole time, s."""
-        return float(self.times.sum())
+        """Whole time, s, dwells included."""
+        return float(self.times.sum() + self.path.dwell.sum())
 
     def command(self, sample_time: float, axes: int = 3) -> Command:
         """Return positions, velocities and accelerations every `sample_time` s of the first `axes` axes.
@@ -62,13 +62,23 @@ class Plan:
         """Return segment, share of its length, and (length, speed, acceleration) at every sample."""
         from toolpoint.drives.program.planner_kernel import sample_motion
 
-        n = int(np.ceil(self.duration / step)) + 2
+        n = int(np.ceil(float(self.times.sum()) / step)) + 2
         segment, share, motion = np.zeros(n, np.int64), np.zeros(n), np.zeros((n, 3))
         length = np.array(self.path.lengths)
         used = sample_motion(np.array(self.times), np.array(self.junction), np.array(self.jerk), length, step, segment, share,
                              motion)
         segment[used:], share[used:], motion[used:] = self.path.count - 1, 1.0, (length.sum(), 0.0, 0.0)
-        return segment, share, motion
+        waits = np.flatnonzero(self.path.dwell > 0)
+        if not waits.size:
+            return segment, share, motion
+        # A rest of so many samples stands before the first sample of the next segment.
+        at = np.searchsorted(segment, waits, side="right")
+        number = np.rint(self.path.dwell[waits] / step).astype(int)
+        place, ends = np.repeat(at, number), np.cumsum(length)
+        rest = np.zeros((place.size, 3))
+        rest[:, 0] = np.repeat(ends[waits], number)
+        return (np.insert(segment, place, np.repeat(waits, number)), np.insert(share, place, 1.0),
+                np.insert(motion, place, rest, axis=0))
 
     def _centripetal(self, segment: np.ndarray, share: FloatArray, position: FloatArray, speed: FloatArray) -> FloatArray:
         out = np.zeros_like(position)

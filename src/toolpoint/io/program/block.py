@@ -1,0 +1,262 @@
+"""One block of words: modal words kept, cycles and reference moves carried out, the rest told apart as notes and faults."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass, field
+
+from toolpoint.io.program.control_modes import AXES, CENTER, ControlModes, Places
+from toolpoint.io.program.cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
+from toolpoint.io.program.interpreter import Request
+from toolpoint.io.program.words import Word, split_words
+
+_GROUPS: dict[float, str] = {
+    0: "motion", 1: "motion", 2: "motion", 3: "motion", 80: "cycle", 17: "plane", 18: "plane", 19: "plane", 90: "distance",
+    91: "distance", 60: "exact", 61: "exact", 61.1: "exact", 64: "exact", 9: "once", 20: "unit", 21: "unit", 70: "unit",
+    71: "unit", 700: "unit", 710: "unit", 93: "feed", 94: "feed", 95: "feed", 96: "speed", 97: "speed", 98: "return",
+    99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
+    153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
+    **dict.fromkeys(range(505, 600), "system"), 65: "action", **dict.fromkeys(CYCLES, "motion")}
+# Words of G that move nothing here.
+_STILL = {40, 49, 43, 44, 43.1, 43.4, 50, 50.1, 15, 69, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+          601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
+_REFUSED = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
+            42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
+            7: "a diameter in X",
+            33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
+            12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
+            112: "polar coordinates"}
+_IGNORED = set("NSTMDOH")
+_ROTARY = set("ABC")
+# Words that belong to a cycle, a dwell, a call or a turned part.
+_TAKEN = "PQEUVW"
+
+
+@dataclass
+class BlockReader:
+    """Takes blocks one by one and moves the state; `words` collects the auxiliary words."""
+
+    state: ControlModes
+    variables: MutableMapping[str, float]
+    unset: set[str] = field(default_factory=set)
+    words: list[tuple[int, str, float]] = field(default_factory=list)
+    cycle: Cycle = field(default_factory=Cycle)
+    rotary: set[int] = field(default_factory=set)
+    turned: set[int] = field(default_factory=set)
+
+    def take(self, number: int, text: str, column: int) -> Request:
+        """Carry out a block; return what it asks of the run."""
+        remarks = self.state.remarks
+        if text.startswith("@"):
+            remarks.without_motion(number, text.split()[0])
+            return None
+        before = len(remarks.faults)
+        words, assigned = split_words(text, self.variables, self.unset)
+        groups, numbers, places = self._sort(number, words, column)
+        self._modal(number, groups, numbers)
+        request = self._program_end(numbers, groups)
+        if len(remarks.faults) > before:
+            self.state.position = self.state.target(places)  # what follows is read from where the block was meant to end
+        else:
+            self._carry_out(number, groups, numbers, places, assigned)
+        self._show_position()
+        return request
+
+    def _sort(self, number: int, words: list[Word], column: int) -> tuple[dict[str, float], dict[str, float], Places]:
+        """Return the G words by their group, the other numbers by letter, and the places."""
+        remarks = self.state.remarks
+        groups: dict[str, float] = {}
+        numbers: dict[str, float] = {}
+        places: Places = {}
+        for word in words:
+            letter, value, at = word.letter, word.value, word.column + column
+            if letter == "G":
+                self._sort_g(number, round(value, 1), at, groups)
+            elif letter in AXES or letter in CENTER or letter in ("CR", "R"):
+                key = "CR" if letter == "R" else letter
+                if key in places:
+                    remarks.fault(number, at, f"{letter} twice in one block")
+                places[key] = word.mode, value
+            elif letter == "F":
+                numbers["F"] = value
+            elif letter in _IGNORED:
+                self.words.append((number, letter, value))
+                if letter in "MTDHS":
+                    numbers[letter if letter != "M" else f"M{value:g}"] = value
+            elif letter in _ROTARY:
+                numbers[letter] = value
+            else:
+                numbers[letter] = value
+                if letter in "UVW":
+                    places[letter] = "IC", value
+        if numbers.keys() & _ROTARY:
+            cuts = groups.get("motion", self.state.motion) and places.keys() & AXES.keys()
+            (self.turned if cuts else self.rotary).add(number)
+        if any(word.letter == "G" and word.value == 68 for word in words):
+            if "CR" in places:
+                remarks.fault(number, 1, "G68 with an angle: rotation is not computed; post the program without it")
+            remarks.without_motion(number, "G68")
+        self._check_letters(number, groups, numbers, words, column)
+        return groups, numbers, places
+
+    def _sort_g(self, number: int, value: float, at: int, groups: dict[str, float]) -> None:
+        remarks = self.state.remarks
+        group = _GROUPS.get(value)
+        if value in _REFUSED:
+            remarks.fault(number, at, f"G{value:g}: {_REFUSED[value]} is not computed; post the program without it, with the "
+                          "path of the tool's centre")
+        elif self.state.turning and value in (70, 71, 72, 73, 74, 75, 76, 92):
+            remarks.fault(number, at, f"G{value:g}: a turning cycle is not computed; post the program with single moves")
+        elif group is None and value == 68:
+            return  # with an angle a rotation, else a word of older controls; see _sort
+        elif group is None and value in _STILL:
+            remarks.without_motion(number, f"G{value:g}")
+        elif group is None:
+            remarks.fault(number, at, f"G{value:g} is not in the subset")
+        elif group in groups and groups[group] != value:
+            remarks.fault(number, at, f"G{value:g} and G{groups[group]:g} in one block")
+        else:
+            groups[group] = value
+
+    def _check_letters(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], words: list[Word],
+                       column: int) -> None:
+        """Fault the words P, Q, ... where nothing takes them; a word L alone calls a subprogram (Sinumerik 850)."""
+        taken = groups.get("motion", self.cycle.number) in CYCLES or "action" in groups or any(
+            word.letter == "G" and word.value in _STILL | {64, 96, 97} for word in words)
+        if taken or any(key.startswith("M") for key in numbers):
+            return
+        for word in words:
+            if word.letter == "L":
+                name = f"L{word.value:g}"
+                self.state.remarks.note(number, f"subprogram {name} is not in the file and is left out with its motion")
+            elif word.letter in _TAKEN and not (word.letter in "UVW" and self.state.turning):
+                self.state.remarks.fault(number, word.column + column, f"unknown word {word.letter}{word.value:g}")
+
+    def _modal(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:
+        """Keep the modal words."""
+        state = self.state
+        if "motion" in groups:
+            motion = int(groups["motion"])
+            if motion not in CYCLES:
+                state.motion, self.cycle = motion, Cycle()
+            elif motion != self.cycle.number:
+                third = 3 - sum({17: (0, 1), 18: (2, 0), 19: (1, 2)}[int(groups.get("plane", state.plane))])
+                self.cycle = Cycle(motion, initial=state.position[third], level=state.position[third],
+                                   to_level=self.cycle.to_level)
+        if "cycle" in groups:
+            self.cycle = Cycle()
+        state.plane = int(groups.get("plane", state.plane))
+        if "distance" in groups:
+            state.incremental = groups["distance"] == 91
+        if "exact" in groups:
+            state.exact = groups["exact"] != 64
+        if "unit" in groups:
+            state.scale = 0.0254 if groups["unit"] in (20, 70, 700) else 1e-3
+            if groups["unit"] in (20, 21, 700, 710):
+                state.feed_scale = state.scale
+        if "return" in groups and not state.turning:
+            self.cycle.to_level = groups["return"] == 99
+        elif "return" in groups:
+            state.feed_mode = 94 if groups["return"] == 98 else 95
+        if "system" in groups and groups["system"] != state.system:
+            state.system = groups["system"]
+        if "system" in groups and state.system != 500 and state.system not in state.offsets:
+            state.remarks.note(number, f"offset G{state.system:g} is not in the program and is zero")
+        self._feeds(number, groups, numbers)
+
+    def _feeds(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float]) -> None:
+        state = self.state
+        state.feed_mode = int(groups.get("feed", state.feed_mode))
+        limit = state.turning and state.surface_speed > 0 and not groups.keys() & {"motion", "speed"}
+        if groups.get("speed") == 96:
+            state.surface_speed = numbers.get("S", 0.0) * (1.0 if state.scale == 1e-3 else 0.3048) or state.surface_speed
+        elif groups.get("speed") == 97:
+            state.surface_speed = 0.0
+        if "S" in numbers and limit:
+            state.top_speed = numbers["S"]
+        elif "S" in numbers and groups.get("speed") != 96:
+            state.speed = numbers["S"]
+        if "F" in numbers and groups.get("action") != 4:
+            if numbers["F"] <= 0:
+                state.remarks.fault(number, 1, f"F{numbers['F']:g}; feed must be above zero")
+            else:
+                state.set_feed(numbers["F"])
+        elif "feed" in groups and state.feed_word > 0:
+            state.feed_missed = False
+
+    def _program_end(self, numbers: Mapping[str, float], groups: Mapping[str, float]) -> Request:
+        if "M98" in numbers or groups.get("action") == 65:
+            repeats = int(numbers.get("L", 1))
+            name = int(numbers.get("P", 0))
+            if "L" not in numbers and name > 9999:  # the older way: repeats before the number
+                repeats, name = divmod(name, 10000)
+            return "call", str(name), min(repeats, 9999)
+        if "M99" in numbers or "M17" in numbers:
+            return "return", "", 1
+        return ("end", "", 1) if "M2" in numbers or "M30" in numbers else None
+
+    def _carry_out(self, number: int, groups: Mapping[str, float], numbers: Mapping[str, float], places: Places,
+                   assigned: Mapping[str, float]) -> None:
+        """Move as the block says."""
+        state, action = self.state, groups.get("action")
+        if action == 4:
+            duration = numbers["F"] if "F" in numbers else dwell_of(numbers["P"]) if "P" in numbers else \
+                places.get("X", ("", numbers.get("U", 0.0)))[1]
+            state.wait(number, duration)
+        elif action in (28, 30):
+            self._reference(number, places)
+        elif action == 92 and places and not state.turning:
+            for letter, i in AXES.items():
+                if letter in places:
+                    state.shift[i] = 0.0
+                    state.shift[i] = state.position[i] - state.length(i, places[letter][1]) - state.origin[i]
+        elif action in (10, 52):
+            self._offsets(number, action, numbers, places)
+        elif action == 65:
+            return
+        elif self.cycle.number and (any(k in AXES for k in places) or groups.get("motion") in CYCLES):
+            parameters = {key: assigned[key] for key in ("R2", "R3", "R10") if key in assigned}
+            begin_cycle(state, self.cycle, number, places=places, numbers=numbers, parameters=parameters)
+            again = numbers.get("L", places.get("K", ("", 1.0))[1])
+            drill(state, self.cycle, number, places=places, repeats=int(again))
+        elif any(k in AXES or k in CENTER or (k in "UVW" and state.turning) for k in places):
+            state.move(number, places, once="once" in groups, machine="machine" in groups)
+
+    def _reference(self, number: int, places: Places) -> None:
+        """Go to the reference point by way of the point of the block."""
+        state = self.state
+        state.remarks.note(number, "the reference point of G28 and G30 is taken as the machine's zero")
+        between = state.target(places)
+        if between != state.position:
+            state.rapid(number, between)
+        axes = {letter for letter in places if letter in AXES} | {"XYZ"["UVW".index(k)] for k in places if k in "UVW"}
+        end = [0.0 if "XYZ"[i] in axes or not axes else value for i, value in enumerate(state.position)]
+        if end != state.position:
+            state.rapid(number, end)
+
+    def _offsets(self, number: int, action: float, numbers: Mapping[str, float], places: Places) -> None:
+        """Set work offsets (G10 L2) or the local shift (G52)."""
+        state = self.state
+        if action == 52:
+            for letter, i in AXES.items():
+                if letter in places:
+                    state.shift[i] = state.length(i, places[letter][1])
+        elif numbers.get("L") in (2, 20):
+            system = 53 + (numbers.get("P", 0) or state.system - 53)
+            offset = state.offsets.setdefault(system, [0.0, 0.0, 0.0])
+            for letter, i in AXES.items():
+                if letter in places:
+                    value = state.length(i, places[letter][1])
+                    offset[i] = value if numbers["L"] == 2 else state.position[i] - value
+        else:
+            state.remarks.without_motion(number, "G10")
+
+    def _show_position(self) -> None:
+        """Let the program read where it is: #5021 and #5041 on, and LinuxCNC's names."""
+        state = self.state
+        for i in range(3):
+            machine = state.position[i] / state.scale
+            here = (state.position[i] - state.origin[i]) / state.scale
+            for first, value in ((5001, here), (5021, machine), (5041, here), (5061, here), (5420, here)):
+                self.variables[f"#{first + i}"] = value
+            self.variables[f"#<_{'xyz'[i]}>".upper()] = here

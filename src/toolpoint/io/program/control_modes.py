@@ -1,0 +1,197 @@
+"""Modal state of a control: units, feeds, coordinate systems; and the segments that a block makes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+
+from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
+
+PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
+AXES = {"X": 0, "Y": 1, "Z": 2}
+CENTER = {"I": 0, "J": 1, "K": 2}
+Places = dict[str, tuple[str, float]]
+# Speed (rev/min) of a turned part near its axis where the program holds no limit of its own.
+_TOP_SPEED = 3000.0
+
+
+@dataclass
+class ControlModes:
+    """Modal state while blocks are taken; positions in m, in machine coordinates."""
+
+    rapid_feed: float
+    tolerance: float
+    position: list[float]
+    remarks: Remarks
+    segments: Segments = field(default_factory=Segments)
+    feed: float = 0.0
+    motion: int = 0
+    plane: int = 17
+    incremental: bool = False
+    exact: bool = False
+    scale: float = 1e-3
+    feed_scale: float = 1e-3
+    feed_word: float = 0.0
+    feed_mode: int = 94
+    speed: float = 0.0
+    surface_speed: float = 0.0
+    top_speed: float = _TOP_SPEED
+    turning: bool = False
+    feed_missed: bool = False
+    offsets: dict[float, list[float]] = field(default_factory=dict)
+    system: float = 54
+    shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+
+    @property
+    def origin(self) -> list[float]:
+        """Origin of the program's coordinates, m."""
+        offset = self.offsets.get(self.system, [0.0, 0.0, 0.0])
+        return [a + b for a, b in zip(offset, self.shift, strict=True)]
+
+    def length(self, axis: int, value: float) -> float:
+        """Return a programmed length along an axis, m; X of a turned part is a diameter."""
+        return value * self.scale * (0.5 if self.turning and axis == 0 else 1.0)
+
+    def target(self, places: Places, *, machine: bool = False) -> list[float]:
+        """Return the position after a block, m."""
+        end, origin = list(self.position), [0.0, 0.0, 0.0] if machine else self.origin
+        for letter, i in AXES.items():
+            if letter in places:
+                mode, value = places[letter]
+                relative = mode == "IC" or (self.incremental and mode != "AC" and not machine)
+                end[i] = self.length(i, value) + (end[i] if relative else origin[i])
+        for letter, i in (("U", 0), ("V", 1), ("W", 2)):
+            if letter in places and self.turning:
+                end[i] += self.length(i, places[letter][1])
+        return end
+
+    def set_feed(self, word: float) -> None:
+        """Keep a word F."""
+        self.feed_word = word
+        self.feed = word * (self.feed_scale if self.feed_mode == 94 else self.scale) / 60
+
+    def speed_for(self, number: int, end: list[float], length: float) -> float:
+        """Return the feed of a cut to a point, m/s."""
+        if self.feed_mode == 93:
+            return length * self.feed_word / 60
+        if self.feed_mode == 94:
+            return self.feed
+        speed = self.speed
+        if self.surface_speed > 0:
+            across = max(abs(end[0] + self.position[0]), 1e-6)  # mean diameter of the cut
+            speed = min(self.surface_speed / (math.pi * across), self.top_speed)
+        if speed <= 0:
+            self.remarks.fault(number, 1, "feed per revolution without a speed; program S before it")
+        return self.feed_word * self.scale * speed / 60
+
+    def rapid(self, number: int, end: list[float]) -> None:
+        """Move to a point in rapid."""
+        self._line(number, end, self.rapid_feed, rapid=True, stop=True)
+
+    def cut(self, number: int, end: list[float], *, stop: bool = False) -> None:
+        """Move to a point in a straight cut."""
+        if self._has_feed(number):
+            feed = self.speed_for(number, end, math.dist(self.position, end))
+            self._line(number, end, feed, rapid=False, stop=stop or self.exact)
+        self.position = end
+
+    def _has_feed(self, number: int) -> bool:
+        if self.feed_word > 0 or self.feed > 0:
+            return True
+        if not self.feed_missed:
+            self.remarks.fault(number, 1, "no feed yet; program F in this or an earlier block, or give `feed`")
+        self.feed_missed = True
+        return False
+
+    def _line(self, number: int, end: list[float], feed: float, *, rapid: bool, stop: bool) -> None:
+        if len(self.segments.rows) >= MOST_SEGMENTS:
+            raise OverflowError
+        self.segments.line(self.position, end, feed=feed, rapid=rapid, stop=stop, number=number, plane=PLANES[self.plane])
+        self.position = end
+
+    def move(self, number: int, places: Places, *, once: bool, machine: bool) -> None:
+        """Add the segment of a block of motion."""
+        end = self.target(places, machine=machine)
+        if self.motion >= 2:
+            self._arc(number, places, end, once)
+        elif any(k in CENTER or k == "CR" for k in places):
+            self.remarks.fault(number, 1, "I, J, K or CR on a straight line; program G2 or G3")
+            self.position = end
+        elif self.motion:
+            self.cut(number, end, stop=once)
+        else:
+            self.rapid(number, end)
+
+    def _arc(self, number: int, places: Places, end: list[float], once: bool) -> None:
+        start = self.position
+        geometry = self._has_feed(number) and self._arc_geometry(number, places, start, end)
+        if geometry:
+            center, sweep = geometry
+            a, b = PLANES[self.plane]
+            radius = math.hypot(start[a] - center[a], start[b] - center[b])
+            feed = self.speed_for(number, end, abs(sweep) * radius)
+            self.segments.arc(start, end, center, sweep=sweep, plane=(a, b), feed=feed, stop=self.exact or once, number=number)
+        self.position = end
+
+    def _arc_geometry(self, number: int, places: Places, start: list[float], end: list[float]
+                      ) -> tuple[list[float], float] | None:
+        """Return centre and sweep of an arc, or nothing after a fault."""
+        a, b = PLANES[self.plane]
+        turn = -1.0 if self.motion == 2 else 1.0
+        center = self._center(number, places, start, end, turn=turn)
+        if center is None:
+            return None
+        r0 = math.hypot(start[a] - center[a], start[b] - center[b])
+        r1 = math.hypot(end[a] - center[a], end[b] - center[b])
+        # What rounding to the digits of the program makes: some units of its last digit, more where it is in inches.
+        if r0 == 0 or abs(r0 - r1) > max(self.tolerance * self.scale / 1e-3, 1e-4 * r0):
+            self.remarks.fault(number, 1, f"arc with radius {1e3 * r0:.6g} mm at its start and {1e3 * r1:.6g} mm at its end; "
+                               "correct I, J, K or the end point")
+            return None
+        first = math.atan2(start[b] - center[b], start[a] - center[a])
+        last = math.atan2(end[b] - center[b], end[a] - center[a])
+        sweep = (turn * (last - first)) % (2 * math.pi)
+        if sweep < 1e-9 or 2 * math.pi - sweep < 1e-9:
+            sweep = 2 * math.pi
+        return center, turn * sweep
+
+    def _center(self, number: int, places: Places, start: list[float], end: list[float], *, turn: float) -> list[float] | None:
+        if "CR" in places:
+            return self._from_radius(number, places["CR"][1] * self.scale, start, end, turn=turn)
+        if not any(k in places for k in CENTER):
+            self.remarks.fault(number, 1, "an arc needs I, J, K or CR=")
+            return None
+        center = list(start)
+        for letter, i in CENTER.items():
+            if letter not in places:
+                continue
+            if i not in PLANES[self.plane]:
+                self.remarks.fault(number, 1, f"{letter} is not in the plane of G{self.plane}")
+                return None
+            mode, value = places[letter]
+            center[i] = value * self.scale + (self.origin[i] if mode == "AC" else start[i])
+        return center
+
+    def _from_radius(self, number: int, radius: float, start: list[float], end: list[float], *, turn: float
+                     ) -> list[float] | None:
+        """Return the centre for a radius; a negative radius means the longer arc."""
+        a, b = PLANES[self.plane]
+        da, db = end[a] - start[a], end[b] - start[b]
+        chord = math.hypot(da, db)
+        if chord == 0:
+            self.remarks.fault(number, 1, "a full circle needs I, J, K instead of CR=")
+            return None
+        rest = radius * radius - chord * chord / 4
+        if rest < -2 * self.tolerance * abs(radius):
+            self.remarks.fault(number, 1, f"radius {1e3 * abs(radius):.6g} mm is below half the chord, {500 * chord:.6g} mm")
+            return None
+        offset = turn * math.copysign(math.sqrt(max(rest, 0.0)), radius) / chord
+        center = list(start)
+        center[a] = (start[a] + end[a]) / 2 - offset * db
+        center[b] = (start[b] + end[b]) / 2 + offset * da
+        return center
+
+    def wait(self, number: int, duration: float) -> None:
+        """Wait, s; before the first motion that is only a note."""
+        if duration > 0 and not self.segments.wait(duration):
+            self.remarks.note(number, "a dwell before the first motion is left out")

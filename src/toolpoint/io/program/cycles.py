@@ -1,0 +1,109 @@
+"""Canned cycles of drilling and boring as moves: G81-G89, G73, G76, with the levels of Fanuc, LinuxCNC or Sinumerik 850."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from toolpoint.io.program.control_modes import PLANES, ControlModes, Places
+
+CYCLES = frozenset({73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89})
+# Cycles that leave the hole at the feed; the others leave it in rapid.
+_FEED_OUT = frozenset({74, 84, 85, 89})
+_PECKS = frozenset({73, 83})
+_MOST_PECKS = 1000
+# Way that a peck with chip breaking goes back, and at which the next one of a full retract begins above the last, m.
+_BACK = 1e-3
+
+
+@dataclass
+class Cycle:
+    """A cycle in force: levels in m (machine coordinates), dwell in s, depth of a peck in m."""
+
+    number: int = 0
+    level: float = 0.0
+    depth: float = 0.0
+    initial: float = 0.0
+    dwell: float = 0.0
+    peck: float = 0.0
+    to_level: bool = False
+    retract: float | None = None
+    ready: bool = False
+
+
+def begin_cycle(state: ControlModes, cycle: Cycle, number: int, *, places: Places, numbers: Mapping[str, float],
+                parameters: Mapping[str, float]) -> None:
+    """Keep the words of a block of a cycle: R, Z, P, Q, or the parameters R2, R3, R10 of a Sinumerik 850.
+
+    `places` holds X, Y, Z, R; `numbers` the words P, Q; `parameters` the R parameters of this block.
+    """
+    third = 3 - sum(PLANES[state.plane])
+    letter = "XYZ"[third]
+    lift = state.length(third, 1.0)
+    origin = state.origin[third]
+    if {"R2", "R3"} <= parameters.keys():
+        cycle.level, cycle.depth = origin + lift * parameters["R2"], origin + lift * parameters["R3"]
+        cycle.retract = origin + lift * parameters["R10"] if "R10" in parameters else None
+        cycle.ready = True
+    if "CR" in places:
+        value = lift * places["CR"][1]
+        cycle.level = value + (cycle.initial if state.incremental else origin)
+    if letter in places:
+        value = lift * places[letter][1]
+        cycle.depth = value + (cycle.level if state.incremental else origin)
+        cycle.ready = True
+    if "P" in numbers:
+        cycle.dwell = dwell_of(numbers["P"])
+    if "Q" in numbers:
+        cycle.peck = abs(lift * numbers["Q"])
+
+
+def dwell_of(word: float) -> float:
+    """Return the time of a word P, s: whole numbers of 100 and more are milliseconds (Fanuc), others seconds (LinuxCNC)."""
+    return word / 1000 if word == int(word) and word >= 100 else word
+
+
+def drill(state: ControlModes, cycle: Cycle, number: int, *, places: Places, repeats: int = 1) -> None:
+    """Add the moves of a cycle at the place of a block: over the hole, to the level R, down, up."""
+    third = 3 - sum(PLANES[state.plane])
+    if not cycle.ready:
+        state.remarks.fault(number, 1, f"G{cycle.number} without a depth; program {'XYZ'[third]} and R in its first block")
+        state.position = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})
+        return
+    for _ in range(min(repeats, _MOST_PECKS)):
+        above = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})
+        if above[third] < cycle.level:
+            state.rapid(number, _at(state.position, third, cycle.level))
+            above[third] = cycle.level
+        if above != state.position:
+            state.rapid(number, above)
+        _hole(state, cycle, number, third)
+        top = cycle.level if cycle.to_level else max(cycle.initial, cycle.level)
+        top = cycle.retract if cycle.retract is not None else top
+        if top > state.position[third]:
+            state.rapid(number, _at(state.position, third, top))
+
+
+def _hole(state: ControlModes, cycle: Cycle, number: int, third: int) -> None:
+    if state.position[third] != cycle.level:
+        state.rapid(number, _at(state.position, third, cycle.level))
+    levels = [cycle.depth]
+    if cycle.number in _PECKS and cycle.peck > 0:
+        count = min(int(abs(cycle.level - cycle.depth) / cycle.peck + 1 - 1e-9), _MOST_PECKS)
+        levels = [cycle.level - k * cycle.peck for k in range(1, count)] + [cycle.depth]
+    for k, level in enumerate(levels):
+        if k and cycle.number == 83:
+            state.rapid(number, _at(state.position, third, cycle.level))
+            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _BACK, cycle.level)))
+        elif k:
+            state.rapid(number, _at(state.position, third, min(levels[k - 1] + _BACK, cycle.level)))
+        state.cut(number, _at(state.position, third, level), stop=True)
+    state.wait(number, cycle.dwell)
+    if cycle.number in _FEED_OUT:
+        state.cut(number, _at(state.position, third, cycle.level), stop=True)
+
+
+def _at(position: list[float], axis: int, value: float) -> list[float]:
+    end = list(position)
+    end[axis] = value
+    return end

@@ -1,0 +1,205 @@
+"""Klartext of Heidenhain controls, a subset: L, CC, C, CR, RND, FMAX, M, TOOL CALL, Q parameters, FN, LBL; CYCL DEF as notes.
+
+A contour with radius compensation (RL, RR) is refused by name: the file holds no tool radius.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from toolpoint.io.program.control_modes import AXES, ControlModes
+from toolpoint.io.program.expressions import ExpressionFault, Reader
+from toolpoint.io.program.segments import Program
+
+MOST_STEPS = 1_000_000
+_AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
+_STILL = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN ?1[0-9](?!\d)|FN ?18|"
+                    r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
+_FN_GOTO = re.compile(r"FN\s*(9|10|11|12):\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
+_FN_SET = re.compile(r"FN\s*(\d+):\s*(Q[LRS]?\d+)\s*=\s*(.+)")
+
+
+def is_klartext(text: str) -> bool:
+    """Return whether a text is a Klartext program: it begins with BEGIN PGM."""
+    return re.search(r"^\s*\d*\s*BEGIN PGM\b", text[:4000], re.MULTILINE | re.IGNORECASE) is not None
+
+
+@dataclass
+class _Klartext:
+    """State of the reader beside the modal one; lengths in the file's unit."""
+
+    state: ControlModes
+    variables: dict[str, float] = field(default_factory=dict)
+    unset: set[str] = field(default_factory=set)
+    center: dict[int, float] = field(default_factory=dict)
+    rounding: float = 0.0
+    words: list[tuple[int, str, float]] = field(default_factory=list)
+
+
+def run(text: str, state: ControlModes, name: str) -> Program:
+    """Return the segments of a Klartext program."""
+    lines = [(number, re.sub(r"^\s*\d+\s+(?=\D)", "", line.split(";", 1)[0]).strip().upper())
+             for number, line in enumerate(text.splitlines(), 1)]
+    lines = [(number, line) for number, line in lines if line]
+    labels: dict[str, int] = {}
+    for k, (_, line) in enumerate(lines):
+        if match := re.match(r"LBL\s+\"?(\w+)", line):
+            labels.setdefault(match[1], k)
+    if re.match(r"BEGIN PGM\s+.*\bINCH\b", lines[0][1]):
+        state.scale = state.feed_scale = 0.0254
+    reader = _Klartext(state)
+    at, steps = 0, 0
+    calls: list[int] = []
+    repeats: dict[int, int] = {}
+    while at < len(lines):
+        number, line = lines[at]
+        steps += 1
+        if steps > MOST_STEPS or len(calls) > 20:
+            state.remarks.fault(number, 1, "a loop without end, or labels nested too deeply")
+            break
+        try:
+            jump = _flow(reader, line)
+            if jump is None and not line.startswith(("LBL", "END PGM")):
+                _line(reader, number, line)
+            elif jump is None and line.startswith("LBL 0") and calls:
+                at = calls.pop()
+                continue
+            elif jump is None and line.startswith("END PGM"):
+                break
+            elif jump is not None:
+                label, count = jump
+                if label not in labels:
+                    raise ExpressionFault(f"LBL {label}: no such label")
+                if count is None:  # a jump, or a call that LBL 0 ends
+                    if line.startswith("CALL"):
+                        calls.append(at + 1)
+                    at = labels[label]
+                    continue
+                repeats[at] = repeats.get(at, count) - 1
+                if repeats[at] >= 0:
+                    at = labels[label]
+                    continue
+                del repeats[at]
+        except ExpressionFault as fault:
+            state.remarks.fault(number, 1, str(fault))
+        except OverflowError:
+            state.remarks.fault(number, 1, "too many moves, or a number that is too large")
+            break
+        if re.search(r"\bM(?:2|02|30)\b", line):
+            break
+        at += 1
+    if reader.unset:
+        state.remarks.note(1, f"parameters that the program reads from outside are zero: {', '.join(sorted(reader.unset)[:8])}")
+    return state.segments.program(name, text, words=reader.words, remarks=state.remarks)
+
+
+def _flow(reader: _Klartext, line: str) -> tuple[str, int | None] | None:
+    """Return label and repeats (None for a jump or a call) where a line goes elsewhere."""
+    if match := re.match(r"CALL LBL\s+\"?(\w+)\"?(?:\s+REP\s*(\d+))?", line):
+        return match[1], int(match[2]) if match[2] else None
+    if match := _FN_GOTO.match(line):
+        left, right = _value(reader, match[2]), _value(reader, match[4])
+        holds = {"EQU": left == right, "NE": left != right, "GT": left > right, "LT": left < right}[match[3]]
+        return (match[5], None) if holds else None
+    return None
+
+
+def _value(reader: _Klartext, text: str) -> float:
+    return Reader(text, reader.variables, unset=reader.unset).value()
+
+
+def _line(reader: _Klartext, number: int, line: str) -> None:
+    """Carry out one line."""
+    state = reader.state
+    if re.search(r"\bR[LR]\b|^(?:APPR|DEP)\b", line):
+        raise ExpressionFault("RL, RR, APPR, DEP: radius compensation is not computed; post the program with the path of the "
+                              "tool's centre")
+    if _FN_GOTO.match(line):
+        return
+    if match := _FN_SET.match(line):
+        _assign(reader, number, match)
+    elif match := re.match(r"(Q[LRS]?\d+)\s*=\s*(.+)", line):
+        reader.variables[match[1]] = _value(reader, match[2])
+    elif match := re.match(r"CC\b(.*)", line):
+        for i, value in _axes(reader, match[1])[0].items():
+            reader.center[i] = value
+    elif match := re.match(r"(L|CR|C|LN)\b(.*)", line):
+        _move(reader, number, match[1], match[2])
+    elif re.match(r"(RND|CHF)\b", line):
+        state.remarks.note(number, "RND and CHF are left out: the corners stay sharp")
+    elif re.match(r"CYCL DEF 9\.?[01]?\b.*V\.?ZEIT|CYCL DEF 9\.1", line):
+        if match := re.search(r"(?:V\.?ZEIT|DWELL|V)\s*([\d.]+)\s*$", line):
+            state.wait(number, float(match[1]))
+    elif re.match(r"CYCL DEF 7\.[1-9]", line):
+        for i, value in _axes(reader, re.sub(r"CYCL DEF 7\.\d", "", line))[0].items():
+            state.shift[i] = value if f"I{'XYZ'[i]}" not in line else state.shift[i] + value
+    elif match := _STILL.match(line):
+        state.remarks.without_motion(number, re.sub(r"\s+", " ", match[1]))
+    else:
+        raise ExpressionFault(f"{line.split()[0]} is not in the subset of Klartext")
+
+
+def _assign(reader: _Klartext, number: int, match: re.Match[str]) -> None:
+    kind, name, text = int(match[1]), match[2], match[3]
+    if kind == 18:
+        reader.variables[name] = 0.0
+        reader.state.remarks.note(number, "SYSREAD (what the control knows at the machine) is zero")
+        return
+    text = text.replace(" DIV ", " / ").replace(",", ".")
+    if kind not in (0, 1, 2, 3, 4, 5, 6, 7):
+        raise ExpressionFault(f"FN{kind} is not in the subset of Klartext")
+    reader.variables[name] = _value(reader, text)
+
+
+def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:
+    """Return the positions (m, machine coordinates) of the axes of a line, and what is left of it."""
+    state, ends, rest, at = reader.state, {}, [], 0
+    while at < len(text):
+        match = _AXIS.match(text, at)
+        if match is None:
+            rest.append(text[at])
+            at += 1
+            continue
+        value = Reader(text, reader.variables, match.end(), reader.unset)
+        length = value.value(5) * state.scale
+        at = value.at
+        if match[2] in AXES:
+            i = AXES[match[2]]
+            ends[i] = length + (state.position[i] if match[1] else state.origin[i])
+        else:
+            state.remarks.note(1, "rotary words (A, B, C) are passed over: the path is that of X, Y, Z")
+    return ends, "".join(rest)
+
+
+def _move(reader: _Klartext, number: int, kind: str, text: str) -> None:
+    state = reader.state
+    ends, rest = _axes(reader, text)
+    if feed := re.search(r"\bF\s*(MAX|AUTO|[\d.]+|Q\d+)", rest):
+        rapid = feed[1] == "MAX"
+        if not rapid and feed[1] != "AUTO":
+            state.set_feed(_value(reader, feed[1]))
+    else:
+        rapid = False
+    for word in re.findall(r"\bM(\d+)", rest):
+        reader.words.append((number, "M", float(word)))
+    if not ends and kind == "L":
+        return
+    end = [ends.get(i, state.position[i]) for i in range(3)]
+    if kind in ("L", "LN"):
+        (state.rapid if rapid else state.cut)(number, end)
+        return
+    state.motion = 2 if re.search(r"\bDR\s*-", rest) else 3
+    places = {"XYZ"[i]: ("AC", (end[i] - state.origin[i]) / state.scale) for i in range(3)}
+    if kind == "CR":
+        radius = re.search(r"\bR\s*([+-]?[\d.]+)", rest)
+        if radius is None:
+            raise ExpressionFault("CR without its radius R")
+        places["CR"] = "", float(radius[1])
+    elif not reader.center:
+        raise ExpressionFault("C without CC before it")
+    else:
+        places |= {"IJK"[i]: ("AC", (value - state.origin[i]) / state.scale) for i, value in reader.center.items()
+                   if i in (0, 1)}
+    state.move(number, places, once=False, machine=False)
+    state.motion = 0

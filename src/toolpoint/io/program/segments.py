@@ -1,0 +1,133 @@
+"""What a program moves, as plain arrays; and the list that a reader fills segment by segment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.drives.program.path import Path as DrivePath
+from toolpoint.io.faults import Fault, FileFaults
+
+MOST_SEGMENTS = 2_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class Program:
+    """Segments of a program in SI, as plain arrays.
+
+    `kind` (n,) 0 line, 1 arc; `start`, `end`, `center` (n, 3) m; `sweep` (n,) rad, positive from the plane's first to its
+    second axis; `plane` (n, 2) axis indices; `feed` (n,) m/s; `rapid`, `stop` (n,) bools; `line` (n,) program lines;
+    `dwell` (n,) s, waited after each. `words` holds the auxiliary words (line, letter, value) that do not move; `notes` what
+    was assumed or left out, the most important first.
+    """
+
+    kind: np.ndarray
+    start: FloatArray
+    end: FloatArray
+    center: FloatArray
+    sweep: FloatArray
+    plane: np.ndarray
+    feed: FloatArray
+    rapid: np.ndarray
+    stop: np.ndarray
+    line: np.ndarray
+    dwell: FloatArray
+    words: tuple[tuple[int, str, float], ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def path(self) -> DrivePath:
+        """The segments as a path of lines and arcs."""
+        return DrivePath(self.kind, self.start, self.end, self.center, self.sweep, self.plane, self.feed, self.stop, self.line,
+                         self.rapid, self.dwell)
+
+    def __repr__(self) -> str:
+        return f"Program({self.kind.size} segments, {int((self.kind == 1).sum())} arcs, {int(self.rapid.sum())} rapid)"
+
+
+@dataclass
+class Remarks:
+    """Faults and notes while a program is read: the same words in many lines are one, with the number of lines."""
+
+    faults: dict[str, list[tuple[int, int]]] = field(default_factory=dict)
+    still: dict[str, set[int]] = field(default_factory=dict)
+    notes: dict[str, set[int]] = field(default_factory=dict)
+
+    def fault(self, number: int, column: int, message: str) -> None:
+        """Keep a fault."""
+        places = self.faults.setdefault(message, [])
+        if (number, column) not in places:
+            places.append((number, column))
+
+    def without_motion(self, number: int, word: str) -> None:
+        """Keep a word that moves nothing."""
+        self.still.setdefault(word, set()).add(number)
+
+    def note(self, number: int, message: str) -> None:
+        """Keep what was assumed or left out."""
+        self.notes.setdefault(message, set()).add(number)
+
+    def fault_list(self) -> list[Fault]:
+        """Return the faults, each at its first line."""
+        faults = []
+        for message, places in self.faults.items():
+            lines = len({number for number, _ in places})
+            more = f" (in {lines} lines)" if lines > 1 else ""
+            faults.append(Fault(*places[0], "", message + more))
+        return sorted(faults, key=lambda f: f.line)[:100]
+
+    def note_list(self) -> tuple[str, ...]:
+        """Return the notes; all words without motion in one."""
+        notes = [f"{message} ({_lines(numbers)})" for message, numbers in self.notes.items()]
+        if self.still:
+            words = ", ".join(f"{word} in {len(numbers)} line" + "s" * (len(numbers) > 1)
+                              for word, numbers in self.still.items())
+            notes.append(f"words without motion are passed over: {words}")
+        return tuple(notes)
+
+
+def _lines(numbers: set[int]) -> str:
+    first = sorted(numbers)
+    return f"line {first[0]}" if len(first) == 1 else f"lines {', '.join(map(str, first[:3]))}" + \
+        (f" and {len(first) - 3} more" if len(first) > 3 else "")
+
+
+@dataclass
+class Segments:
+    """Rows of a program that is being read."""
+
+    rows: list[tuple[float, ...]] = field(default_factory=list)
+    waits: dict[int, float] = field(default_factory=dict)
+
+    def line(self, start: Sequence[float], end: Sequence[float], *, feed: float, rapid: bool, stop: bool, number: int,
+             plane: tuple[int, int] = (0, 1)) -> None:
+        """Add a straight line, m and m/s."""
+        self.rows.append((0, *start, *end, *start, 0.0, *plane, feed, rapid, stop, number))
+
+    def arc(self, start: Sequence[float], end: Sequence[float], center: Sequence[float], *, sweep: float,
+            plane: tuple[int, int], feed: float, stop: bool, number: int) -> None:
+        """Add an arc, m, rad and m/s."""
+        self.rows.append((1, *start, *end, *center, sweep, *plane, feed, False, stop, number))
+
+    def wait(self, duration: float) -> bool:
+        """Wait after the last segment, s; False where there is none."""
+        if not self.rows:
+            return False
+        self.waits[len(self.rows) - 1] = self.waits.get(len(self.rows) - 1, 0.0) + duration
+        return True
+
+    def program(self, name: str, text: str, *, words: Sequence[tuple[int, str, float]], remarks: Remarks) -> Program:
+        """Return the arrays; raise FileFaults for faults, or where nothing moves."""
+        if remarks.faults:
+            raise FileFaults(name, text, remarks.fault_list())
+        if not self.rows:
+            raise FileFaults(name, text, [Fault(1, 1, "", "no block that moves")])
+        t = np.array(self.rows, float)
+        dwell = np.zeros(len(t))
+        dwell[list(self.waits)] = list(self.waits.values())
+        return Program(t[:, 0].astype(int), t[:, 1:4], t[:, 4:7], t[:, 7:10], t[:, 10], t[:, 11:13].astype(int), t[:, 13],
+                       t[:, 14] > 0, (t[:, 15] > 0) | (dwell > 0), t[:, 16].astype(int), dwell, tuple(words),
+                       remarks.note_list())

@@ -1,0 +1,142 @@
+"""Lines of a program as statements: blocks of words, jumps, branches, loops and subprograms of three families of controls.
+
+Fanuc: GOTO n, IF [..] GOTO n, IF [..] THEN, WHILE [..] DO m .. END m, O and M98/M99. Siemens: IF .. GOTOF, IF/ELSE/ENDIF,
+WHILE, FOR, REPEAT/UNTIL, LOOP, labels, PROC. LinuxCNC: o-words (sub, call, if, while, do, repeat, return).
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, field
+
+from toolpoint.io.program.words import without_comments
+
+_NUMBERED = re.compile(r"[/\s]*(?:N(\d+)|(\d+)(?=\s))?\s*(.*)", re.DOTALL)
+_LABEL = re.compile(r"([A-Z_][A-Z_0-9]+):(?!=)\s*(.*)", re.DOTALL)
+_OWORD = re.compile(r"O\s*(\d+|<[^>]*>)\s*(SUB|ENDSUB|CALL|RETURN|IF|ELSEIF|ELSE|ENDIF|WHILE|ENDWHILE|DO|REPEAT|ENDREPEAT|"
+                    r"BREAK|CONTINUE)\b\s*(.*)", re.DOTALL)
+_PATTERNS: tuple[tuple[str, re.Pattern[str]], ...] = tuple((name, re.compile(pattern, re.DOTALL)) for name, pattern in (
+    ("if_goto", r"IF\s*(?P<a>.+?)\s*GOTO(?P<c>[FBC]?)\s*(?P<b>\w+)\s*$"),
+    ("if_then", r"IF\s*(?P<a>.+?)\s*THEN\s*(?P<b>.+)$"),
+    ("goto", r"GOTO(?P<c>[FBC]?)\s*(?P<b>\w+|#\S+|\[.*\])\s*$"),
+    ("while", r"WHILE\s*(?P<a>.+?)\s*DO\s*\d+\s*$"), ("while", r"WHILE\b\s*(?P<a>.+)$"),
+    ("endwhile", r"END\s*\d+\s*$"), ("endwhile", r"ENDWHILE$"),
+    ("for", r"FOR\s+(?P<a>[^=]+)=(?P<b>.+?)\s+TO\s+(?P<c>.+)$"), ("endfor", r"ENDFOR$"),
+    ("until", r"UNTIL\b\s*(?P<a>.+)$"), ("do", r"REPEAT$"), ("loop", r"LOOP$"), ("endloop", r"ENDLOOP$"),
+    ("if", r"IF\b\s*(?P<a>.+)$"), ("else", r"ELSE$"), ("endif", r"ENDIF$"),
+    ("return", r"(?:RET|M17)\b.*$"), ("sub", r"PROC\s+(?P<b>\w+).*$"),
+    ("define", r"DEF\s+(?:REAL|INT|BOOL|CHAR)\s+(?P<a>.+)$"),
+    ("passed", r"(?P<b>MSG|EXTERN|WORKPIECE|DEF|STOPRE|SOFT|BRISK|DRIVE|FFWON|FFWOF|COMPOF|COMPON|COMPCAD|COMPCURV|DIAMOF|CFC|"
+               r"CFTCP|CFIN|TRAFOOF|TRAORI|G_?GROUP|CUT2D|CUT3DC|ORI\w+|FIFOCTRL|SPOS|WRITE|SETMS|STARTFIFO|PRESETON)\b(?!\s*=).*$")))
+_OPENS = {"if": "endif", "while": "endwhile", "for": "endfor", "do": "until", "loop": "endloop", "repeat": "endrepeat",
+          "sub": "endsub"}
+
+
+@dataclass
+class Statement:
+    """One line: its number, what it is, texts, and where it continues."""
+
+    number: int
+    kind: str
+    text: str = ""
+    other: str = ""
+    third: str = ""
+    key: str = ""
+    column: int = 0
+    branch: int = -1
+    start: int = -1
+
+
+@dataclass
+class ProgramLines:
+    """Statements of a program with the places of its numbers, labels and subprograms."""
+
+    statements: list[Statement] = field(default_factory=list)
+    places: dict[str, list[int]] = field(default_factory=dict)
+    programs: dict[str, int] = field(default_factory=dict)
+    faults: list[tuple[int, str]] = field(default_factory=list)
+
+
+def list_statements(text: str) -> ProgramLines:
+    """Return the statements of a program's text."""
+    listing = ProgramLines()
+    for number, line in enumerate(text.splitlines(), 1):
+        _take(listing, number, line)
+    _match_blocks(listing)
+    return listing
+
+
+def _take(listing: ProgramLines, number: int, line: str) -> None:
+    if line.lstrip().startswith(("%", "/")) and not line.lstrip().startswith("%_N"):
+        return
+    plain = without_comments(line)
+    if name := re.match(r"\s*%_N_(\w+?)_(?:MPF|SPF)", plain):
+        listing.programs[name[1]] = len(listing.statements)
+        if listing.statements:
+            listing.statements.append(Statement(number, "end"))
+        return
+    match = _NUMBERED.match(plain)
+    if match is None:
+        return
+    if match[1] or match[2]:
+        listing.places.setdefault(str(int(match[1] or match[2])), []).append(len(listing.statements))
+    body, column = match[3], match.start(3)
+    if label := _LABEL.match(body):
+        listing.places.setdefault(label[1], []).append(len(listing.statements))
+        column += label.start(2)
+        body = label[2]
+    if body.strip():
+        listing.statements.append(_statement(listing, number, body.strip(), column))
+
+
+def _statement(listing: ProgramLines, number: int, body: str, column: int) -> Statement:
+    if word := _OWORD.match(body):
+        kind = word[2].lower()
+        return Statement(number, {"elseif": "elif"}.get(kind, kind), word[3].strip(), key=word[1])
+    if program := re.match(r"[O:]\s*(\d+)\w*\s*$", body):
+        listing.programs[str(int(program[1]))] = len(listing.statements)
+        return Statement(number, "title", key=program[1])
+    for kind, pattern in _PATTERNS:
+        if match := pattern.match(body):
+            parts = match.groupdict()
+            key = parts.get("b") or ""
+            if kind == "sub":
+                listing.programs[key] = len(listing.statements)
+                return Statement(number, "title", key=key)
+            return Statement(number, kind, parts.get("a") or "", parts.get("b") or "", parts.get("c") or "", key, column)
+    if call := re.match(r"L(\d+)(?:\s+P\s*=?\s*(\d+))?\s*$", body):
+        return Statement(number, "subprogram", f"L{call[1]}", call[2] or "1", column=column)
+    return Statement(number, "block", body, column=column)
+
+
+def _match_blocks(listing: ProgramLines) -> None:
+    """Write where every branch and loop continues; blocks with names (o100) match by name, others by nesting."""
+    open_blocks: list[int] = []
+    statements = listing.statements
+    for k, statement in enumerate(statements):
+        kind = statement.kind
+        top = next((j for j in reversed(open_blocks) if statements[j].key == statement.key or not statement.key), None)
+        if kind == "while" and top is not None and statements[top].kind == "do" and statement.key:
+            statement.kind, statement.start = "dowhile", top
+            statements[top].branch = k
+            open_blocks.remove(top)
+        elif kind in ("elif", "else") and top is not None:
+            last = top
+            while statements[last].branch >= 0:
+                last = statements[last].branch
+            statements[last].branch, statement.start = k, top
+        elif kind in _OPENS:
+            open_blocks.append(k)
+            if kind == "sub":
+                listing.programs[statement.key] = k
+        elif kind in _OPENS.values():
+            if top is None or _OPENS.get(statements[top].kind) != kind:
+                listing.faults.append((statement.number, f"{kind.upper()} without its beginning"))
+                continue
+            last = top
+            while statements[last].branch >= 0:
+                last = statements[last].branch
+            statements[last].branch, statement.start = k, top
+            open_blocks.remove(top)
+    for k in open_blocks:
+        listing.faults.append((statements[k].number, f"{statements[k].kind.upper()} without its end"))

@@ -1,0 +1,113 @@
+"""Words of a block: comments taken away, letters with values, assignments of variables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import MutableMapping
+from dataclasses import dataclass
+
+from toolpoint.io.program.expressions import ExpressionFault, Reader
+
+# Before these a bracket belongs to an expression; anywhere else it begins a comment.
+_BEFORE = re.compile(r"(?:[=+*/,(\[<>-]|\b(?:AC|IC|DC|IF|WHILE|AND|OR|NOT|UNTIL|TO|XOR)|SIN|COS|TAN|ATAN2?|SQRT|ABS|POT|TRUNC|"
+                     r"ROUND|\b(?:CYCLE\d+|HOLES\d|POCKET\d|SLOT\d|LONGHOLE|MSG|WORKPIECE|PROC\s+\w+))\s*$")
+_ASSIGN = re.compile(r"\s*(#\s*(?:\d+|<[^>]*>|\[|#)|R(?:\d+|\[[^\]]*\])(?=\s*=)|(?!CR\b)[A-Z_]{2,}[A-Z_0-9]*(?=\s*=(?!=)))")
+_EXTENDED = re.compile(r"\s*([SMTHDF])(\d+)\s*=")
+_LETTER = re.compile(r"\s*(CR|[A-Z])\s*(=?)\s*(AC|IC|DC|ACP|ACN)?(?=\s*[\[(#+\-.\dRQA-Z$]|$)")
+_STRING = re.compile(r'"[^"]*"')
+
+
+@dataclass(frozen=True)
+class Word:
+    """A letter with its mode (AC, IC or nothing), value and column."""
+
+    letter: str
+    mode: str
+    value: float
+    column: int
+
+
+class WordFault(Exception):
+    """What is wrong with a block, at a column."""
+
+    def __init__(self, column: int, message: str) -> None:
+        super().__init__(message)
+        self.column = column
+
+
+def without_comments(line: str) -> str:
+    """Return a line in capitals whose comments are blanks: after ``;`` and in round brackets that belong to no expression."""
+    text = line.split(";", 1)[0].upper()
+    if "(" not in text:
+        return text.rstrip()
+    out, at = [], 0
+    while (start := text.find("(", at)) >= 0:
+        out.append(text[at:start])
+        before = "".join(out)
+        end = text.find(")", start)
+        end = len(text) - 1 if end < 0 else end
+        if _BEFORE.search(before):
+            out.append("(")
+            at = start + 1
+        else:
+            out.append(" " * (end + 1 - start))
+            at = end + 1
+    return ("".join(out) + text[at:]).rstrip()
+
+
+def split_words(text: str, variables: MutableMapping[str, float], unset: set[str]) -> tuple[list[Word], dict[str, float]]:
+    """Return the words of a block and the variables that it assigns, which are set in `variables` too.
+
+    Raises
+    ------
+    WordFault
+        At the first place that is no word.
+    """
+    words: list[Word] = []
+    assigned: dict[str, float] = {}
+    reader = Reader(_STRING.sub(lambda m: " " * len(m[0]), text), variables, unset=unset)
+    while reader.skip():
+        column = reader.at + 1
+        try:
+            if match := _ASSIGN.match(reader.text, reader.at):
+                _assign(reader, match, assigned)
+            elif match := _EXTENDED.match(reader.text, reader.at):
+                reader.at = match.end()
+                words.append(Word(match[1], "", reader.sum() if reader.skip() else 0.0, column))
+            else:
+                words.append(_word(reader, column))
+        except ExpressionFault as fault:
+            raise WordFault(column, str(fault)) from None
+        except RecursionError:
+            raise WordFault(column, "an expression nested too deeply") from None
+    return words, assigned
+
+
+def _assign(reader: Reader, match: re.Match[str], assigned: dict[str, float]) -> None:
+    if match[1][0] in "#R" and re.match(r"\s*[#R](?=[\s\d<\[#])", match[1]):
+        name = reader.variable_name()
+    else:
+        name, reader.at = match[1].strip(), match.end()
+        if name not in reader.variables:
+            raise ExpressionFault(f"{name}= is not in the subset")
+    if not reader.take("="):
+        raise ExpressionFault(f"'=' is missing behind {name}")
+    value = reader.value()
+    assigned[name] = reader.variables[name] = value
+
+
+def _word(reader: Reader, column: int) -> Word:
+    match = _LETTER.match(reader.text, reader.at)
+    if match is None:
+        piece = reader.text[reader.at:].split()[0]
+        raise WordFault(column, f"{piece!r} is not a word of the subset")
+    reader.at = match.end()
+    mode = match[3] or ""
+    if not mode and re.match(r"\s*[A-Z](?![A-Z]*[\[(])", reader.text[reader.at:]) and not match[2] and \
+            not re.match(r"\s*(?:R\d|Q[LRS]?\d)", reader.text[reader.at:]):
+        piece = reader.text[column - 1:].split()[0]
+        raise WordFault(column, f"{piece!r} is not a word of the subset")
+    if match[1] == "T" and match[2] and not reader.skip():
+        return Word("T", "", 0.0, column)  # a tool called by its name
+    value = reader.sum()
+    return Word(match[1], mode if mode in ("AC", "IC") else "", value, column)
