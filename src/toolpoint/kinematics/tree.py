@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, suggestion
 from toolpoint.kinematics.axis import Axis
-from toolpoint.kinematics.chain import Pose
+from toolpoint.kinematics.chain import Pose, check_pose
 from toolpoint.spatial import transform as tf
 
 
@@ -40,7 +40,7 @@ class TreeChain:
     def positions(self, pose: Pose) -> FloatArray:
         """Return axis positions as an array (n_poses, n_axes), checked against names and limits; absent axes are at 0."""
         names = [axis.name for axis in self.axes]
-        for name in pose:
+        for name in check_pose(pose):
             if name not in names:
                 fail("pose", f"no axis {name!r}", f"must be of {', '.join(names) or 'none'}", suggestion(name, names))
         values = [axis.checked(floats(f"pose {axis.name}", np.atleast_1d(pose.get(axis.name, 0.0)))) for axis in self.axes]

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, suggestion
+from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription
@@ -172,6 +172,8 @@ class MachineDescription:
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on."""
         result: Any = self
+        if not isinstance(values, Mapping):
+            raise ToolpointError(f"values: {values!r}; must map paths to numbers: {{'joints.NAME.stiffness.rx': 9e8}}")
         for path, value in values.items():
             result = _changed(result, path.split("."), value, path)
         return result
@@ -232,12 +234,19 @@ def _child(part: Any, key: str, path: str) -> Any:
     raise ToolpointError(f"{path}: no {key!r} there{known}" + (f" ({hint})" if hint else ""))
 
 
+def _number(value: Any, path: str) -> float:
+    if isinstance(value, (bool, str)) or np.ndim(value) != 0:
+        raise ToolpointError(f"{path}: {value!r}; must be one number in SI; units are read in machine files only, in Python "
+                             "write 9e8 for '9e8 N*m/rad' (or use toolpoint.io.quantities.units.quantity)")
+    return scalar(path, value)
+
+
 def _changed(part: Any, keys: list[str], value: float, path: str) -> Any:
     old = _child(part, keys[0], path)
     if len(keys) > 1:
         new = _changed(old, keys[1:], value, path)
     elif isinstance(old, (int, float)) and not isinstance(old, bool):
-        new = float(value)
+        new = _number(value, path)
     else:
         raise ToolpointError(f"{path}: not a number but {type(old).__name__}; only numbers can be changed by path")
     if is_dataclass(part) and not isinstance(part, type):

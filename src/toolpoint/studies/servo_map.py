@@ -15,6 +15,7 @@ from toolpoint.drives.build import build_servo
 from toolpoint.drives.controller.loops import LoopLevel, bandwidth
 from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.program.command import circle as circle_command
+from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.model import Machine
 from toolpoint.studies.drive_structure import free_machine, structure_at
 from toolpoint.studies.text_table import text_table
@@ -146,7 +147,7 @@ def map_margins(
     progress : callable, optional
         Called with the number of poses done and their number.
     """
-    if not poses:
+    if not check_poses(poses):
         fail("poses", "none", "must be at least one")
     rows: list[_PoseFigures | None] = []
     failures: dict[int, str] = {}

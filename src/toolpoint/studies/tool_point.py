@@ -15,6 +15,7 @@ from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, eigen, frequency_response
@@ -63,7 +64,7 @@ def tool_point(
     if description.tool is None:
         fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
-    poses = tuple(poses if poses is not None else description.poses) or ({},)
+    poses = tuple(check_poses(poses) if poses is not None else description.poses) or ({},)
     batch = {axis.name: np.array([float(pose.get(axis.name, 0.0)) for pose in poses]) for axis in machine.chain.axes}
     # Read as the cut reads them: the point named 7 of a measured machine is the number 7.
     labels = [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")]
