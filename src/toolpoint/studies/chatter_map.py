@@ -24,6 +24,7 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.model import Machine
 from toolpoint.studies.chatter_limits import ChatterMap
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
+from toolpoint.studies.remark_kinds import one_of_each_kind
 from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -194,4 +195,4 @@ def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray,
         notes |= {} if values is None else dict.fromkeys(note for note in str(values["notes"]).split("\n") if note)
     full = (*places.shape, angles.size, speeds.size)
     return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
-                      np.array(depth).reshape(places.shape), cut, failures, tuple(notes), places.poses)
+                      np.array(depth).reshape(places.shape), cut, failures, one_of_each_kind(notes), places.poses)

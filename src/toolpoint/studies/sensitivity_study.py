@@ -10,7 +10,7 @@ modulus together), which leaves the reduction basis as it is and is therefore ex
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -28,6 +28,7 @@ from toolpoint.updating.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
+SHOWN, HEADING = 10, "relative d f / d p"
 _FIELDS = ("stiffness", "damping", "loss_factor", "mass", "density")
 _ELASTIC = ("modulus", "density")
 _TERMS = ("mass", "damping", "stiffness", "structural_damping")
@@ -79,12 +80,16 @@ class SensitivityStudy:
         return result
 
     def table(self) -> str:
-        """Return single and cumulative sensitivities as text, per cent of frequency per per cent of the parameter."""
-        parts = self.cumulative()
-        width = max(map(len, (*self.paths, *parts)))
-        lines = [f"{'relative d f / d p':{width}}" + "".join(f"{f:9.3f}" for f in self.frequencies) + "  Hz"]
-        lines += [f"{path:{width}}" + "".join(f"{v:9.4f}" for v in row) for path, row in zip(
-            self.paths, self.frequency, strict=True)]
+        """Return the largest single and cumulative sensitivities as text, per cent of frequency per per cent of the parameter.
+
+        `SHOWN` of each, those with the largest effect on any mode first; `to_dict` and the page have all.
+        """
+        single, parts = (_largest(rows) for rows in (dict(zip(self.paths, self.frequency, strict=True)), self.cumulative()))
+        width = max(map(len, (*single, *parts, HEADING)))
+        lines = [f"{HEADING:{width}}" + "".join(f"{f:9.3f}" for f in self.frequencies) + "  Hz"]
+        lines += [f"{path:{width}}" + "".join(f"{v:9.4f}" for v in row) for path, row in single.items()]
+        if len(single) < len(self.paths):
+            lines.append(f"the {len(single)} of {len(self.paths)} parameters that matter most; the page lists all")
         lines.append("cumulative per part")
         lines += [f"{part:{width}}" + "".join(f"{v:9.4f}" for v in row) for part, row in parts.items()]
         return "\n".join(lines)
@@ -96,6 +101,12 @@ class SensitivityStudy:
 
     def __repr__(self) -> str:
         return f"SensitivityStudy({len(self.paths)} parameters, {self.frequencies.size} modes)"
+
+
+def _largest(rows: Mapping[str, FloatArray]) -> dict[str, FloatArray]:
+    """Return the `SHOWN` rows with the largest entries, the largest first."""
+    order = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))
+    return {name: rows[name] for name in order[:SHOWN]}
 
 
 def study_sensitivity(

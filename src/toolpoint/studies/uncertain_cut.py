@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import (
@@ -21,6 +23,7 @@ from toolpoint.cutting.advice.probability import (
 from toolpoint.cutting.cut.problem import MISSING
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.execute import Progress
+from toolpoint.studies.remark_kinds import one_of_each_kind
 from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
@@ -54,10 +57,24 @@ def sample_charts(problem: MillingProblem, chart: StabilityChart, uncertainty: U
     top = max([min(top, chart.depth_max), *(1.2 * depth for _, depth, _ in uncertainty.cuts)])
     some = np.unique(np.linspace(0, chart.speeds.size - 1, min(chart.speeds.size, MOST_SPEEDS)).astype(int))
     _check_cuts(uncertainty.cuts, chart.speeds)
-    sampled = probability(problem, parameters, chart.speeds[some], depths=np.linspace(top / DEPTHS, top, DEPTHS),
-                          rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
-                          progress=progress)
-    return sampled, [*notes, *contradictions(sampled, uncertainty.cuts)]
+    with _remarks_of_samples() as remarks:
+        sampled = probability(problem, parameters, chart.speeds[some], depths=np.linspace(top / DEPTHS, top, DEPTHS),
+                              rng=np.random.default_rng(uncertainty.seed), samples=uncertainty.samples, method=method,
+                              progress=progress)
+    return sampled, [*notes, *remarks, *contradictions(sampled, uncertainty.cuts)]
+
+
+@contextmanager
+def _remarks_of_samples() -> Iterator[list[str]]:
+    """Collect what the charts of all samples warn of: each kind once, with the range of its numbers."""
+    lines: list[str] = []
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", ToolpointWarning)
+        yield lines
+    lines += one_of_each_kind(f"in the sampled charts: {w.message}" for w in caught if issubclass(w.category, ToolpointWarning))
+    for w in caught:
+        if not issubclass(w.category, ToolpointWarning):
+            warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)
 
 
 def contradictions(sampled: ProbabilityChart | None, cuts: Sequence[tuple[float, float, bool]]) -> tuple[str, ...]:
@@ -106,9 +123,10 @@ def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncerta
     rows = [_row("best cut of the chart", from_chart(chart), doubt)]
     if sampled is None:
         return rows
-    certain = ["best cut with 95 % certainty", "-", "-", f"none: {CONTRADICTED}; no depth is certain until model and cuts agree"]
+    name = "best cut with 95 % certainty"
+    certain = [name, "-", "-", f"none: {CONTRADICTED}; no depth is certain until model and cuts agree"]
     if not contradicted:
-        certain = _row(certain[0], from_cuts(sampled, list(uncertainty.cuts), LEVEL), doubt)
+        certain = _row(name, from_cuts(sampled, list(uncertainty.cuts), LEVEL), doubt)
     return [*rows, certain, _row("next test cut", most_informative(sampled.after_cuts(uncertainty.cuts)), doubt)]
 
 

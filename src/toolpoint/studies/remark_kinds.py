@@ -1,0 +1,27 @@
+"""Remarks of many samples or poses: each kind once, its numbers as a range."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w])")
+
+
+def one_of_each_kind(remarks: Iterable[str]) -> tuple[str, ...]:
+    """Return the remarks with those that differ in numbers alone merged, in the order of their first: ``3 to 7 %``."""
+    kinds: dict[str, list[str]] = {}
+    for remark in dict.fromkeys(remarks):
+        kinds.setdefault(NUMBER.sub("#", remark), []).append(remark)
+    return tuple(_merged(alike) for alike in kinds.values())
+
+
+def _merged(alike: list[str]) -> str:
+    columns = list(zip(*(NUMBER.findall(remark) for remark in alike), strict=True))
+    ranges = iter([_span(column) for column in columns])
+    return NUMBER.sub(lambda _: next(ranges), alike[0])
+
+
+def _span(numbers: tuple[str, ...]) -> str:
+    low, high = min(numbers, key=float), max(numbers, key=float)
+    return numbers[0] if float(low) == float(high) else f"{low} to {high}"
