@@ -146,6 +146,45 @@ def test_identification_from_records():
         constant_velocity_points([(np.sin(np.arange(100.0)), np.zeros(100))])
 
 
+def test_an_offset_is_not_taken_for_friction():
+    """A vertical axis: weight 3 N m, friction 0.8 N m; without an offset the level would be wrong by much."""
+    v = np.array([-40.0, -20, -10, -5, 5, 10, 20, 40])
+    fit = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + 3.0, "coulomb")
+    assert (fit.offset, fit.law.coulomb, fit.law.viscous) == pytest.approx((3.0, 0.8, 0.01), rel=1e-6)
+    assert fit.levels == pytest.approx((3.8, 2.2)) and fit.status == "converged" and fit.is_trusted
+
+
+def test_levels_by_direction_are_those_of_the_points():
+    v = np.array([-40.0, -20, -10, -5, 5, 10, 20, 40])
+    fit = identify_friction(v, np.where(v > 0, 1.4, -1.0), "coulomb")
+    assert fit.levels == pytest.approx((1.4, -1.0), abs=1e-6)
+
+
+def test_one_direction_does_not_tell_offset_from_level():
+    v = np.array([5.0, 10, 20, 40])
+    fit = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + 3.0, "coulomb")
+    assert any("one direction" in words for words in fit.inseparable) and not fit.is_trusted
+
+
+def test_the_status_is_that_of_the_residual():
+    v = np.repeat([-40.0, -20, -10, -5, 5, 10, 20, 40], 3)
+    rng = np.random.default_rng(3)
+    noise = 0.01 * rng.standard_normal(v.size)
+    good = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + noise, "coulomb")
+    assert good.status == "converged" and good.scatter == pytest.approx(0.01, rel=0.5)
+    bent = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + 1e-3 * v * np.abs(v) + noise, "coulomb")
+    assert "does not fit" in bent.status and "times the scatter" in bent.status
+    unknown = identify_friction(v[::3], Coulomb(0.8, 0.01).steady(v[::3]) + 1e-3 * v[::3] * np.abs(v[::3]), "coulomb")
+    assert "% of the dry level" in unknown.status
+
+
+def test_parameters_that_hang_together_are_named():
+    """Speeds far above the Stribeck velocity say nothing about the fall."""
+    v = np.array([-40.0, -30, -25, -20, 20, 25, 30, 40])
+    fit = identify_friction(v, Stribeck(1.0, 1.5, 0.1, 0.02).steady(v))
+    assert fit.inseparable and not fit.is_trusted
+
+
 def test_plausibility_of_published_parameters():
     """P1: F_s/F_c 411 and 194, slopes -8.0 and -2.1 against 1.157, critical about 90 mm/min in x."""
     x, y = Stribeck(0.0115, 4.7318, 0.5, 0.1), Stribeck(0.0069, 1.3374, 0.5, 0.16)

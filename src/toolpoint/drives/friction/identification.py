@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq, least_squares
+from scipy.optimize import OptimizeResult, brentq, least_squares
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, one_of, positive
 from toolpoint.drives.friction.laws import Coulomb, Stribeck, TwoExponential, _Law
@@ -15,12 +15,33 @@ from toolpoint.drives.friction.laws import Coulomb, Stribeck, TwoExponential, _L
 
 @dataclass(frozen=True, eq=False)
 class FrictionFit:
-    """Fitted law, standard deviations of its parameters (in the order of its fields), residual rms and status."""
+    """Fitted law, standard deviations of its parameters (in the order of its fields, the offset last), residual rms, status.
+
+    `offset` is what is added at either direction of motion (weight, preload, offset of the current sensor, or friction that
+    differs by direction: records of steady speeds cannot tell these apart); `levels` the dry level moving forward and
+    backward, offset + F_c and offset - F_c; `scatter` that of the points, not-a-number where it is not known;
+    `inseparable` names parameters that the points hardly tell apart.
+    """
 
     law: Coulomb | Stribeck | TwoExponential
     deviation: FloatArray
     residual: float
     status: str
+    offset: float = 0.0
+    levels: tuple[float, float] = (0.0, 0.0)
+    scatter: float = float("nan")
+    inseparable: tuple[str, ...] = ()
+
+    @property
+    def is_trusted(self) -> bool:
+        """Whether the law fits the points within their scatter and its parameters are told apart."""
+        return self.status == "converged" and not self.inseparable
+
+
+# Residual that a law may leave: times the scatter of the points, or share of the dry level where that is not known.
+_TIMES, _SHARE = 3.0, 0.05
+# Correlation of two parameters above which the points do not tell them apart.
+_ALIKE = 0.995
 
 
 def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], settled: float = 0.5
@@ -39,15 +60,22 @@ def constant_velocity_points(records: Sequence[tuple[FloatArray, FloatArray]], s
     return table[:, 0], table[:, 1]
 
 
-def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stribeck") -> FrictionFit:
-    """Return the law fitted to steady torques at velocities of either sign.
+def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stribeck", *, scatter: float | None = None
+                      ) -> FrictionFit:
+    """Return the law, with an offset, fitted to steady torques at velocities of either sign.
 
     Parameters
     ----------
     velocity, torque : (n,) floats
-        rad/s and N m (or m/s and N); both without inertia torque.
+        rad/s and N m (or m/s and N, or A); both without inertia torque. With velocities of one sign only the offset is not
+        told from the dry level and stays zero; `inseparable` says so.
     law : str
         ``coulomb``, ``stribeck`` or ``two-exponential``.
+    scatter : float, optional
+        Standard deviation of one torque, in its unit; where left out it is taken from speeds that occur more than once.
+
+    The status is "converged" only where the residual is within three times the scatter (or, where that is not known, within
+    5 % of the dry level).
     """
     one_of("law", law, ("coulomb", "stribeck", "two-exponential"))
     v = floats("velocity", velocity, (None,))
@@ -57,32 +85,88 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
     need = {"coulomb": 2, "stribeck": 4, "two-exponential": 5}[law]
     if np.unique(np.abs(v)).size < need:
         fail("velocity", f"{np.unique(np.abs(v)).size} speeds", f"must be at least {need} for {law}")
-    guess = _first_guess(law, v, t)
-    make = {"coulomb": Coulomb, "two-exponential": TwoExponential, "stribeck": None}[law]
+    both = bool((v > 0).any() and (v < 0).any())
+    best, offset = _fit(law, v, t, both)
+    fitted = _law_of(law, best.x[:need])
+    covariance, inseparable = _covariance(best, v.size, _NAMES[law][: len(best.x)])
+    if not both:
+        inseparable = (*inseparable, "offset and dry level (one direction of motion only)")
+    residual = float(np.sqrt(2 * best.cost / v.size))
+    spread = _repeat_scatter(v, t) if scatter is None else positive("scatter", scatter)
+    level = float(fitted.level(float(np.abs(v).max())))
+    return FrictionFit(fitted, np.sqrt(np.diag(covariance)), residual, _status(best.success, residual, spread, level=level),
+                       offset, (offset + level, offset - level), spread, inseparable)
 
-    def built(p: FloatArray) -> Coulomb | Stribeck | TwoExponential:
-        if make is not None:
-            return make(*p)
+
+_NAMES = {"coulomb": ("dry level", "viscous", "offset"),
+          "stribeck": ("dry level", "rise at rest", "Stribeck velocity", "viscous", "offset"),
+          "two-exponential": ("dry level", "static level", "static velocity", "Coulomb velocity", "viscous", "offset")}
+
+
+def _law_of(law: str, p: FloatArray) -> Coulomb | Stribeck | TwoExponential:
+    if law == "stribeck":
         coulomb, rise, velocity, viscous = p
         return Stribeck(coulomb, coulomb + rise, velocity, viscous)
+    return Coulomb(*p) if law == "coulomb" else TwoExponential(*p)
+
+
+def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[OptimizeResult, float]:
+    """Return the best of several least-squares fits and the offset; with one direction the offset is left out."""
+    middle = 0.5 * (float(np.median(t[v > 0])) + float(np.median(t[v < 0]))) if both else 0.0
+    guess = _first_guess(law, v, t - middle)
+    many = len(guess)
+    scale = np.maximum(np.abs([*guess, middle][: many + both]), 1e-6 * max(np.abs(t).max(), 1e-300))
+    low = np.array([*[1e-15] * many, -np.inf][: many + both])
 
     def residual(p: FloatArray) -> FloatArray:
-        return built(p).steady(v) - t
+        return _law_of(law, p[:many]).steady(v) + (p[many] if both else 0.0) - t
 
-    scale = np.maximum(np.abs(guess), 1e-6 * np.abs(t).max())
     best = None
     for factor in (1.0, 0.3, 3.0, 10.0):
-        first = np.array(guess)
+        first = np.maximum(np.array(guess), 1e-12)
         first[2:-1] *= factor
-        fit = least_squares(residual, np.maximum(first, 1e-12), x_scale=scale,
-                              bounds=(1e-15, np.inf), xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        fit = least_squares(residual, np.array([*first, middle][: many + both]), x_scale=scale, bounds=(low, np.inf),
+                            xtol=1e-14, ftol=1e-14, gtol=1e-14)
         best = fit if best is None or fit.cost < best.cost else best
     assert best is not None
-    free = max(v.size - len(guess), 1)
+    return best, float(best.x[many]) if both else 0.0
+
+
+def _covariance(best: OptimizeResult, points: int, names: Sequence[str]) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the covariance of the parameters, and the pairs that the points do not tell apart."""
     jacobian = np.asarray(best.jac)
-    covariance = np.linalg.pinv(jacobian.T @ jacobian) * 2 * best.cost / free
-    status = "converged" if best.success else "not converged: give more speeds below the minimum of the curve"
-    return FrictionFit(built(best.x), np.sqrt(np.diag(covariance)), float(np.sqrt(2 * best.cost / v.size)), status)
+    size = np.linalg.norm(jacobian, axis=0)
+    blind = size < 1e-9 * size.max()
+    scaled = jacobian / np.where(blind, 1.0, size)
+    shape = np.linalg.pinv(scaled.T @ scaled)
+    free = max(points - len(best.x), 1)
+    covariance = shape * (2 * best.cost / free) / np.outer(np.where(blind, np.inf, size), np.where(blind, np.inf, size))
+    spread = np.sqrt(np.maximum(np.diag(shape), 1e-300))
+    correlation = shape / np.outer(spread, spread)
+    alike = [f"{names[i]} and {names[k]}" for i in range(len(names)) for k in range(i) if abs(correlation[i, k]) > _ALIKE]
+    return covariance, (*(f"{name} (no point depends on it)" for name, dark in zip(names, blind, strict=True) if dark), *alike)
+
+
+def _repeat_scatter(v: FloatArray, t: FloatArray) -> float:
+    """Return the standard deviation of torques at equal velocities; not-a-number where none occurs twice."""
+    _, group, number = np.unique(v, return_inverse=True, return_counts=True)
+    free = int((number - 1).sum())
+    if free < 2:
+        return float("nan")
+    mean = np.bincount(group, t) / number
+    return float(np.sqrt(((t - mean[group]) ** 2).sum() / free))
+
+
+def _status(success: bool, residual: float, scatter: float, *, level: float) -> str:
+    if not success:
+        return "not converged: give more speeds below the minimum of the curve"
+    limit = _TIMES * scatter if np.isfinite(scatter) else _SHARE * abs(level)
+    if residual <= max(limit, 1e-12 * abs(level)):
+        return "converged"
+    against = f"{residual / max(scatter, 1e-300):.3g} times the scatter of the points" if np.isfinite(scatter) else \
+        f"{100 * residual / max(abs(level), 1e-300):.3g} % of the dry level"
+    return (f"does not fit: the residual {residual:.3g} is {against}; the friction depends on more than speed (place, load, "
+            "acceleration), or another law is needed")
 
 
 def _first_guess(law: str, v: FloatArray, t: FloatArray) -> list[float]:
