@@ -24,13 +24,24 @@ Update = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 @dataclass(frozen=True)
 class Margins:
-    """Gain margin (factor), phase margin (deg), smallest distance to -1, and their frequencies (Hz); nan where none."""
+    """Gain margin (factor), phase margin (deg), smallest distance to -1, and their frequencies (Hz); nan where none.
+
+    `trusted` is the share of the lines that were judged: on a measured loop the others lie beyond where it is coherent, and
+    `doubt` says what stands there.
+    """
 
     gain: float
     phase: float
     distance: float
     phase_crossover: float
     gain_crossover: float
+    trusted: float = 1.0
+    doubt: str = ""
+
+    def __repr__(self) -> str:
+        rest = "" if self.trusted == 1.0 else f"; {100 * self.trusted:.0f} % of the lines judged"
+        return (f"Margins(gain {self.gain_db:.2f} dB at {self.phase_crossover:.4g} Hz, phase {self.phase:.1f} deg at "
+                f"{self.gain_crossover:.4g} Hz, distance {20 * np.log10(max(self.distance, 1e-300)):.1f} dB{rest})")
 
     @property
     def gain_db(self) -> float:
@@ -60,19 +71,51 @@ class LoopLevel:
         return float(np.abs(self.closed.poles).max())
 
     def margins(self, axis: int = 0, lines: int = 4000) -> Margins:
-        """Return the margins of one axis' open loop, up to half the sample rate."""
+        """Return the margins of one axis' open loop, up to and with half the sample rate, where a sampled loop is real."""
         top = 0.5 / float(self.closed.sample_time or 1.0)
-        f = np.geomspace(top * 1e-4, top * 0.999, lines)
-        return margins(f, self.open_response(f, axis))
+        f = np.concatenate([np.geomspace(top * 1e-4, top * 0.99, lines), np.linspace(0.991, 1.0, 10) * top])
+        open_loop = np.array(self.open_response(f, axis))
+        open_loop[-1] = open_loop[-1].real
+        return margins(f, open_loop)
 
 
-def margins(frequency: FloatArray, open_loop: ComplexArray) -> Margins:
-    """Return the margins of an open loop L(f): the smallest |log gain| at -180 deg and the smallest phase margin."""
+# Lines about a crossing, and the quantile of their coherence that must reach the level: at noise, two averages give 0.5.
+_AROUND, _QUANTILE, _COHERENT = 15, 0.25, 0.75
+
+
+def coherent_lines(coherence: FloatArray) -> np.ndarray:
+    """Return at which lines a measured response is trusted, (n_f,): from the first line at which three quarters of the 15 lines
+    about have a coherence of 0.75, to the first at which they have it no more.
+
+    Beyond a stretch of noise the phase cannot be counted through, and single coherent lines there are too few to judge.
+    """
+    c = floats("coherence", coherence, (None,))
+    around = np.lib.stride_tricks.sliding_window_view(np.pad(c, _AROUND // 2, mode="edge"), _AROUND)
+    good = np.quantile(around, _QUANTILE, axis=1) >= _COHERENT
+    begun = np.maximum.accumulate(good)
+    return good & ~np.maximum.accumulate(begun & ~good)
+
+
+def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArray | None = None) -> Margins:
+    """Return the margins of an open loop L(f): the smallest |log gain| at -180 deg and the smallest phase margin.
+
+    Parameters
+    ----------
+    frequency : (n_f,) floats
+        Hz. Where the last line is half the sample rate of a sampled loop, L is real there; a negative L is a crossing.
+    open_loop : (n_f,) complexes
+    coherence : (n_f,) floats, optional
+        Of a measured loop: crossings among lines of noise do not count.
+    """
     f, l = floats("frequency", frequency), np.asarray(open_loop)
+    trust = np.ones(f.size, bool) if coherence is None else coherent_lines(floats("coherence", coherence, f.shape))
+    judged = trust[1:] & trust[:-1]
     phase, size = np.unwrap(np.angle(l)), np.abs(l)
     turns = (phase + np.pi) / (2 * np.pi)
-    cross = np.flatnonzero(np.floor(turns[1:]) != np.floor(turns[:-1]))
+    cross = np.flatnonzero((np.floor(turns[1:]) != np.floor(turns[:-1])) & judged)
     gain, at_phase = np.inf, np.nan
+    if l[-1].imag == 0 and l[-1].real < 0 and trust[-1]:
+        gain, at_phase = 1 / size[-1], f[-1]
     for k in cross:
         target = max(np.floor(turns[k]), np.floor(turns[k + 1]))
         share = (target - turns[k]) / (turns[k + 1] - turns[k])
@@ -80,13 +123,22 @@ def margins(frequency: FloatArray, open_loop: ComplexArray) -> Margins:
         if abs(np.log(value)) < abs(np.log(gain)):
             gain, at_phase = value, f[k] + share * (f[k + 1] - f[k])
     best, at_gain = np.nan, np.nan
-    for k in np.flatnonzero((size[1:] - 1) * (size[:-1] - 1) < 0):
+    for k in np.flatnonzero(((size[1:] - 1) * (size[:-1] - 1) < 0) & judged):
         share = np.log(size[k]) / np.log(size[k] / size[k + 1])
         value = (np.degrees(phase[k] + share * (phase[k + 1] - phase[k])) + 180) % 360
         value = value - 360 if value > 180 else value
         if not abs(value) > abs(best):
             best, at_gain = value, f[k] + share * (f[k + 1] - f[k])
-    return Margins(float(gain), float(best), float(np.abs(1 + l).min()), float(at_phase), float(at_gain))
+    doubt = ""
+    if not trust.all():
+        band = f"{f[trust][0]:.4g} to {f[trust][-1]:.4g} Hz" if trust.any() else "no band"
+        doubt = f"coherent in {band} only; measure with more averages to judge the rest"
+        rest = margins(f, l)
+        if rest.gain < gain:
+            doubt += f" (a crossing at {rest.phase_crossover:.4g} Hz with {rest.gain_db:.1f} dB among incoherent lines)"
+    distance = float(np.abs(1 + l[trust]).min()) if trust.any() else float("nan")
+    return Margins(float(gain), float(best), distance, float(at_phase), float(at_gain), float(trust.mean()),
+                   doubt)
 
 
 def bandwidth(frequency: FloatArray, closed_loop: ComplexArray, drop_db: float = 3.0) -> float:

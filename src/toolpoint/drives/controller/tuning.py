@@ -45,7 +45,8 @@ def tune(servo: Servo, axis: int = 0, *, phase_margin: float = 45.0, gain_margin
     best = _velocity(servo, axis, phase_margin, gain_margin_db)
     while len(used) < notches and len(best.controllers[axis].velocity.filters) < MAX_FILTERS:
         at = compute_loops(best).velocity.margins(axis).phase_crossover
-        if not np.isfinite(at):
+        # At half the sample rate no notch helps.
+        if not np.isfinite(at) or at > 0.45 / best.controllers[axis].sample_times.velocity:
             break
         trial = _velocity(_with_filter(best, axis, notch(at, 0.4, 0.1)), axis, phase_margin, gain_margin_db)
         if trial.controllers[axis].velocity.gain < 1.1 * best.controllers[axis].velocity.gain:

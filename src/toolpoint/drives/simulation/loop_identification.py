@@ -46,8 +46,8 @@ class LoopResponse:
 
     @property
     def margins(self) -> Margins:
-        """Margins of the open loop."""
-        return margins(self.frequency, self.open)
+        """Margins of the open loop; crossings among incoherent lines (noise) do not count."""
+        return margins(self.frequency, self.open, self.coherence)
 
     @property
     def bandwidth(self) -> float:

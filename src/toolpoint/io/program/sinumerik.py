@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError
+from toolpoint.drives.simulation.loop_identification import LoopResponse
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.vibration import Dof, Record
@@ -58,6 +59,14 @@ class FrequencyTrace:
         """
         record = self.input[0]
         return np.arange(self.frequency.size) * record.sample_rate / record.samples.shape[0]
+
+    @property
+    def loop(self) -> LoopResponse:
+        """The measurement as a loop, where its input is the set point of a closed loop and its output the actual value: T
+        as measured and L = T/(1 - T), without the line at zero."""
+        closed = self.response[1:]
+        return LoopResponse(self.line_frequency[1:], closed, closed / (1 - closed), self.coherence[1:],
+                            1 / self.input[0].sample_rate)
 
     @property
     def coherence(self) -> FloatArray:
