@@ -26,6 +26,15 @@ def pytest_configure(config):
         subprocess.run([sys.executable, str(ROOT / "tests" / "compile_kernels.py")], check=True)
 
 
+def pytest_collection_modifyitems(items):
+    """What opens a page is marked `browser`, what starts workers `cluster`, by what each test asks for."""
+    for item in items:
+        if "browser" in getattr(item, "fixturenames", ()):
+            item.add_marker("browser")
+        if "dask" in item.name or "worker" in item.name:
+            item.add_marker("cluster")
+
+
 CPU = {"workers": 0.0}
 
 

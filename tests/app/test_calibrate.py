@@ -63,6 +63,7 @@ def held(fit, truth, widened=1.0):
         assert abs(value - middle) <= half, (name, low, value, high)
 
 
+@pytest.mark.slow
 def test_coefficients_and_runout_of_records_that_begin_anywhere(folder, tmp_path, capsys):
     yaml_file = tmp_path / "cutting.yaml"
     found = run(capsys, *files(folder), *OPTIONS, "--feed", EVERY, "--yaml", str(yaml_file), "-o", str(tmp_path))
@@ -83,6 +84,7 @@ def test_coefficients_and_runout_of_records_that_begin_anywhere(folder, tmp_path
     assert "Measured and fitted forces" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth_over_many_records(capsys, tmp_path):
     """Known trigger angle, two feeds, opposite sign of a table dynamometer, HDF5: about 95 % of the intervals hold."""
     rng, inside = np.random.default_rng(11), []
@@ -97,6 +99,7 @@ def test_intervals_hold_the_truth_over_many_records(capsys, tmp_path):
     assert np.mean(inside) >= 0.85
 
 
+@pytest.mark.slow
 def test_one_file_with_a_column_of_the_feed_and_matlab_give_the_same(tmp_path, capsys):
     rng = np.random.default_rng(2)
     parts = [dynamometer(feed, rng, noise=0.0) for feed in (0.06, 0.12)]

@@ -49,6 +49,7 @@ def test_report_of_a_machine_at_a_pose(tmp_path, capsys):
     assert "X 0.1, Y 0.2" in (tmp_path / "page.html").read_text()
 
 
+@pytest.mark.slow
 def test_report_of_measured_files(tmp_path, capsys):
     holder_frf(tmp_path / "tip.txt")
     assert run(["report", "--frf", str(tmp_path / "tip.txt"), "--band", "100:3000", "-o", str(tmp_path / "out")]) == 0

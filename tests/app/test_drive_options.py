@@ -254,6 +254,7 @@ def test_schema_holds_every_key():
         assert key in words
 
 
+@pytest.mark.slow
 def test_moving_nut_of_a_file(tmp_path, capsys):
     """The page's run follows the screw: other figures than with the nut held, and the notes state the interpolation."""
     import json

@@ -133,6 +133,7 @@ def test_columns_changed_over_and_a_mobility_read_as_receptance_are_doubted(fold
     assert "positive over wide parts of the band" in notes and "order of the columns" in notes
 
 
+@pytest.mark.slow
 def test_a_report_of_labelled_files(folder, tmp_path, capsys):
     main(["report", "--frf", str(folder / "whole.unv"), "-o", str(tmp_path)])
     shown = " ".join(capsys.readouterr().out.split())

@@ -151,6 +151,7 @@ def test_count_equals_the_multipliers_of_collocation(seed: int) -> None:
             assert (mu > 1).sum() == counted
 
 
+@pytest.mark.slow
 def test_stated_errors_bound_the_true_ones() -> None:
     """A loose run's stated error bounds its distance from a tight run, over random problems."""
     rng = np.random.default_rng(11)
@@ -180,6 +181,7 @@ def test_speed_dependent_response() -> None:
     assert 1e3 * mixed[0] == pytest.approx(1.843802, abs=6e-7) and mixed[1] == pytest.approx(damped[0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_unresolved_depths_are_taken_as_unstable_and_too_low_speeds_refused() -> None:
     """Depths beyond double precision are never called stable; a speed that needs a huge matrix is refused."""
     default = stability.chart(benchmark(Engagement.slot(), 2), [3000.0], depth_max=0.05)

@@ -101,6 +101,7 @@ def test_average_forces_give_back_the_coefficients() -> None:
         average_force(problem, feeds[:1], np.zeros((1, 3)), depth=1e-3)
 
 
+@pytest.mark.slow
 def test_calibration_intervals_cover_the_truth() -> None:
     """Five feeds, noise 2 %, run-out: the 95 % intervals hold the truth in about 95 % of the cases."""
     tool = Tool(0.016, 4, helix=np.radians(30), runout=12e-6, runout_angle=0.7)
@@ -127,6 +128,7 @@ def test_calibration_intervals_cover_the_truth() -> None:
     assert "runout" in fit.table() and "kt" in repr(fit)
 
 
+@pytest.mark.slow
 def test_phase_of_each_record_is_found() -> None:
     """Records that begin at any angle: phases up to whole pitches of the teeth, the same ones for all records."""
     tool = Tool(0.016, 3, helix=np.radians(30), runout=10e-6, runout_angle=-1.0)

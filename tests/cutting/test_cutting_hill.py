@@ -45,6 +45,7 @@ def general(kind: str, problem: MillingProblem | None = None) -> MillingProblem:
     return problem.changed(tool=tool, process_damping=2e4 if kind == "damping" else 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_a_measured_frf_has_the_limits_of_its_modes(kind: str) -> None:
     """Receptance to 6 kHz of a structure below 1.5 kHz: PanelArnoldi's limits on the modes, within the stated error."""
@@ -115,6 +116,7 @@ def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() ->
         assert np.abs(chart.depth / limit - 1).min() < within
 
 
+@pytest.mark.slow
 def test_three_directions() -> None:
     """A full 3x3 FRF with cross terms: a ball with an axial coefficient against PanelArnoldi, and z matters."""
     rng = np.random.default_rng(5)
@@ -147,6 +149,7 @@ def random_cut(rng: np.random.Generator) -> MillingProblem:
     return general(kind, problem)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lines", [False, True])
 def test_stated_errors_bound_the_true_ones(lines: bool) -> None:
     """Random cuts on modes, and on measured bands that end early, begin late or have coarse lines: the difference from

@@ -35,6 +35,7 @@ def test_lugre_steady_friction():
     np.testing.assert_allclose(TABLE.steady(np.array([1e-5, 5e-4, 2e-3])), [1.499954, 1.389600, 1.009958], atol=1e-6)
 
 
+@pytest.mark.slow
 def test_lugre_stick_slip():
     step = 5e-5
     t = (np.arange(int(15 / step)) + 0.5) * step

@@ -47,6 +47,7 @@ def collected(model, seeds, deviation, told, corrupted=lambda modes, case, rng: 
     return np.array(place), np.array(stiff)
 
 
+@pytest.mark.slow
 def test_wrong_coordinates_are_in_the_intervals(model):
     """20 mm of scatter: 95 % of the intervals hold (here 87 to 100 % of 80 and 60), without being told far fewer."""
     place, stiff = collected(model, 10, 0.02, told=True)
@@ -56,6 +57,7 @@ def test_wrong_coordinates_are_in_the_intervals(model):
     assert untold.mean() > 2
 
 
+@pytest.mark.slow
 def test_errors_that_modes_share_are_in_the_intervals(model):
     """Noise of two modes half in common, as residues of close modes have it: seen in the residuals, and in the intervals."""
     def shared(modes, case, rng):
@@ -92,6 +94,7 @@ def test_coordinates_that_scatter_are_a_length(model):
         identify_joints(case.truth, case.points, case.components, chain=p1.CHAIN, coordinate_deviation=-0.01)
 
 
+@pytest.mark.slow
 def test_intervals_through_modal_identification_are_neither_wide_nor_narrow(model):
     """Shapes of identified modes are known ten times better than 1e-4 of the motion: a floor would double the intervals."""
     place = []

@@ -54,6 +54,7 @@ def test_exact_modes_give_the_model_back(model):
     check(result, 1e-6, 1e-6)
 
 
+@pytest.mark.slow
 def test_intervals_hold_the_truth(model):
     hits, total = 0, 0
     for seed in range(12):

@@ -151,6 +151,7 @@ def test_naive_axes_of_the_published_magazine_pass_near_its_joint_without_noise(
     assert np.linalg.norm(meeting_point(axes) - p1.AT["magazine"]) < 0.01
 
 
+@pytest.mark.slow
 def test_screw_axis_and_its_uncertainty_against_random_errors():
     twist = np.concatenate([np.cross(POINT, X) + 0.1 * X, X]) * 2.0
     rng = np.random.default_rng(8)

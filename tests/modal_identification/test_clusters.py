@@ -35,6 +35,7 @@ def standardised_errors() -> float:
     return float(1.96 * np.sqrt(np.mean(np.square(found))))
 
 
+@pytest.mark.slow
 def test_shared_smooth_noise_widens_the_intervals_to_what_the_errors_are(monkeypatch):
     assert standardised_errors() == pytest.approx(1.0, abs=0.35)
     monkeypatch.setattr(estimate, "widening", lambda fit, outputs: np.ones(fit.poles.size))

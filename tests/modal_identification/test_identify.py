@@ -156,6 +156,7 @@ def test_non_proportional_damping_gives_the_complex_modes():
     assert np.abs(turned - truth.shape).max() < 5e-3 * np.abs(truth.shape).max()
 
 
+@pytest.mark.slow
 def test_intervals_hold_as_often_as_they_say():
     deviation = []
     for seed in range(24):

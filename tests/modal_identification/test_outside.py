@@ -40,6 +40,7 @@ def intervals_that_hold(make, noise: float) -> float:
     return float(np.mean(inside))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [0.01, 0.05])
 def test_intervals_hold_where_the_modes_outside_look_like_those_inside(noise):
     held = intervals_that_hold(lambda rng: responses(alike(rng), 2, "accelerance"), noise)

@@ -1,6 +1,7 @@
 """The page of a calibration in a browser: measured points and fitted lines over rotation, and the table."""
 
 import numpy as np
+import pytest
 
 from toolpoint.cutting import CuttingCoefficients, MillingProblem, Tool
 from toolpoint.cutting.build import engagement_of
@@ -12,6 +13,7 @@ from toolpoint.pages.calibration import calibration_page
 from toolpoint.studies.calibration import CalibrationStudy, CuttingTest
 
 
+@pytest.mark.slow
 def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
     cut = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.5, tangential=7e8, normal=2e8, helix=0.5)
     rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))

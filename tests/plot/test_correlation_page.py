@@ -55,6 +55,7 @@ def test_correlation_page(mills, opened):
     assert seen.errors == [] and len(seen.requests) == 1
 
 
+@pytest.mark.slow
 def test_sensitivity_page(mills, opened):
     mill, _, _ = mills
     seen = opened(sensitivity_page(study_sensitivity(mill), mill).html(), reduced_motion="reduce")
@@ -66,6 +67,7 @@ def test_sensitivity_page(mills, opened):
     assert seen.errors == [] and len(seen.requests) == 1
 
 
+@pytest.mark.slow
 def test_update_page_pairs_shapes_and_frames_modes(mills, opened):
     mill, wrong, path = mills
     modes = eigen.solve_undamped(assemble(mill), 6)

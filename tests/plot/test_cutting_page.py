@@ -1,6 +1,7 @@
 """The stability page in a browser: hover facts are there, and a click on a simulated cut shows its own vibration."""
 
 import numpy as np
+import pytest
 
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.simulation.milling import simulate
@@ -10,6 +11,7 @@ from toolpoint.studies.uncertain_cut import Uncertainty, advice_rows, sample_cha
 from toolpoint.vibration import Modes
 
 
+@pytest.mark.slow
 def test_click_on_a_cut_shows_its_simulation(opened):
     modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
     problem = MillingProblem(Tool(0.012, 2), Engagement.slot(), CuttingCoefficients(6e8, 2e8), modes, feed_per_tooth=1e-4)

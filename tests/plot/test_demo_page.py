@@ -27,6 +27,7 @@ def test_it_renders_moves_and_asks_nothing(opened, html):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_mode_buttons_change_the_mode(opened, html):
     seen = opened(html, reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointViews).length === 2")
@@ -34,6 +35,7 @@ def test_mode_buttons_change_the_mode(opened, html):
     seen.wait("window.toolpointViews.machine.mode === 5")
 
 
+@pytest.mark.slow
 def test_missing_webgl_is_said(opened, html):
     script = ("const get = HTMLCanvasElement.prototype.getContext;"
               "HTMLCanvasElement.prototype.getContext = function (kind, ...rest) {"

@@ -70,6 +70,7 @@ def test_an_interrupted_map_goes_on_where_it_stopped(found, vertical_drives, tmp
         chatter_map(vertical_drives, AXES, speeds=SPEEDS, feed_angles=ANGLES[:1], method=ZeroOrder(), folder=tmp_path)
 
 
+@pytest.mark.slow
 def test_workers_give_the_same_map(found, vertical_drives):
     pytest.importorskip("distributed")
     spread = chatter_map(vertical_drives, AXES, speeds=SPEEDS, feed_angles=ANGLES, method=ZeroOrder(), engine=Dask(2))
@@ -93,6 +94,7 @@ class Told:
 WIDE = {"X": [-0.2, -0.15, -0.1], "Z": [0.0, 0.05, 0.1]}
 
 
+@pytest.mark.slow
 def test_warm_chains_give_the_cold_charts_within_their_errors(vertical_drives):
     method, speeds = Told(), SPEEDS[::3]
     found = chatter_map(vertical_drives, WIDE, speeds=speeds, feed_angles=ANGLES, method=method)
@@ -197,6 +199,7 @@ def test_a_pose_that_breaks_does_not_take_its_chain_along(vertical_drives, tmp_p
     assert not again.ran
 
 
+@pytest.mark.slow
 def test_a_pose_that_kills_its_worker_is_found(vertical_drives):
     pytest.importorskip("distributed")
     found = chatter_map(vertical_drives, WIDE, speeds=SPEEDS, feed_angles=[0.0],

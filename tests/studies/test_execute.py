@@ -73,12 +73,14 @@ def test_another_study_and_a_damaged_chunk_are_refused(tmp_path):
         execute(square, points(4), Serial(), folder=tmp_path)
 
 
+@pytest.mark.slow
 def test_a_killed_worker_loses_nothing(tmp_path):
     run = execute(deadly_once, points(12, marker=str(tmp_path / "marker")), Dask(2))
     assert not run.failures
     np.testing.assert_array_equal(run.stacked("square"), np.arange(12) ** 2)
 
 
+@pytest.mark.slow
 def test_a_point_that_kills_its_worker_is_found_and_the_rest_goes_on():
     run = execute(poisoned, points(14), Dask(2))
     assert set(run.failures) == {7}

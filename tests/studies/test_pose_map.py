@@ -35,6 +35,7 @@ def test_map_resumes_from_disk(vertical, tmp_path):
                  folder=tmp_path)
 
 
+@pytest.mark.slow
 def test_tool_point_study_is_the_assembled_machine(vertical_drives):
     study = tool_point(vertical_drives)
     k = 2

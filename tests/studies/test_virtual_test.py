@@ -43,6 +43,7 @@ def test_perfect_record_gives_the_models_response(truth):
     np.testing.assert_allclose(frf.values, expected, atol=5e-3 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_published_machine_from_hammer_blows_to_its_six_modes(truth):
     points, modes = truth
     rng, struck = np.random.default_rng(2), striking_point(modes)
@@ -57,6 +58,7 @@ def test_published_machine_from_hammer_blows_to_its_six_modes(truth):
     assert np.diag(mac(found.shape_at(modes.dofs), modes.shape)).min() > 0.999
 
 
+@pytest.mark.slow
 def test_force_window_and_offset_leave_the_poles_alone(truth):
     """Without noise only the processing can move a pole: a window that cuts the ringing of filters moved damping by 6e-4."""
     points, modes = truth

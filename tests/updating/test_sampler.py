@@ -35,6 +35,7 @@ def linear_problem(low=-50.0, sd=0.3, prior=0.5):
     return Problem(Linear(), parameters, targets), data, sd, prior
 
 
+@pytest.mark.slow
 def test_samples_have_the_closed_form_mean_and_covariance_of_a_linear_gaussian_problem():
     """Tarantola, Inverse Problem Theory, 2005, eqs. 3.37, 3.38: C = (A^T A / s^2 + 1/p^2)^-1, m = C (A^T d / s^2 + m_0/p^2)."""
     pytest.importorskip("emcee")
