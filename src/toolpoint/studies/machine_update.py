@@ -36,6 +36,9 @@ _SPARE_MODES = 6
 _AFFINE = 1e-9
 _ROUNDS = 3
 
+# Mean power of a response over that of its noise above which the structure moves there.
+_MOVES = 2.0
+
 
 @dataclass(frozen=True, eq=False)
 class MachineSystems:
@@ -254,12 +257,17 @@ def update(
 
 
 def _say_silent(task: Problem) -> None:
-    """Warn of measured responses that the model makes zero: they are left out of the fit."""
+    """Warn of measured responses that the model makes zero: they are left out of the fit.
+
+    Where the measurement holds no more than its noise there, model and measurement agree, and nothing is said.
+    """
     names = []
-    for prediction in task.predictions(task.start):
-        if prediction.frf is not None:
-            frf = prediction.frf
-            names += [f"{frf.outputs[o]} to {frf.inputs[i]}" for o, i in np.argwhere(silent_responses(frf))]
+    for prediction, targets in zip(task.predictions(task.start), task.targets, strict=True):
+        if prediction.frf is None or targets.frf is None:
+            continue
+        power = (np.abs(targets.frf.values) ** 2 / (2 * targets.frf_deviation() ** 2)).mean(axis=0)
+        lost = silent_responses(prediction.frf) & (power > _MOVES)
+        names += [f"{targets.frf.outputs[o]} to {targets.frf.inputs[i]}" for o, i in np.argwhere(lost)]
     if names:
         warnings.warn(f"responses of {', '.join(names[:6])}{' and others' if len(names) > 6 else ''}: the model does not move "
                       "there at all, so they are left out of the fit; a direction or a joint may be missing in the model",
