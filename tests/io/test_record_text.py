@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from toolpoint import ToolpointError
@@ -22,3 +23,10 @@ def test_a_unit_of_another_kind_is_refused(tmp_path):
     (tmp_path / "r.csv").write_text("time,acceleration [mm]\n0,1\n1,2\n")
     with pytest.raises(ToolpointError, match="acceleration"):
         record_table.read(tmp_path / "r.csv")
+
+
+def test_a_column_of_any_name_is_read_in_its_unit(tmp_path):
+    path = tmp_path / "positions.csv"
+    path.write_text("time [ms],Pos (mm),Angle [deg],Current [A]\n0,1,180,2\n1,2,90,3\n2,3,0,4\n")
+    record = record_table.read(path)
+    np.testing.assert_allclose(record.samples, [[1e-3, np.pi, 2], [2e-3, np.pi / 2, 3], [3e-3, 0, 4]], rtol=1e-12)

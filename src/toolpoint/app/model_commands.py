@@ -43,8 +43,8 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
     """
     from toolpoint.app import console
     from toolpoint.io import frf_files, geometry_files, hdf5
-    from toolpoint.modal_identification import identify as identified
     from toolpoint.pages.identification import identification_page
+    from toolpoint.studies.identification import identify_modes
 
     if output.suffix == ".h5":
         modes_file, output = output, Path("toolpoint-report")
@@ -55,7 +55,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         frf = frf_files.read(files, quantity=quantity)
         shape = None if geometry is None else geometry_files.read(geometry)
         run.step("identification")
-        result = identified(frf, method, band)
+        result = identify_modes(frf, method, band)
         run.step("page")
         run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings))
         if modes_file is not None:

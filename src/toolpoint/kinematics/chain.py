@@ -23,7 +23,7 @@ def check_pose(pose: Pose) -> Pose:
 
 def check_poses(poses: Sequence[Mapping[str, float]]) -> Sequence[Mapping[str, float]]:
     """Return a sequence of poses after refusing a single mapping, or a sequence of anything else."""
-    if isinstance(poses, Mapping) or isinstance(poses, str) or not all(isinstance(pose, Mapping) for pose in poses):
+    if isinstance(poses, (Mapping, str)) or not all(isinstance(pose, Mapping) for pose in poses):
         fail("poses", repr(poses)[:60], "must be a sequence of poses", "put one pose into a list: [{'X': 0.2}]")
     return poses
 

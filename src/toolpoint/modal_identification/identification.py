@@ -64,6 +64,8 @@ class Identification:
     resonances : tuple of Resonance
         The modes as a person would count them: those that overlap and look alike as one, each with its share of the
         responses at its frequency.
+    doubts : tuple of str
+        What the responses betray of wrong signs, delays, scales and labels; first in table, status and plain data.
     """
 
     modes: Modes
@@ -77,6 +79,7 @@ class Identification:
     significance: FloatArray | None = None
     advice: tuple[str, ...] = field(default=())
     resonances: tuple[Resonance, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     @cached_property
     def synthesis(self) -> Frf:
@@ -120,7 +123,7 @@ class Identification:
         head = (f"{count} mode{'s' * (count != 1)} by {self.method} within {self.frf.frequency[0]:g} .. "
                 f"{self.frf.frequency[-1]:g} Hz; the synthesis explains {100 * self.fit:.5g} % of the responses "
                 f"(worst {100 * float(self.quality.min()):.5g} %).")
-        return "\n".join([head, *(f"- {line}" for line in self.advice)])
+        return "\n".join([head, *(f"- {line}" for line in (*self.doubts, *self.advice))])
 
     def table(self) -> str:
         """Return frequency, damping, 95 % intervals, phase collinearity, fit and share of every mode as text.
@@ -137,12 +140,13 @@ class Identification:
         for i in range(self.modes.count):
             lines[i + 1] += (f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f} "
                              f"{100 * self.share[i]:7.1f} {mark[i]}").rstrip()
-        return "\n".join(lines)
+        return "\n".join([*(f"doubt: {line}" for line in self.doubts), *lines])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the modes as plain lists: frequencies and intervals (95 %) in Hz; None where an interval is unknown."""
         modes, strongest = self.modes, self.dominant.tolist()
-        result: dict[str, Any] = {"frequency_hz": modes.frequency.tolist(), "damping_ratio": modes.damping_ratio.tolist()}
+        result: dict[str, Any] = {"doubts": list(self.doubts), "frequency_hz": modes.frequency.tolist(),
+                                  "damping_ratio": modes.damping_ratio.tolist()}
         if modes.covariance is not None:
             for name, widths in (("frequency_interval_hz", modes.frequency_interval),
                                  ("damping_interval", modes.damping_interval)):

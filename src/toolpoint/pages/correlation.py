@@ -30,6 +30,8 @@ def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report
     words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
              f"{len(now.points.pairs)} points are paired ({now.points.status}).")
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
+    if now.doubts:
+        report = report.with_section("Doubts about the measurement", Notes(now.doubts, "warning", "Look at these first"))
     model = point_positions(machine, result.pose)
     report = report.with_section("Modes", *_mode_parts(result))
     if now.coefficients is not None:

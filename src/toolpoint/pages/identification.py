@@ -20,6 +20,8 @@ def identification_page(result: Identification, geometry: Geometry | None = None
                         *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an identification."""
     report = Report("Modal identification", result.status.split("\n")[0], subtitle=", ".join(names))
+    if result.doubts:
+        report = report.with_section("Doubts about the measurement", Notes(result.doubts, "warning", "Look at these first"))
     report = report.with_section("Modes", _table(result), *([Notes(result.advice, "warning", "What to try next")]
                                                            if result.advice else []))
     parts: list[Chart | ShapeView | str] = []

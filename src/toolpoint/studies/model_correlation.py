@@ -13,7 +13,9 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import PointDescription
 from toolpoint.machine.shapes import body_shapes
+from toolpoint.signals.doubts import question
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.channel_doubts import question_responses, question_shapes
 from toolpoint.studies.point_pairing import PointPairing
 from toolpoint.updating.correlation_coefficients import CorrelationCoefficients, coefficients
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
@@ -43,10 +45,11 @@ class ModelCorrelation:
     frac: FloatArray | None = None
     measured_frf: Frf | None = None
     predicted_frf: Frf | None = None
+    doubts: tuple[str, ...] = ()
 
     def table(self) -> str:
         """Return paired modes, coefficients, the points that agree least, and FRAC over bands as text."""
-        lines = [f"points: {len(self.points.pairs)} paired, {self.points.status}",
+        lines = [*(f"doubt: {line}" for line in self.doubts), f"points: {len(self.points.pairs)} paired, {self.points.status}",
                  " measured Hz  predicted Hz        %    MAC"]
         for i, j in self.pairs.pairs:
             f, g = self.measured.frequency[i], self.predicted.frequency[j]
@@ -65,7 +68,7 @@ class ModelCorrelation:
         """Return the numbers of the correlation as plain data; transform in m, frequencies in Hz."""
         c = self.coefficients
         return {
-            "points_paired": {str(a): str(b) for a, b in self.points.pairs.items()},
+            "doubts": list(self.doubts), "points_paired": {str(a): str(b) for a, b in self.points.pairs.items()},
             "transform": self.points.transform.tolist(),
             "modes": [{"measured_hz": float(self.measured.frequency[i]), "model_hz": float(self.predicted.frequency[j]),
                        "mac": float(self.mac[i, j])} for i, j in self.pairs.pairs],
@@ -138,8 +141,9 @@ def _compared(result: ModelCorrelation, machine: Machine, pose: Pose | None) -> 
     # COMAC compares modes with each other: measured shapes get the scale of the model's.
     scaled = first.shape * np.diag(correlation.modal_scale_factor(first.shape, second.shape))
     rows = _rows(result.measured)
+    doubts = (*result.doubts, *question_shapes(first, second))
     comac, ecomac = _coordinate_mac(scaled, second.shape, rows), _enhanced(scaled, second.shape, rows)
-    return replace(result, coefficients=weights, comac=comac, ecomac=ecomac)
+    return replace(result, coefficients=weights, comac=comac, ecomac=ecomac, doubts=doubts)
 
 
 def _rows(modes: Modes) -> dict[Point, list[int]]:
@@ -202,4 +206,5 @@ def _with_responses(result: ModelCorrelation, machine: Machine, frf: Frf, pose: 
             values.append(correlation.frac(measured.between(low, high), predicted.between(low, high)))
     if not used:
         fail("bands", "none with three measured lines", "must hold some", "give bands within the measured lines")
-    return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted)
+    return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted,
+                   doubts=(*result.doubts, *question(measured), *question_responses(measured, predicted)))

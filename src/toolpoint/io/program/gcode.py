@@ -13,6 +13,7 @@ from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint.drives.program.path import Path as DrivePath
+from toolpoint.io.door import door
 from toolpoint.io.program.block import BlockReader
 from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.interpreter import Run
@@ -25,6 +26,7 @@ _LARGEST = 200_000_000
 Point = tuple[float, float, float]
 
 
+@door("program")
 def read(path: str | Path, rapid_feed: float = 0.5, start: Point = (0.0, 0.0, 0.0), *, feed: float | None = None) -> Program:
     """Return the segments of a program file; see `parse`. Files named .h, or that begin with BEGIN PGM, are Klartext."""
     path = Path(path)

@@ -115,11 +115,22 @@ def _table(path: Path, text: str) -> tuple[list[tuple[str, str]], int, FloatArra
 
 def _factor(path: Path, text: str, at: int, name: str, unit: str) -> float:
     quantity = "time" if name.lower() in TIMES else channel_of(name)[1]
-    if not unit or quantity not in KINDS:
+    if not unit:
         return 1.0
+    if quantity not in KINDS:  # a name of the user's: its unit says what it is, and an unknown unit (A, V) stays as it is
+        return next((factor for kind in (units.LENGTH, *KINDS.values(), units.ANGLE, units.ANGULAR_SPEED)
+                     if (factor := _si(unit, kind)) is not None), 1.0)
     if quantity == "acceleration" and unit.lower() == "g":  # not the gram
         return GRAVITY
     try:
         return units.quantity(f"1 {unit}", KINDS[quantity])
     except units.UnitError as error:
         raise FileFaults(str(path), text, [Fault(at, 1, name, str(error))]) from None
+
+
+def _si(unit: str, kind: units.Kind) -> float | None:
+    """Return how many SI units one unit of a kind is; None where it is none of that kind."""
+    try:
+        return units.quantity(f"1 {unit}", kind)
+    except units.UnitError:
+        return None

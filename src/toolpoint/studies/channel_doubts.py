@@ -1,0 +1,132 @@
+"""What a model betrays of the channels of a test: turned signs, scales, delays and swapped labels; proposed, never repaired."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.signals.doubts import scale_words
+from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration.correlation import mac
+
+ALIKE = 0.8  # correlation of a channel with the model below which nothing is said of its sign and scale
+UNLIKE = 3.0  # factor from the scale of the other channels
+DELAYED, CERTAIN = 0.5, 0.9  # FRAC of a response that is late, and without its delay
+GAIN = 0.1  # of the mean MAC or FRAC that a proposal must bring
+MOST = 60  # Dofs among which swaps are searched
+
+
+def question_shapes(measured: Modes, predicted: Modes) -> tuple[str, ...]:
+    """Return doubts about the channels of paired modes (equal count and Dofs, measured first): signs, scales, swaps."""
+    if measured.count < 2 or len(measured.dofs) < 3:
+        return ()
+    a, b = np.asarray(measured.shape), np.asarray(predicted.shape)
+    start = _mean_mac(a, b)
+    flips, a = _flips(a, b)
+    lines = [f"{measured.dofs[i]}: turned, the shapes fit the model better (mean MAC {before:.3f} -> {after:.3f}): the sensor "
+             "may point the other way than its label" for i, before, after in flips]
+    swap = _swap(a, b)
+    if swap is not None:
+        i, j, before, after = swap
+        lines.append(f"{measured.dofs[i]} and {measured.dofs[j]}: with their labels exchanged the shapes fit the model better "
+                     f"(mean MAC {before:.3f} -> {after:.3f}): two channels may be swapped")
+        a[[i, j]] = a[[j, i]]
+    if start > 0.5 or lines:
+        lines += _scales(measured, a, b)
+    return tuple(lines)
+
+
+def _mean_mac(a: Array, b: Array) -> float:
+    return float(np.diagonal(mac(a, b)).mean())
+
+
+def _flips(a: Array, b: Array) -> tuple[list[tuple[int, float, float]], Array]:
+    """Return (row, mean MAC before, after) of the rows that fit turned round, best first, and the shapes with them turned."""
+    a, result = a.copy(), []
+    for _ in range(max(1, len(a) // 3)):
+        before = _mean_mac(a, b)
+        gains = []
+        for i in range(len(a)):
+            turned = a.copy()
+            turned[i] *= -1
+            gains.append(_mean_mac(turned, b))
+        best = int(np.argmax(gains))
+        if gains[best] < before + GAIN * (1 - before) or gains[best] < before + 0.02 or gains[best] < ALIKE:
+            break
+        result.append((best, before, gains[best]))
+        a[best] *= -1
+    return result, a
+
+
+def _swap(a: Array, b: Array) -> tuple[int, int, float, float] | None:
+    before = _mean_mac(a, b)
+    best = (0, 0, before, before)
+    for i, j in combinations(range(min(len(a), MOST)), 2):
+        other = a.copy()
+        other[[i, j]] = other[[j, i]]
+        after = _mean_mac(other, b)
+        if after > best[3]:
+            best = (i, j, before, after)
+    return best if best[3] > max(before + 0.05, ALIKE) and best[3] - before > GAIN * (1 - before) else None
+
+
+def _scales(measured: Modes, a: Array, b: Array) -> list[str]:
+    """Return doubts about rows whose size beside the model's is far from that of the other rows."""
+    lengths = np.array([np.median(np.abs(a[:, k])[np.abs(b[:, k]) > 0] / np.abs(b[:, k])[np.abs(b[:, k]) > 0])
+                        if (np.abs(b[:, k]) > 0).any() else 1.0 for k in range(a.shape[1])])
+    a = a / np.where(lengths > 0, lengths, 1.0)
+    power = (np.abs(b) ** 2).sum(axis=1)
+    product = np.real((b.conj() * a).sum(axis=1))
+    alike = product / np.maximum(np.sqrt(power * (np.abs(a) ** 2).sum(axis=1)), 1e-300)
+    loud = power > 1e-2 * power.max()
+    lines = []
+    for i in np.flatnonzero(loud & (alike > ALIKE)):
+        factor = float(product[i] / power[i])
+        if not 1 / UNLIKE < factor < UNLIKE:
+            lines.append(f"{measured.dofs[i]}: moves {factor:.3g} times as much beside the others as in the model"
+                         f"{scale_words(factor)}: check its calibration and unit")
+    return lines
+
+
+def question_responses(measured: Frf, predicted: Frf) -> tuple[str, ...]:
+    """Return doubts about signs, scale and delay of responses beside the model's at equal lines and Dofs."""
+    a = measured.values.reshape(measured.frequency.size, -1)
+    b = predicted.values.reshape(a.shape)
+    names = [f"{o} to {i}" for o in measured.outputs for i in measured.inputs]
+    factors, likeness = _factors(a, b)
+    lines = []
+    for name, column, factor, alike in zip(names, range(a.shape[1]), factors, likeness, strict=True):
+        if alike > ALIKE:
+            if factor.real < 0:
+                lines.append(f"{name}: has the opposite sign of the model: sensor or force may point the other "
+                             "way than labelled")
+            if not 1 / UNLIKE < abs(factor) < UNLIKE:
+                lines.append(f"{name}: is {abs(factor):.3g} times the model's response{scale_words(abs(factor))}: check "
+                             "calibration, unit and quantity")
+            continue
+        if alike > DELAYED:  # a resonance that is off by some per cent looks like a delay as well
+            continue
+        delay, better = _delay(a[:, column], b[:, column], measured.omega)
+        if better > CERTAIN:
+            lines.append(f"{name}: agrees with the model only with a delay of {1e3 * delay:+.3g} ms taken out "
+                         f"(FRAC {alike:.2f} -> {better:.2f}): look for a filter or another amplifier in one channel")
+    return tuple(lines)
+
+
+def _factors(a: ComplexArray, b: ComplexArray) -> tuple[ComplexArray, FloatArray]:
+    cross = (b.conj() * a).sum(axis=0)
+    first, second = (np.abs(a) ** 2).sum(axis=0), (np.abs(b) ** 2).sum(axis=0)
+    return cross / np.maximum(second, 1e-300), np.abs(cross) ** 2 / np.maximum(first * second, 1e-300)
+
+
+def _delay(a: ComplexArray, b: ComplexArray, omega: FloatArray) -> tuple[float, float]:
+    """Return the delay of a beside b (s) with the largest FRAC, and that FRAC."""
+    step = 0.1 * np.pi / omega[-1]
+    delays = step * np.arange(-300, 301)
+    delays = delays[np.abs(delays) <= 0.05 * 2 * np.pi / float(np.median(np.diff(omega)))]
+    cross = np.exp(1j * np.outer(delays, omega)) @ (b.conj() * a)
+    values = np.abs(cross) ** 2 / max(float((np.abs(a) ** 2).sum() * (np.abs(b) ** 2).sum()), 1e-300)
+    best = int(np.argmax(values))
+    return float(delays[best]), float(values[best])
