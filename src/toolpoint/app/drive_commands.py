@@ -67,6 +67,30 @@ def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Pa
     _run(drives, program, circle, machine, pose, ideal, feed, output, as_json)
 
 
+@click.command("servo-data")
+@click.argument("file", type=PATH)
+@click.option("--unit", "units", multiple=True, metavar="COLUMN=UNIT", help="Unit of a column of a table that names none.")
+@click.option("--sample-time", type=click.FloatRange(0, min_open=True), help="s; of a table without a time column.")
+@OUTPUT
+@JSON
+def servo_data(file: Path, units: tuple[str, ...], sample_time: float | None, output: Path, as_json: bool) -> None:
+    """Friction, K_v, following error, loop margins or positioning from a controller's record FILE (Sinumerik, TNCscope, TwinCAT
+    Scope, ISO 230-2 runs, tables)."""
+    from toolpoint.io import read_servo_data
+    from toolpoint.pages.servo_data import servo_data_page
+    from toolpoint.studies import judge_servo_data
+
+    named = dict(part.split("=", 1) for part in units if "=" in part)
+    if len(named) != len(units):
+        raise ToolpointError("--unit: write COLUMN=UNIT, for example --unit 'pos=mm'")
+    with frame(output, as_json, steps=2) as run:
+        run.step("reading")
+        result = judge_servo_data(read_servo_data(file, named, sample_time), source=file.name)
+        run.step("page")
+        run.save(servo_data_page(result, warnings=run.warnings))
+    run.show(result)
+
+
 def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, ideal: tuple[str, ...],
          feed: float | None, output: Path, as_json: bool) -> None:
     """Simulate a program (G-code) or a circle (radius m, feed m/s)."""

@@ -33,7 +33,8 @@ for _command in (machine_commands.demo, machine_commands.report, machine_command
                  machine_commands.frequency_map, machine_commands.schema, model_commands.identify, model_commands.joints,
                  model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
-                 cutting_commands.calibrate, drive_commands.drive):
+                 cutting_commands.calibrate, drive_commands.drive,
+                 drive_commands.servo_data):
     cli.add_command(_command)
 
 

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from toolpoint.io.geometry_files import read as read_geometry
     from toolpoint.io.hdf5 import write as write_nouns
     from toolpoint.io.mode_files import read as read_modes
+    from toolpoint.io.program.controller_records import read as read_servo_data
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
     from toolpoint.io.record_files import read as read_record
@@ -19,13 +20,14 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.machine_file import write as write_machine
 
 __all__ = ["read_components", "read_drives", "read_frf", "read_geometry", "read_machine", "read_modes", "read_path",
-           "read_program", "read_record", "write_machine", "write_nouns"]
+           "read_program", "read_record", "read_servo_data", "write_machine", "write_nouns"]
 
 _HOME = {
     "read_components": ("yaml.component_file", "read"), "read_drives": ("yaml.drive_file", "read"),
     "read_frf": ("frf_files", "read"), "read_geometry": ("geometry_files", "read"),
     "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),
     "read_path": ("program.gcode", "read_path"), "read_program": ("program.gcode", "read"),
+    "read_servo_data": ("program.controller_records", "read"),
     "read_record": ("record_files", "read"),
     "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
 }

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured_update import Measurement, update_machine
     from toolpoint.studies.pose_map import pose_map as map_frequencies
     from toolpoint.studies.sensitivity_study import study_sensitivity
+    from toolpoint.studies.servo_data import judge_servo_data
     from toolpoint.studies.servo_map import map_servo
     from toolpoint.studies.simulated_cut import simulate_cut
     from toolpoint.studies.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
@@ -34,6 +35,7 @@ __all__ = [
     "chart_turning",
     "compare_with_test",
     "gather_test",
+    "judge_servo_data",
     "machine_dynamics",
     "map_chatter",
     "map_frequencies",
@@ -57,7 +59,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "machine_modes": ("solve_modes",), "machine_report": ("study_machine", "study_modes"),
     "measured_comparison": ("compare_with_test", "gather_test"), "measured_response": ("study_responses",),
     "measured_update": ("Measurement", "update_machine"), "sensitivity_study": ("study_sensitivity",),
-    "simulated_cut": ("simulate_cut",), "servo_map": ("map_servo",), "drive_experiment": ("run_drives",),
+    "simulated_cut": ("simulate_cut",), "servo_map": ("map_servo",), "servo_data": ("judge_servo_data",),
+    "drive_experiment": ("run_drives",),
     "tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
     "turning_study": ("TurningCut", "chart_turning"), "uncertain_cut": ("Uncertainty",),
 }

@@ -56,6 +56,16 @@ def histories(result: ServoResult, errors: dict[str, ContourError]) -> dict[str,
     return {words: chart for words, (chart, _) in charts.items()}
 
 
+def friction_points(velocity: FloatArray, load: FloatArray, force_unit: str, *, unit: str) -> go.Figure:
+    """Return the mean load at every constant speed; velocities in m/s or rad/s, by `unit` (m, rad)."""
+    chart = figure("", 340)
+    factor, words = (180 / np.pi, "°/s") if unit == "rad" else (1e3, "mm/s")
+    chart.add_scatter(x=factor * velocity, y=load, mode="markers", name="load", marker={"color": COLOURS[0]})
+    chart.update_xaxes(title_text=f"Speed, {words}")
+    chart.update_yaxes(title_text=f"Load, {plain(force_unit) or '-'}")
+    return chart
+
+
 def loop_bode(level: LoopLevel, axis: int, name: str) -> go.Figure:
     """Return open and closed loop of one axis: magnitude in dB over phase in deg."""
     from plotly.subplots import make_subplots

@@ -1,0 +1,93 @@
+"""What controllers record of an axis: signals with their own times, told apart by what they are; positioning runs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+
+ROLES = ("position_set", "position", "velocity_set", "velocity", "following_error", "current", "torque", "acceleration_set")
+
+
+@dataclass(frozen=True, eq=False)
+class AxisSignal:
+    """A signal: name, SI unit (m, rad, m/s, rad/s, A, N m, ... or the file's own), role, axis, times (s) and values.
+
+    `role` is one of `ROLES` or empty; a value holds until the next one.
+    """
+
+    name: str
+    unit: str
+    role: str
+    axis: str
+    time: FloatArray
+    values: FloatArray
+
+    def at(self, time: FloatArray) -> FloatArray:
+        """Return the values in force at times, s."""
+        place = np.searchsorted(self.time, np.asarray(time) + 1e-9, side="right") - 1
+        return np.asarray(self.values[np.clip(place, 0, self.time.size - 1)])
+
+
+@dataclass(frozen=True, eq=False)
+class AxisRecord:
+    """Signals of a controller's record, with notes on what was assumed of it."""
+
+    signals: tuple[AxisSignal, ...]
+    source: str = ""
+    notes: tuple[str, ...] = ()
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Names of the axes, in their order."""
+        return tuple(dict.fromkeys(s.axis for s in self.signals if s.role))
+
+    def signal(self, role: str, axis: str) -> AxisSignal | None:
+        """Return the first signal of a role and an axis, None where there is none."""
+        return next((s for s in self.signals if s.role == role and s.axis == axis), None)
+
+    def __repr__(self) -> str:
+        longest = max((float(np.ptp(s.time)) for s in self.signals), default=0.0)
+        return f"AxisRecord({len(self.signals)} signals of {', '.join(self.axes) or 'no axis'}; {longest:.4g} s)"
+
+
+@dataclass(frozen=True, eq=False)
+class PositioningRun:
+    """A run of ISO 230-2: targets (m,), positions reached forward and backward (m, n), m."""
+
+    targets: FloatArray
+    forward: FloatArray
+    backward: FloatArray
+    source: str = ""
+
+
+# Words of a signal's name (in capitals), and what it is; the first that fits.
+_WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
+    ("following_error", ("FLWERR", "FOLLOWING ERROR", "FOLLOW_ERR", "FOLLERR", "S DIFF", "SCHLEPP", "POS DIFF",
+                         "POSDIFF")),
+    ("position_set", ("CMDPOS", "S SOLL", "POSITION SET", "POS SET", "POSSET", "SETPOS", "SET POS", "POS CMD", "POSCMD",
+                      "TARGET POS", "POSITION_SET", "POS_SET", "S NOM")),
+    ("velocity_set", ("CMDVEL", "V SOLL", "VELOCITY SET", "SETVELO", "VEL SET", "VELSET", "VELOCITY_SET",
+                      "SPEED_SET", "V NOM")),
+    ("acceleration_set", ("CMDACC", "A SOLL", "ACCELERATION SET", "SETACC", "ACC SET")),
+    ("current", ("ACTCURR", "I IST", "CURRENT", "STROM", "I_Q", "IQ")),
+    ("torque", ("TORQUE", "MOMENT", "M IST")),
+    ("velocity", ("ACTVELMOT", "V IST", "ACTVELO", "VELOCITY", "SPEED", "VEL", "V ACT")),
+    ("position", ("MEASPOS2", "MEASPOS", "S IST", "ACTPOS", "POSITION", "POS", "S ACT")))
+
+
+def role_of(name: str, unit: str) -> str:
+    """Return what a signal is by its name; where the unit contradicts, nothing."""
+    words = name.upper()
+    role = next((role for role, names in _WORDS if any(word in words for word in names)), "")
+    kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A",),
+             "velocity": ("m/s", "rad/s"), "velocity_set": ("m/s", "rad/s"), "torque": ("N m", "N")}
+    return "" if role in kinds and unit not in (*kinds[role], "") else role
+
+
+def names_of(signals: Sequence[AxisSignal]) -> list[str]:
+    """Return the names of signals, each with its unit and role."""
+    return [f"{s.name} [{s.unit}]" + (f" = {s.role}" if s.role else "") for s in signals]
