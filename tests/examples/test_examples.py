@@ -41,6 +41,7 @@ COMMANDS = [
     ("calibrate_cutting_coefficients.py", 1.0, 0.01, "the coefficient that was put in"),
     ("find_speeds_against_chatter.py", 12750.0, 1e-9, "60 f / N"),
     ("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches"),
+    ("judge_a_controllers_record.py", 25.0, 1e-4, "the gain that was put in"),
     ("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter"),
     ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
     ("study_sensitivities.py", 0.5, 1e-6, "frequencies go with the root of all stiffnesses"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -66,14 +67,14 @@ class PositioningRun:
 
 # Words of a signal's name (in capitals), and what it is; the first that fits.
 _WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
-    ("following_error", ("FLWERR", "FOLLOWING ERROR", "FOLLOW_ERR", "FOLLERR", "S DIFF", "SCHLEPP", "POS DIFF",
+    ("following_error", ("FLWERR", "FOLLOWING ERROR", "FOLLOW ERR", "FOLLERR", "S DIFF", "SCHLEPP", "POS DIFF",
                          "POSDIFF")),
     ("position_set", ("CMDPOS", "S SOLL", "POSITION SET", "POS SET", "POSSET", "SETPOS", "SET POS", "POS CMD", "POSCMD",
-                      "TARGET POS", "POSITION_SET", "POS_SET", "S NOM")),
-    ("velocity_set", ("CMDVEL", "V SOLL", "VELOCITY SET", "SETVELO", "VEL SET", "VELSET", "VELOCITY_SET",
-                      "SPEED_SET", "V NOM")),
+                      "TARGET POS", "POSITION SOLL", "S NOM", " S SET")),
+    ("velocity_set", ("CMDVEL", "V SOLL", "VELOCITY SET", "SETVELO", "VEL SET", "VELSET", "SPEED SET",
+                      "V NOM", " V SET")),
     ("acceleration_set", ("CMDACC", "A SOLL", "ACCELERATION SET", "SETACC", "ACC SET")),
-    ("current", ("ACTCURR", "I IST", "CURRENT", "STROM", "I_Q", "IQ")),
+    ("current", ("ACTCURR", "I IST", "CURRENT", "STROM", "I Q", " IQ")),
     ("torque", ("TORQUE", "MOMENT", "M IST")),
     ("velocity", ("ACTVELMOT", "V IST", "ACTVELO", "VELOCITY", "SPEED", "VEL", "V ACT")),
     ("position", ("MEASPOS2", "MEASPOS", "S IST", "ACTPOS", "POSITION", "POS", "S ACT")))
@@ -81,7 +82,7 @@ _WORDS: tuple[tuple[str, tuple[str, ...]], ...] = (
 
 def role_of(name: str, unit: str) -> str:
     """Return what a signal is by its name; where the unit contradicts, nothing."""
-    words = name.upper()
+    words = " " + re.sub(r"[_/.\s]+", " ", name.upper())
     role = next((role for role, names in _WORDS if any(word in words for word in names)), "")
     kinds = {"position": ("m", "rad"), "position_set": ("m", "rad"), "following_error": ("m", "rad"), "current": ("A",),
              "velocity": ("m/s", "rad/s"), "velocity_set": ("m/s", "rad/s"), "torque": ("N m", "N")}

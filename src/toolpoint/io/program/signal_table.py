@@ -137,8 +137,9 @@ def read_twincat(path: Path, text: str) -> AxisRecord:
 
 
 def _axis_of(name: str) -> str:
-    match = re.search(r"(?:^|[\s_./])([XYZABCUVW]\d?)(?:$|[\s_.])", name, re.IGNORECASE)
-    return match[1].upper() if match else ""
+    """Return the axis that a name ends on or begins with, X, Y, Z, A, B or C (v, u and w are speeds and voltages too)."""
+    letters = re.findall(r"(?:^|(?<=[\s_./]))([XYZABC]\d?)(?=$|[\s_.])", name, re.IGNORECASE)
+    return letters[-1].upper() if letters else ""
 
 
 def _is_numbers(line: str) -> bool:
