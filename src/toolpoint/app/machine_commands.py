@@ -114,14 +114,19 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: boo
 @JSON
 def check(machine: Path, as_json: bool) -> None:
     """Check a machine file: all its faults at once, or what it holds."""
+    from toolpoint.app import console
     from toolpoint.cutting.build import words
     from toolpoint.io.yaml import machine_file
+    from toolpoint.studies.machine_doubts import question_machine
 
     built = machine_file.read(machine)
+    doubts = question_machine(built)
     cut = None if built.description.cutting is None else words(built.description.cutting)
     if as_json:
-        click.echo(json.dumps({"ok": True, "coordinates": built.size, "cutting": cut}))
+        click.echo(json.dumps({"ok": True, "doubts": list(doubts), "coordinates": built.size, "cutting": cut}))
         return
+    for doubt in doubts:
+        console.text("doubt: " + doubt)
     click.echo(repr(built))
     if cut is not None:
         click.echo(f"cutting: {cut}")
