@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import sys
+import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from typing import Any
 
 from rich.console import Console
@@ -27,6 +29,7 @@ class _Lines(Console):
 # Emoji codes are off: 'machine.yaml:100:7' names a place.
 OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
+FIRST_LINE, NEXT_LINE = 2.0, 10.0  # s, of progress without a terminal
 ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
 
 
@@ -52,16 +55,39 @@ def spell_options(text: str) -> str:
 
 
 @contextmanager
+def _spoken(state: Callable[[], str]) -> Iterator[None]:
+    """Print what is being done, a line now and then, where nobody watches a terminal: in a log, a pipe, a batch job."""
+    ended, start = threading.Event(), time.monotonic()
+
+    def speak() -> None:
+        wait = FIRST_LINE
+        while not ended.wait(wait):
+            if state():
+                ERR.print(f"{state()}, {time.monotonic() - start:.0f} s", markup=False)
+                wait = NEXT_LINE
+    thread = threading.Thread(target=speak, daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        thread.join()
+
+
+@contextmanager
 def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show progress through a number of named steps; call the given function at the start of each."""
-    with Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
+    said = ""
+    plain = _spoken(lambda: said) if not (quiet or interactive()) else nullcontext()
+    with plain, Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
                   TimeElapsedColumn(), console=ERR, transient=True, disable=quiet or not interactive()) as progress:
         task = progress.add_task("", total=total)
         done = -1
 
         def step(name: str) -> None:
-            nonlocal done
+            nonlocal done, said
             done += 1
+            said = f"{name} (step {done + 1} of {total})"
             progress.update(task, description=name, completed=done)
         yield step
         progress.update(task, completed=total)
@@ -70,11 +96,15 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
 @contextmanager
 def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
     """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
-    with Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
-                  transient=True, disable=quiet) as progress:
+    said = ""
+    plain = _spoken(lambda: said) if not (quiet or interactive()) else nullcontext()
+    with plain, Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
+                         transient=True, disable=quiet or not interactive()) as progress:
         tasks: dict[str, TaskID] = {}
 
         def count(name: str, done: int, total: int) -> None:
+            nonlocal said
+            said = f"{name}: {done} of {total}"
             task = tasks.setdefault(name, TaskID(-1))
             if task == -1:
                 task = tasks[name] = progress.add_task(name, total=total)

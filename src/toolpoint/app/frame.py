@@ -42,7 +42,7 @@ class Frame:
 
     def progress_of_parts(self) -> AbstractContextManager[Callable[[str, int, int], None]]:
         """Return a context that gives a study its `progress` function of name, done and total."""
-        return console.count_progress(self.as_json or not console.interactive())
+        return console.count_progress(self.as_json)
 
     def save(self, report: Report) -> None:
         """Write the page; its notes name the arguments as options."""

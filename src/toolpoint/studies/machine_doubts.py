@@ -14,13 +14,13 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
     description = machine.description
     lines = [f"bodies.{name}: {body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg); check the unit"
              for name, body in zip(description.bodies, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
-    lines += [f"joints.{name}: no place is given, so its springs stand at 0, 0, 0 of the machine; write 'at: [x, y, z]' (an 'at' "
-              "of zeros is meant where that is right)" for name, joint in description.joints.items()
+    lines += [f"joints.{name}: no place is given, so its springs stand at 0, 0, 0 of the machine; write 'at: [x, y, z]' unless "
+              "that is where they are" for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
-        lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write the "
-                     "lower speed first")
+        lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write "
+                     "the lower speed first")
     return tuple(lines)
 
 
