@@ -118,6 +118,12 @@ def test_damaged_files_are_refused(tmp_path, text):
         read_servo_data(write(tmp_path, text))
 
 
+@pytest.mark.parametrize("time", [[0, 1, np.nan], [0, 1, np.inf], [0, 1, 1], [0, 2, 1]])
+def test_times_that_are_none_are_refused(time):
+    with pytest.raises(ToolpointError, match="increasing"):
+        AxisSignal("pos", "m", "position", "X", np.array(time), np.zeros(3))
+
+
 def test_cut_files_never_end_in_a_foreign_error(measured, tmp_path):
     for name in ("sinu_trace.xml", "FeedStep150_N300_H55.sco", "twincat.csv", "report_target_y.md_ISO230.dat"):
         raw = (measured / "controller" / name).read_bytes()[:60_000]

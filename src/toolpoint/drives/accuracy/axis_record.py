@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, fail
 
 ROLES = ("position_set", "position", "velocity_set", "velocity", "following_error", "current", "torque", "acceleration_set")
 
@@ -26,6 +26,12 @@ class AxisSignal:
     axis: str
     time: FloatArray
     values: FloatArray
+
+    def __post_init__(self) -> None:
+        finite = np.isfinite(self.time).all() and np.isfinite(self.values).all()
+        if self.time.size < 2 or not finite or (np.diff(self.time) <= 0).any():
+            fail(f"AxisSignal {self.name!r}", "times or values", "must be finite, at least two, the times increasing",
+                 "remove the faulty lines of the record")
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return the values in force at times, s."""
