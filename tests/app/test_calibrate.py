@@ -111,6 +111,7 @@ def test_one_file_with_a_column_of_the_feed_and_matlab_give_the_same(tmp_path, c
     savemat(tmp_path / "steps.mat", {"Fx": force[:, 0], "Fy": force[:, 1], "Fz": force[:, 2], "fs": RATE, "feed": 1e-3 * feed})
     for name in ("steps.csv", "steps.mat"):
         fit = run(capsys, str(tmp_path / name), *OPTIONS, "-o", str(tmp_path))["instantaneous"]
+        assert fit["status"] == "converged"
         for key, value in TRUTH.items():
             assert fit["parameters"][key]["value"] == pytest.approx(value, rel=0.02)
 
@@ -202,3 +203,20 @@ def test_forces_in_another_unit_than_newton_are_doubted(folder, tmp_path, capsys
     (tmp_path / "kilo.csv").write_text("\n".join([lines[0], *small]))
     main(["calibrate", str(tmp_path / "kilo.csv"), *OPTIONS, "--feed", "0.12", "-o", str(tmp_path)])
     assert "forces must be in N (not kN" in " ".join(capsys.readouterr().err.split())
+
+
+@pytest.mark.parametrize(("wrong", "cause"), [
+    (("--speed", "3010"), "repeat at 3000"), (("--helix", "0"), "`helix` near 30"), (("--teeth", "2"), "`teeth` 4"),
+    (("--direction", "up"), "`direction` down"), ((), "")])
+def test_wrong_inputs_are_seen_in_the_forces_and_named(folder, tmp_path, capsys, wrong, cause):
+    """The record knows its speed; a wrong tool leaves a residual far above the scatter between turns. True inputs: no mark."""
+    options = list(OPTIONS)
+    for name, value in zip(wrong[::2], wrong[1::2], strict=True):
+        options[options.index(name) + 1] = value
+    found = run(capsys, *(files(folder)[i] for i in (0, 4)), *options, "--feed", "0.04,0.2", "-o", str(tmp_path))
+    fit, said = found["instantaneous"], " ".join(found["doubts"]).replace("--", "`").replace("``", "`")
+    if not wrong:
+        assert fit["status"] == "converged" and found["doubts"] == []
+        return
+    assert fit["status"].startswith("doubtful") and cause.replace("`", "") in said.replace("`", "")
+    held(fit, {name: TRUTH[name] for name in ("kt", "kn")})  # the widened intervals hold the truth

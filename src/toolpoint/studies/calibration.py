@@ -14,6 +14,17 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
+from toolpoint.studies.force_doubts import (
+    MISFIT,
+    better_tool,
+    interpolation_error,
+    mean_scatter,
+    misfit_of,
+    speed_doubts,
+    split_turns,
+    thinned,
+    widened,
+)
 from toolpoint.studies.force_records import by_feed, fold, unsteady
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Record
@@ -27,6 +38,7 @@ FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tan
 BLIND = "Mean forces know no run-out: where it lifts an edge out of the work, they are off by more than their intervals."
 NAMED = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
 SLICES = 40
+COARSE, COARSE_SLICES = 90, 12  # angles and slices of trial fits
 LEAST = 2e7  # Pa, of K_t
 
 
@@ -66,7 +78,8 @@ class CalibrationStudy:
                 "parameters": {name: {"value": float(v), "interval": list(map(float, ends))}
                                for name, v, ends in zip(fit.names, fit.values, fit.interval, strict=True)},
                 "residual_n": fit.residual, "status": fit.status}
-        return {"instantaneous": numbers(self.fit), "average": numbers(self.average), "feeds_m": self.feeds.tolist()}
+        return {"instantaneous": numbers(self.fit), "average": numbers(self.average), "feeds_m": self.feeds.tolist(),
+                "doubts": list(self.doubts)}
 
     @property
     def is_named_by_fit(self) -> bool:
@@ -94,8 +107,40 @@ def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> Calib
     problem, cut = _problem(test)
     forces = by_feed(records, test.feeds)
     doubts = unsteady(forces, test.speed, problem.tool.teeth)
+    drifting = [] if doubts else speed_doubts(forces, test.speed, problem.tool.teeth)
     result = _fitted(problem, cut, test, forces)
-    return replace(result, doubts=(*doubts, *_negative(result.fit)))
+    return _judged(replace(result, doubts=(*doubts, *drifting, *_negative(result.fit))), forces, bool(drifting))
+
+
+def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str]], drifting: bool) -> CalibrationStudy:
+    """Return the study with its fit marked and widened where the forces do not fit what is said of the cut."""
+    scatters = [mean_scatter(split_turns(part, result.test.speed)) for _, part, _ in records]
+    scatter = float(np.sqrt(np.mean(np.square(scatters))))
+    error = float(np.hypot(scatter, interpolation_error(result.measured)))
+    misfit = misfit_of(result.fit, error, float(np.sqrt(np.mean(result.measured**2))))
+    if np.isnan(scatter):
+        few = "a record holds fewer than three revolutions: without a scatter between turns the residual cannot be judged"
+        result = replace(result, doubts=(*result.doubts, few))
+    if not drifting and misfit <= MISFIT:
+        return result
+    cause = "the records say another spindle speed"
+    if not drifting:
+        cause = f"the residual is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated"
+        better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
+        cause += f"; {better}" if better else ""
+    fit = widened(result.fit, result.average, misfit, cause)
+    return replace(result, fit=fit, doubts=(*result.doubts, f"{cause}; the intervals are widened, and may still be too narrow"))
+
+
+def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
+    """Return the residual of the forces over rotation with another tool, N: two feeds, a coarse grid."""
+    problem, _ = _problem(replace(result.test, cut=cut))
+    ends = sorted({int(np.argmin(result.feeds)), int(np.argmax(result.feeds))})
+    angle, forces = thinned(result.angle, result.measured[ends], COARSE)
+    begin = angle if result.test.angle is None else angle + np.radians(result.test.angle)
+    fit = instantaneous(problem, result.feeds[ends], begin, forces=forces, depth=result.test.depth, runout=result.test.runout,
+                        phase="each" if result.test.angle is None else False, slices=COARSE_SLICES)
+    return fit.residual
 
 
 def check_test(test: CuttingTest) -> None:

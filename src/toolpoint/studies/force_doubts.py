@@ -1,0 +1,152 @@
+"""Whether measured forces fit what is said of the cut: speed from the drift of their harmonics, scatter between turns, what
+other tool would explain them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, ToolpointError
+from toolpoint.cutting.force.calibration import Calibration
+from toolpoint.vibration import Record
+
+HARMONICS = 3  # of the tooth passing
+LEAST_TURNS = 3
+SURE, SMEARED = 5.0, 0.05  # errors of the speed; drift of the tooth passing over the record, rad
+MISFIT, SMALL = 1.5, 0.01  # residual over scatter between turns and error of interpolation; over the size of the forces
+BETTER = 0.7  # residual over that of the stated tool, from which another tool is named
+HELICES = (0, 10, 20, 30, 40, 50)  # degrees
+
+
+@dataclass(frozen=True)
+class RecordSpeed:
+    """Spindle speed in a force record and its standard error, rev/min; drift of the tooth passing against the stated speed
+    over the record, rad."""
+
+    speed: float
+    error: float
+    drift: float
+
+    def is_other(self, stated: float) -> bool:
+        """Whether the record's speed is another one than the stated, beyond its error, and far enough to smear the forces."""
+        return abs(self.speed - stated) > SURE * self.error and abs(self.drift) > SMEARED
+
+
+def split_turns(record: Record, speed: float) -> FloatArray:
+    """Return the samples of all whole revolutions at equal angles, (n_turns, n_angle, n_channels), linear between samples."""
+    per = record.sample_rate * 60 / speed
+    whole, n = int(record.samples.shape[0] // per), int(per)
+    at = (np.arange(n)[None, :] / n + np.arange(whole)[:, None]) * per
+    index = np.arange(record.samples.shape[0])
+    return np.stack([np.interp(at, index, column) for column in record.samples.T], axis=-1)
+
+
+def mean_scatter(turns: FloatArray) -> float:
+    """Return the standard error of the mean revolution, N, from the scatter between turns; NaN for fewer than three."""
+    if len(turns) < LEAST_TURNS:
+        return float("nan")
+    return float(np.sqrt(np.mean(np.var(turns, axis=0, ddof=1)) / len(turns)))
+
+
+def interpolation_error(courses: FloatArray) -> float:
+    """Return the error of mean revolutions (n, n_angle, d) from lines between samples, N: an eighth of the second difference,
+    which is large where edges enter and leave."""
+    return float(np.sqrt(np.mean((np.roll(courses, 1, axis=1) - 2 * courses + np.roll(courses, -1, axis=1))**2))) / 8
+
+
+def record_speed(turns: FloatArray, speed: float, teeth: int) -> RecordSpeed | None:
+    """Return the speed at which the harmonics of the revolution keep their phase; None for too few turns.
+
+    At another speed harmonic k turns by k dw t: dw is the weighted slope of all phases against time, refined until it stays.
+    """
+    if len(turns) < LEAST_TURNS:
+        return None
+    last = min(HARMONICS * teeth, (turns.shape[1] - 1) // 2)
+    order = np.arange(1, last + 1)
+    lines = np.fft.rfft(turns, axis=1)[:, 1:last + 1] / turns.shape[1]
+    place = np.arange(len(turns)) - (len(turns) - 1) / 2  # turns
+    step = np.angle(np.einsum("bkd,bkd->k", lines[1:], lines[:-1].conj()))
+    strength = (np.abs(lines)**2).sum(axis=(0, 2))
+    strongest = int(np.argmax(strength))
+    drift = float(step[strongest] / order[strongest])  # rad of the spindle a turn
+    for _ in range(20):
+        level = lines * np.exp(-1j * drift * order * place[:, None])[..., None]
+        mean = level.mean(axis=0)
+        weight = float((place**2).sum() * (order[:, None]**2 * np.abs(mean)**2).sum())
+        slope = float(np.imag(np.einsum("b,k,bkd,kd->", place, order, level, mean.conj()))) / max(weight, 1e-300)
+        drift += slope
+        if abs(slope) < 1e-12:
+            break
+    spread = float(np.mean(np.abs(level - mean)**2)) / 2 * len(turns) / (len(turns) - 1)
+    error = float(np.sqrt(spread / max(weight, 1e-300)))
+    return RecordSpeed(speed * (1 + drift / (2 * np.pi)), speed * error / (2 * np.pi), drift * len(turns) * teeth)
+
+
+def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
+    """Return a line on every record whose harmonics say another speed."""
+    lines = []
+    for _, part, name in records:
+        seen = record_speed(split_turns(part, speed), speed, teeth)
+        if seen is not None and seen.is_other(speed):
+            lines.append(f"{name}: its forces repeat at {seen.speed:.6g} +- {2 * seen.error:.1g} rev/min, not at {speed:g}; at "
+                         "the wrong speed the mean revolution is smeared: give that `speed`")
+    return lines
+
+
+def misfit_of(fit: Calibration, scatter: float, size: float) -> float:
+    """Return residual over the error of the mean revolution (scatter between turns, interpolation); 0 where the scatter is unknown or the residual small against the
+    forces (`size`, N)."""
+    return 0.0 if not scatter > 0 or fit.residual < SMALL * size else fit.residual / scatter
+
+
+def widened(fit: Calibration, average: Calibration | None, misfit: float, cause: str) -> Calibration:
+    """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise."""
+    covariance = fit.covariance * max(misfit, 1.0)**2
+    if average is not None:
+        other = dict(zip(average.names, average.values.tolist(), strict=True))
+        apart = np.array([value - other.get(name, value) for name, value in zip(fit.names, fit.values.tolist(), strict=True)])
+        covariance = covariance + np.diag(apart**2)
+    return replace(fit, covariance=covariance, status=f"doubtful: {cause}")
+
+
+def better_tool(cut: Mapping[str, Any], residual_of: Callable[[Mapping[str, Any]], float], enough: float = 0.0) -> str | None:
+    """Return the change of helix, direction or teeth with the least residual, in words, if it explains the forces better.
+
+    The search ends at a share of the residual of the stated tool that is `enough`.
+    """
+    stated = residual_of(cut)
+    trials: list[tuple[float, str]] = []
+    for words, other in _other_tools(cut):
+        try:
+            trials.append((residual_of(other) / stated, words))
+        except (ToolpointError, np.linalg.LinAlgError):
+            continue
+        if trials[-1][0] < enough:
+            break
+    share, words = min(trials, default=(1.0, ""))
+    return f"{words} explains them better (residual {100 * share:.0f} % of that)" if share < BETTER else None
+
+
+def _other_tools(cut: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    teeth, helix = int(cut["teeth"]), cut.get("helix")
+    if np.ndim(helix or 0.0) == 0:
+        for degrees in HELICES:
+            if abs(np.degrees(float(helix or 0.0)) - degrees) > 2:
+                yield f"a `helix` near {degrees} degrees", {**cut, "helix": np.radians(degrees)}
+    for way in ("up", "down"):
+        if cut.get("direction") in ("up", "down") and cut["direction"] != way:
+            yield f"`direction` {way}", {**cut, "direction": way}
+    if cut.get("pitch") is None and np.ndim(helix or 0.0) == 0:
+        for n in sorted(set(range(1, 9)) - {teeth}, key=lambda n: abs(n - teeth)):
+            yield f"`teeth` {n}", {**cut, "teeth": n}
+
+
+def thinned(angle: FloatArray, forces: Array, most: int) -> tuple[FloatArray, FloatArray]:
+    """Return equal steps of angle from zero, at most so many, and the forces there."""
+    count = min(most, angle.size)
+    coarse = 2 * np.pi * np.arange(count) / count
+    columns = [[np.interp(coarse, angle, course[:, k], period=2 * np.pi) for k in range(forces.shape[2])] for course in forces]
+    return coarse, np.asarray(np.moveaxis(np.array(columns), 1, 2), float)
