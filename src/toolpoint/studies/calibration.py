@@ -20,10 +20,10 @@ from toolpoint.studies.force_doubts import (
     interpolation_error,
     mean_scatter,
     misfit_of,
+    resample_courses,
     speed_doubts,
     split_turns,
-    thinned,
-    widened,
+    widen_intervals,
 )
 from toolpoint.studies.force_records import by_feed, fold, unsteady
 from toolpoint.studies.text_table import text_table
@@ -128,7 +128,7 @@ def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str
         cause = f"the residual is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated"
         better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
         cause += f"; {better}" if better else ""
-    fit = widened(result.fit, result.average, misfit, cause)
+    fit = widen_intervals(result.fit, result.average, misfit, cause)
     return replace(result, fit=fit, doubts=(*result.doubts, f"{cause}; the intervals are widened, and may still be too narrow"))
 
 
@@ -136,7 +136,7 @@ def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
     """Return the residual of the forces over rotation with another tool, N: two feeds, a coarse grid."""
     problem, _ = _problem(replace(result.test, cut=cut))
     ends = sorted({int(np.argmin(result.feeds)), int(np.argmax(result.feeds))})
-    angle, forces = thinned(result.angle, result.measured[ends], COARSE)
+    angle, forces = resample_courses(result.angle, result.measured[ends], COARSE)
     begin = angle if result.test.angle is None else angle + np.radians(result.test.angle)
     fit = instantaneous(problem, result.feeds[ends], begin, forces=forces, depth=result.test.depth, runout=result.test.runout,
                         phase="each" if result.test.angle is None else False, slices=COARSE_SLICES)

@@ -97,12 +97,12 @@ def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, tee
 
 
 def misfit_of(fit: Calibration, scatter: float, size: float) -> float:
-    """Return residual over the error of the mean revolution (scatter between turns, interpolation); 0 where the scatter is unknown or the residual small against the
-    forces (`size`, N)."""
+    """Return residual over the error of the mean revolution (scatter between turns, interpolation); 0 where the
+    scatter is unknown or the residual small against the forces (`size`, N)."""
     return 0.0 if not scatter > 0 or fit.residual < SMALL * size else fit.residual / scatter
 
 
-def widened(fit: Calibration, average: Calibration | None, misfit: float, cause: str) -> Calibration:
+def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float, cause: str) -> Calibration:
     """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise."""
     covariance = fit.covariance * max(misfit, 1.0)**2
     if average is not None:
@@ -144,7 +144,7 @@ def _other_tools(cut: Mapping[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]
             yield f"`teeth` {n}", {**cut, "teeth": n}
 
 
-def thinned(angle: FloatArray, forces: Array, most: int) -> tuple[FloatArray, FloatArray]:
+def resample_courses(angle: FloatArray, forces: Array, most: int) -> tuple[FloatArray, FloatArray]:
     """Return equal steps of angle from zero, at most so many, and the forces there."""
     count = min(most, angle.size)
     coarse = 2 * np.pi * np.arange(count) / count
