@@ -22,8 +22,8 @@ from random_machines import random_machine
 
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
-from toolpoint.studies import machine_update
-from toolpoint.studies.machine_update import MachineSystems
+from toolpoint.studies.measured import machine_update
+from toolpoint.studies.measured.machine_update import MachineSystems
 from toolpoint.updating import LeastSquares, Parameter, Problem, SystemModel, Targets, fit, identifiability
 from toolpoint.vibration import Dof, Modes, eigen
 

@@ -10,7 +10,7 @@ from toolpoint.machine.components import Components
 from toolpoint.machine.description import BodyDescription, ShapeDescription
 from toolpoint.pages.joints import joints_page
 from toolpoint.studies import study_joints
-from toolpoint.studies.virtual_test import surface_points, true_modes
+from toolpoint.studies.machines.virtual_test import surface_points, true_modes
 from toolpoint.vibration.geometry import Geometry
 
 PARTS = {"base": ("base", "saddle", "table"), "column": ("column", "head"), "magazine": ("magazine",)}

@@ -10,7 +10,7 @@ from toolpoint.modal_identification import identify
 from toolpoint.pages.joints import joints_page
 from toolpoint.signals import hammer_test, join_setups
 from toolpoint.studies import study_joints
-from toolpoint.studies.virtual_test import hammer_records, surface_points, true_modes
+from toolpoint.studies.machines.virtual_test import hammer_records, surface_points, true_modes
 from toolpoint.vibration.geometry import Geometry
 
 PARTS = {"base": (6354, (0, 1.282, -0.679), (1.161, 1.821, 0.81)), "column": (2805, (0, 1.869, 0.355), (0.94, 0.99, 2.469)),

@@ -8,7 +8,7 @@ from toolpoint.io.yaml import machine_file
 from toolpoint.modal_identification.identify import identify
 from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups
-from toolpoint.studies.virtual_test import Imperfections, hammer_records, surface_points, true_modes
+from toolpoint.studies.machines.virtual_test import Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof
 
 

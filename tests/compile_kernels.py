@@ -18,7 +18,7 @@ from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, T
 from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.io import read_drives, read_machine
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.studies.drive_experiment import run_drives
+from toolpoint.studies.servos.drive_experiment import run_drives
 from toolpoint.vibration import Dof, Modes, frequency_response
 
 ROOT = Path(__file__).resolve().parents[1]

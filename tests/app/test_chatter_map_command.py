@@ -10,8 +10,8 @@ from toolpoint.app.main import main
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io.yaml import machine_file
 from toolpoint.pages.chatter_map import chatter_map_page
-from toolpoint.studies.chatter_limits import ChatterMap
-from toolpoint.studies.chatter_map import chatter_map
+from toolpoint.studies.cuts.chatter_limits import ChatterMap
+from toolpoint.studies.cuts.chatter_map import chatter_map
 
 MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")
 GRID = ["--axis", "X=-200mm:0.2m:3", "--axis", "Z=0:300mm:2", "--speeds", "900:1600:8", "--method", "zero-order"]

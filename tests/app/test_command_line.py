@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.studies.pose_map import PoseMap
+from toolpoint.studies.machines.pose_map import PoseMap
 
 ROOT = Path(__file__).resolve().parents[2]
 MACHINE = str(ROOT / "src/toolpoint/app/machines/three_axis_vertical.yaml")

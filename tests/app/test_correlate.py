@@ -83,7 +83,7 @@ def test_components_carry_measured_points_on_the_bodies(test_data, tmp_path, cap
     (tmp_path / "geometry.csv").write_text("\n".join(f"{k},{','.join(map(str, at))}" for k, at in places.items()) + "\n")
     (tmp_path / "components.yaml").write_text(
         "toolpoint: 1\nname: t\nchain: [ground, housing]\ncomponents:\n  housing: {points: [1, 2, 3]}\n")
-    from toolpoint.studies.model_correlation import with_measured_points
+    from toolpoint.studies.measured.model_correlation import with_measured_points
     machine = with_measured_points(mill, places, {"housing": [1, 2, 3]})
     modes = eigen.solve_undamped(assemble(machine, outputs=[f"{k}:{way}" for k in places for way in ("+x", "+y", "+z")]), 3)
     hdf5.write(modes, tmp_path / "modes.h5")

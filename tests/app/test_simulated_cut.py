@@ -10,7 +10,7 @@ from toolpoint.app import console
 from toolpoint.app.main import main
 from toolpoint.io import hdf5
 from toolpoint.io.text import frf_table
-from toolpoint.studies import tool_dynamics as dynamics
+from toolpoint.studies.cuts import tool_dynamics as dynamics
 from toolpoint.vibration import Modes, frequency_response
 
 MACHINE = str(MACHINES / "three_axis_vertical_drives.yaml")
@@ -75,6 +75,7 @@ def test_a_short_simulation_does_not_take_the_start_for_chatter(tmp_path, capsys
     assert fast["state"] == "stable"  # 60 revolutions, 0.4 s, would be too few at this speed
 
 
+@pytest.mark.slow
 def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     def told(*more):
         main(["lobes", *map(str, more), *SPEEDS, "-o", str(tmp_path)])

@@ -13,7 +13,7 @@ from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
 from toolpoint.io import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.io.yaml import machine_file
-from toolpoint.studies.tool_point import tool_point
+from toolpoint.studies.machines.tool_point import tool_point
 from toolpoint.vibration import Modes, frequency_response
 
 MASS, FREQUENCY, RATIO = 2.0, 150.0, 0.03

@@ -10,7 +10,7 @@ from toolpoint.cutting import Engagement
 from toolpoint.cutting.build import coefficients_of, fault_of, find_material, mean_chip, words
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
 from toolpoint.cutting.force.laws import Kienzle
-from toolpoint.studies.tool_point import milling_problem
+from toolpoint.studies.machines.tool_point import milling_problem
 
 FULL = CuttingDescription.of(
     diameter=0.016, teeth=4, immersion=0.4, tangential=8e8, normal=3e8, direction="up", feed="y", axial=1e8,

@@ -120,6 +120,7 @@ def test_every_command_takes_every_format_alike(test_files, command, tmp_path, c
         np.testing.assert_allclose(results[kind], results["text"], rtol=1e-6, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", FORMATS)
 def test_a_report_takes_every_format_alike(test_files, kind, tmp_path, capsys):
     files = test_files[2]

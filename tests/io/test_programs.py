@@ -90,6 +90,7 @@ def test_expressions(text, value):
     assert ends(f"G1 X[{text}] F100")[0, 0] == pytest.approx(value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", ["N1 GOTO 1", "WHILE [1 EQ 1] DO1\nEND1", "o1 while [1]\no1 endwhile", "O1\nM98 P1",
                                   "0 BEGIN PGM A MM\nLBL 1\nCALL LBL 1", "#1=" + "[" * 5000, "R1=0\nLOOP\nENDLOOP"])
 def test_programs_without_end_end(text):

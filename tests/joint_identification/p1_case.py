@@ -17,7 +17,7 @@ from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.virtual_test import Imperfections, hammer_records, surface_points, true_modes
+from toolpoint.studies.machines.virtual_test import Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
 CHAIN = ("ground", "base", "column", "magazine")

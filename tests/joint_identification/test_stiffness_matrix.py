@@ -10,7 +10,7 @@ from toolpoint.joint_identification import ComponentMass, identify_joints
 from toolpoint.machine import assemble, build
 from toolpoint.machine.description import BodyDescription, InertiaDescription
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.joint_machine import machine_of
+from toolpoint.studies.measured.joint_machine import machine_of
 from toolpoint.vibration import Dof, Modes, eigen
 
 WAYS = ("+x", "+y", "+z")

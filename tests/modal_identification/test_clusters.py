@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from modal_identification.modal_case import BAND, DAMPING, IN_BAND, benchmark, with_noise
-from toolpoint.modal_identification import estimate, identify
+from toolpoint.modal_identification import identify
+from toolpoint.modal_identification.fit import estimate
 from toolpoint.vibration import Frf
 
 POINTS, SEEDS = 30, 5

@@ -22,8 +22,8 @@ from toolpoint.modal_identification import (
     residues,
     significance,
 )
-from toolpoint.modal_identification.circle_fit import circle
-from toolpoint.modal_identification.indicators import peaks
+from toolpoint.modal_identification.judgement.indicators import peaks
+from toolpoint.modal_identification.poles.circle_fit import circle
 from toolpoint.modal_identification.scaling import driving_points, factor_rank_one, scale_shapes
 from toolpoint.vibration.correlation import mac
 from toolpoint.vibration.frequency_response import modal

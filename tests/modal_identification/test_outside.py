@@ -17,7 +17,8 @@ from modal_identification.modal_case import (
     with_noise,
 )
 from toolpoint import Modes
-from toolpoint.modal_identification import estimate, identify
+from toolpoint.modal_identification import identify
+from toolpoint.modal_identification.fit import estimate
 
 POINTS, SEEDS = 45, 12
 

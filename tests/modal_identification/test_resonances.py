@@ -10,8 +10,8 @@ import pytest
 from modal_identification.modal_case import BAND, benchmark, structure, with_noise
 from toolpoint import Dof, Frf, Modes
 from toolpoint.modal_identification import cmif, identify
-from toolpoint.modal_identification.indicators import peaks
-from toolpoint.modal_identification.resonances import remark, resonances
+from toolpoint.modal_identification.judgement.indicators import peaks
+from toolpoint.modal_identification.judgement.resonances import remark, resonances
 from toolpoint.vibration.frequency_response import modal
 
 DATA = Path(__file__).parents[2].parent / "shared" / "data"

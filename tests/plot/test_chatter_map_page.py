@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.pages.chatter_map import chatter_map_page
-from toolpoint.studies.chatter_map import chatter_map
+from toolpoint.studies.cuts.chatter_map import chatter_map
 
 
 @pytest.mark.parametrize("axes", [{"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, {"Z": [0.0, 0.1, 0.3]}, {"Z": [0.1]}])

@@ -18,12 +18,12 @@ from toolpoint.plot.figures.joint_views import joint_views
 from toolpoint.plot.figures.point_views import point_pairs, point_values
 from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
-from toolpoint.studies import machine_update
-from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
-from toolpoint.studies.measured_update import MeasuredUpdate, Measurement
-from toolpoint.studies.model_correlation import correlate
-from toolpoint.studies.point_pairing import pair_points
-from toolpoint.studies.sensitivity_study import study_sensitivity
+from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+from toolpoint.studies.measured import machine_update
+from toolpoint.studies.measured.measured_comparison import Comparison, MeasuredTest
+from toolpoint.studies.measured.measured_update import MeasuredUpdate, Measurement
+from toolpoint.studies.measured.model_correlation import correlate
+from toolpoint.studies.measured.point_pairing import pair_points
 from toolpoint.vibration import eigen, frequency_response
 from toolpoint.vibration.geometry import Geometry
 

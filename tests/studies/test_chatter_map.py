@@ -10,9 +10,9 @@ from study_functions import Deadly, static
 
 from toolpoint import ToolpointError
 from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
-from toolpoint.studies.chatter_map import chatter_map
+from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Dask, Serial
-from toolpoint.studies.tool_point import depth_limit, milling_problem, tool_point
+from toolpoint.studies.machines.tool_point import depth_limit, milling_problem, tool_point
 
 AXES = {"X": [-0.2, 0.1], "Z": [0.0, 0.3]}
 SPEEDS = np.linspace(900.0, 1600.0, 8)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from toolpoint.signals.doubts import question
-from toolpoint.studies.channel_doubts import question_responses, question_shapes
+from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.frequency_response import modal
 

@@ -11,8 +11,8 @@ from random_machines import random_machine
 
 from toolpoint._check import ToolpointError
 from toolpoint.machine import assemble
-from toolpoint.studies import machine_update
-from toolpoint.studies.sensitivity_study import study_sensitivity
+from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+from toolpoint.studies.measured import machine_update
 from toolpoint.updating import AffineSystem, Targets
 from toolpoint.vibration import Modes, eigen, frequency_response
 from toolpoint.vibration.dof import dofs

@@ -10,8 +10,8 @@ from four_part_mill import BOXES, four_part_mill
 
 from toolpoint._check import ToolpointError
 from toolpoint.machine import assemble
-from toolpoint.studies.model_correlation import correlate, effective_mass, with_measured_points
-from toolpoint.studies.point_pairing import PointPairing
+from toolpoint.studies.measured.model_correlation import correlate, effective_mass, with_measured_points
+from toolpoint.studies.measured.point_pairing import PointPairing
 from toolpoint.vibration import Modes, correlation, eigen, frequency_response
 
 

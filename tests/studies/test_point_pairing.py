@@ -8,7 +8,7 @@ import pytest
 from toolpoint._check import ToolpointError
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.point_pairing import pair_points
+from toolpoint.studies.measured.point_pairing import pair_points
 from toolpoint.vibration import Modes
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from toolpoint.machine import assemble
-from toolpoint.studies.pose_map import pose_map
-from toolpoint.studies.tool_point import lobes, tool_point
+from toolpoint.studies.machines.pose_map import pose_map
+from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.vibration import eigen
 from toolpoint.vibration import frequency_response as fr
 

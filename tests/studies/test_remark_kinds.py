@@ -5,9 +5,9 @@ import numpy as np
 from conftest import MACHINES
 from toolpoint.io.yaml import machine_file
 from toolpoint.studies import chart_lobes, modal_dynamics
+from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+from toolpoint.studies.machines.sensitivity_study import SHOWN, study_sensitivity
 from toolpoint.studies.remark_kinds import one_of_each_kind
-from toolpoint.studies.sensitivity_study import SHOWN, study_sensitivity
-from toolpoint.studies.uncertain_cut import Uncertainty
 from toolpoint.vibration import Modes
 
 

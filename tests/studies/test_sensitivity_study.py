@@ -15,7 +15,7 @@ from toolpoint.machine.description import (
     MachineDescription,
     PointDescription,
 )
-from toolpoint.studies.sensitivity_study import study_sensitivity
+from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 from toolpoint.vibration import correlation, eigen
 
 

@@ -16,7 +16,7 @@ from toolpoint.drives import (
     compute_loops,
     four_dof_axis,
 )
-from toolpoint.studies.servo_map import map_margins
+from toolpoint.studies.servos.servo_map import map_margins
 
 LEAD = 0.001591
 ENDS = {"x.base": "saddle:+x", "x.table": "table:+x", "y.base": "bed:+y", "y.table": "saddle:+y"}

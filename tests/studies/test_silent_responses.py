@@ -8,7 +8,7 @@ from four_part_mill import four_part_mill, sixteen_parameters
 
 from toolpoint._check import ToolpointWarning
 from toolpoint.machine import assemble
-from toolpoint.studies.machine_update import update
+from toolpoint.studies.measured.machine_update import update
 from toolpoint.vibration import Frf, frequency_response
 from toolpoint.vibration.correlation import frac
 

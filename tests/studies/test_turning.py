@@ -9,7 +9,7 @@ from toolpoint import ToolpointError
 from toolpoint.cutting import stability
 from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
-from toolpoint.studies.turning import orient, unconditional_limit, width_range
+from toolpoint.studies.cuts.turning import orient, unconditional_limit, width_range
 from toolpoint.vibration import Modes, frequency_response
 
 LABELS = {"x": "t:+x", "y": "t:+y", "z": "t:+z"}

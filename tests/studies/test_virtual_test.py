@@ -6,7 +6,7 @@ import pytest
 from toolpoint.modal_identification.identify import identify
 from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups
-from toolpoint.studies.virtual_test import Hammer, Imperfections, hammer_records, surface_points, true_modes
+from toolpoint.studies.machines.virtual_test import Hammer, Imperfections, hammer_records, surface_points, true_modes
 from toolpoint.vibration import Dof, frequency_response
 from toolpoint.vibration.correlation import mac
 

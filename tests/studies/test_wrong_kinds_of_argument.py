@@ -8,8 +8,8 @@ from toolpoint.cutting import stability
 from toolpoint.cutting.stability import METHODS
 from toolpoint.machine import assemble
 from toolpoint.machine.description import parameters
-from toolpoint.studies.example_cut import example_cut
-from toolpoint.studies.tool_point import milling_problem, tool_point
+from toolpoint.studies.cuts.example_cut import example_cut
+from toolpoint.studies.machines.tool_point import milling_problem, tool_point
 
 
 def test_values_with_a_unit(vertical):

@@ -65,7 +65,7 @@ def _tried(ctx: click.Context, parameter: click.Parameter, value: tuple[str, ...
 def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
     if value:
         from toolpoint.app import console
-        from toolpoint.studies.material_table import materials_table
+        from toolpoint.studies.cuts.material_table import materials_table
 
         console.text(materials_table())
         ctx.exit()
@@ -95,8 +95,8 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
     from toolpoint.app.dynamics import read_dynamics
     from toolpoint.cutting.stability import method_named
     from toolpoint.pages.lobes import lobes_page
-    from toolpoint.studies.lobes_study import chart_lobes
-    from toolpoint.studies.uncertain_cut import Uncertainty
+    from toolpoint.studies.cuts.lobes_study import chart_lobes
+    from toolpoint.studies.cuts.uncertain_cut import Uncertainty
 
     if (tried or uncertainty) and samples is None:
         raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
@@ -150,7 +150,7 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
     from toolpoint.app.dynamics import read_dynamics
     from toolpoint.pages.turning import turning_page
-    from toolpoint.studies.turning_study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
 
     if diameter is not None and cutting_speed is not None:
         raise click.UsageError("--diameter and --cutting-speed: must be one of them; the first lets the cutting speed grow "
@@ -205,7 +205,7 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
     from toolpoint.app.dynamics import read_dynamics
     from toolpoint.pages.simulated_cut import simulation_page
-    from toolpoint.studies.simulated_cut import check_cut, simulate_cut
+    from toolpoint.studies.cuts.simulated_cut import check_cut, simulate_cut
 
     values = in_si(cut)
     check_cut(values, speed, 1e-3 * depth)
@@ -264,10 +264,10 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
     from toolpoint.cutting.stability import method_named
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.chatter_map import chatter_map_page
-    from toolpoint.studies.chatter_map import chatter_map
-    from toolpoint.studies.described_cut import cut_on
+    from toolpoint.studies.cuts.chatter_map import chatter_map
+    from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.execute import Dask, Serial
-    from toolpoint.studies.tool_point import FEED_ANGLE
+    from toolpoint.studies.machines.tool_point import FEED_ANGLE
 
     chosen, built = method_named(method, "--method"), machine_file.read(machine)
     positions = grid(built, axes, "--axis")
@@ -307,7 +307,7 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
     from toolpoint.io import record_files
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.calibration import calibration_page
-    from toolpoint.studies.calibration import CuttingTest, calibrate, check_test
+    from toolpoint.studies.cuts.calibration import CuttingTest, calibrate, check_test
 
     test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
                        force_on, angle, not no_runout)

@@ -98,7 +98,7 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
     from toolpoint.io import read_program
     from toolpoint.io.yaml import drive_file
     from toolpoint.pages.drive_experiment import drive_page
-    from toolpoint.studies.drive_experiment import run_drives
+    from toolpoint.studies.servos.drive_experiment import run_drives
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
@@ -119,7 +119,7 @@ def _map(drives: Path, machine: Path | None, axes: tuple[str, ...], circle: Circ
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import drive_file, machine_file
     from toolpoint.pages.servo_map import servo_map_page
-    from toolpoint.studies.servo_map import map_servo
+    from toolpoint.studies.servos.servo_map import map_servo
 
     if machine is None:
         raise ToolpointError("--map: a map needs the machine; give --machine FILE")
@@ -137,7 +137,7 @@ def _export(drives: Path, unit: Path, machine: Path | None, pose: Pose, sources_
     from toolpoint.drives.build import build_servo
     from toolpoint.io import fmu
     from toolpoint.io.yaml import drive_file
-    from toolpoint.studies.drive_structure import structure_of
+    from toolpoint.studies.servos.drive_structure import structure_of
 
     with frame(None, False) as run:
         description = drive_file.read(drives)

@@ -10,8 +10,8 @@ from toolpoint.app.poses import machine_at
 from toolpoint.app.source import Source
 from toolpoint.io import frf_files, mode_files
 from toolpoint.io.suffixes import HDF5, MATLAB, NUMPY, TEXT, UNIVERSAL
-from toolpoint.studies import tool_dynamics as dynamics
-from toolpoint.studies.tool_dynamics import ToolDynamics
+from toolpoint.studies.cuts import tool_dynamics as dynamics
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.vibration import Frf, Modes
 
 

@@ -25,7 +25,7 @@ def demo(output: Path) -> None:
     from toolpoint.cutting import ZeroOrder
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.demo import demo_page
-    from toolpoint.studies.machine_report import study_machine, study_modes
+    from toolpoint.studies.machines.machine_report import study_machine, study_modes
 
     with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
         run.step("machine")
@@ -61,8 +61,8 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     from toolpoint.pages.machine import machine_page
     from toolpoint.pages.measured import with_measured
     from toolpoint.plot import Report
-    from toolpoint.studies.machine_report import study_machine
-    from toolpoint.studies.measured_response import study_responses
+    from toolpoint.studies.cuts.measured_response import study_responses
+    from toolpoint.studies.machines.machine_report import study_machine
 
     if machine is None and not frf:
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
@@ -102,7 +102,7 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
     """Natural frequencies of a machine file at a pose."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.studies.machine_modes import solve_modes
+    from toolpoint.studies.machines.machine_modes import solve_modes
 
     with frame(None, as_json) as run:
         result = solve_modes(machine_at(machine, pose), pose, count)
@@ -117,7 +117,7 @@ def check(machine: Path, as_json: bool) -> None:
     from toolpoint.app import console
     from toolpoint.cutting.build import words
     from toolpoint.io.yaml import machine_file
-    from toolpoint.studies.machine_doubts import question_machine
+    from toolpoint.studies.machines.machine_doubts import question_machine
 
     built = machine_file.read(machine)
     doubts = question_machine(built)
@@ -148,7 +148,7 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, workers: int, 
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.frequency_map import frequency_map_page
     from toolpoint.studies.execute import Dask, Serial
-    from toolpoint.studies.pose_map import pose_map
+    from toolpoint.studies.machines.pose_map import pose_map
 
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")

@@ -44,7 +44,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
     from toolpoint.app import console
     from toolpoint.io import frf_files, geometry_files, hdf5
     from toolpoint.pages.identification import identification_page
-    from toolpoint.studies.identification import identify_modes
+    from toolpoint.studies.measured.identification import identify_modes
 
     if output.suffix == ".h5":
         modes_file, output = output, Path("toolpoint-report")
@@ -87,7 +87,7 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
     from toolpoint.io import geometry_files
     from toolpoint.io.yaml import component_file, machine_file
     from toolpoint.pages.joints import joints_page
-    from toolpoint.studies.joint_study import study_joints
+    from toolpoint.studies.measured.joint_study import study_joints
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
@@ -140,7 +140,7 @@ def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths:
     from toolpoint.app.poses import machine_at
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.update import update_page
-    from toolpoint.studies.measured_update import update_machine
+    from toolpoint.studies.measured.measured_update import update_machine
 
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
@@ -162,7 +162,7 @@ def _measurements(modes: Sequence[Path], frf: Sequence[Path], poses: Sequence[di
     files of modes are repeated measurements. Several poses: one file of modes, of responses, or of each, for every pose.
     """
     from toolpoint.io import frf_files, mode_files
-    from toolpoint.studies.measured_update import Measurement
+    from toolpoint.studies.measured.measured_update import Measurement
 
     if not modes and not frf:
         raise ToolpointError("update: neither --modes nor --frf given; needs at least one measurement")
@@ -205,7 +205,7 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
     from toolpoint.io import frf_files, geometry_files, mode_files
     from toolpoint.io.yaml import component_file
     from toolpoint.pages.correlation import correlation_page
-    from toolpoint.studies.measured_comparison import compare_with_test, gather_test
+    from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
 
     if components is not None and geometry is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
@@ -238,7 +238,7 @@ def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
     from toolpoint.app.poses import machine_at
     from toolpoint.pages.sensitivity import sensitivity_page
-    from toolpoint.studies.sensitivity_study import study_sensitivity
+    from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 
     with frame(output, as_json, steps=2) as run:
         run.step("sensitivities")

@@ -7,19 +7,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
-from toolpoint.modal_identification import estimate as _estimate
-from toolpoint.modal_identification.advice import is_smooth, remarks
 from toolpoint.modal_identification.band import cut
-from toolpoint.modal_identification.circle_fit import CircleFit, Quadrature
-from toolpoint.modal_identification.era import Realization
-from toolpoint.modal_identification.identification import Identification, mode_quality
-from toolpoint.modal_identification.lsce import ComplexExponential
-from toolpoint.modal_identification.lscf import CommonDenominator
-from toolpoint.modal_identification.plscf import poles_of_orders
-from toolpoint.modal_identification.rational_fraction import RationalFraction
-from toolpoint.modal_identification.resonances import resonances
-from toolpoint.modal_identification.selection import select_poles
-from toolpoint.modal_identification.start import PoleMethod, Start
+from toolpoint.modal_identification.fit import estimate as _estimate
+from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
+from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
+from toolpoint.modal_identification.judgement.resonances import resonances
+from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
+from toolpoint.modal_identification.poles.era import Realization
+from toolpoint.modal_identification.poles.lsce import ComplexExponential
+from toolpoint.modal_identification.poles.lscf import CommonDenominator
+from toolpoint.modal_identification.poles.plscf import poles_of_orders
+from toolpoint.modal_identification.poles.rational_fraction import RationalFraction
+from toolpoint.modal_identification.poles.selection import select_poles
+from toolpoint.modal_identification.poles.start import PoleMethod, Start
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 

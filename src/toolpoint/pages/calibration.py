@@ -8,7 +8,7 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.calibration import mean_forces, plot_force_fit
-from toolpoint.studies.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
+from toolpoint.studies.cuts.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
 
 CHARTS = 8
 

@@ -12,7 +12,7 @@ from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
-from toolpoint.studies.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
+from toolpoint.studies.cuts.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
 
 QUANTITY = "Stable depth, mm"
 

@@ -16,8 +16,8 @@ from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.point_views import point_pairs, point_values
 from toolpoint.plot.shape_view.shape_pairs import turn_alike
 from toolpoint.spatial import transform as tf
-from toolpoint.studies.measured_comparison import Comparison, MeasuredTest
-from toolpoint.studies.model_correlation import ModelCorrelation
+from toolpoint.studies.measured.measured_comparison import Comparison, MeasuredTest
+from toolpoint.studies.measured.model_correlation import ModelCorrelation
 
 Point = str | int
 _CURVES = 4

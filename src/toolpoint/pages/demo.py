@@ -8,7 +8,7 @@ from dataclasses import replace
 from toolpoint.pages.machine import machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.machine_report import MachineReport
+from toolpoint.studies.machines.machine_report import MachineReport
 
 
 def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], *, warnings: Sequence[str] = ()

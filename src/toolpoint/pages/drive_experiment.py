@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
 from toolpoint.plot.figures.drives import histories, loop_bode, path_with_error
-from toolpoint.studies.drive_experiment import DriveExperiment
+from toolpoint.studies.servos.drive_experiment import DriveExperiment
 
 
 def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequence[str] = ()) -> Report:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
-from toolpoint.studies.pose_map import PoseMap
+from toolpoint.studies.machines.pose_map import PoseMap
 
 
 def frequency_map_page(result: PoseMap, name: str) -> Report:

@@ -10,7 +10,7 @@ from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import AnimatedShapes, Chart, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.joint_views import joint_views
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.joint_study import HEADER, JointStudy
+from toolpoint.studies.measured.joint_study import HEADER, JointStudy
 
 HEADER_OF_JOINTS = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "status"]
 

@@ -15,8 +15,8 @@ from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cutting import intervals_of, simulation_series, surface_location, with_simulations
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.probability import importance_chart, probability_chart
-from toolpoint.studies.lobes_study import ADVICE, LobesStudy
-from toolpoint.studies.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
+from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy
+from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
 def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:

@@ -12,8 +12,8 @@ from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.machine_report import MachineReport, comparison, pose_name
-from toolpoint.studies.tool_point import ToolPoint
+from toolpoint.studies.machines.machine_report import MachineReport, comparison, pose_name
+from toolpoint.studies.machines.tool_point import ToolPoint
 
 
 def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:

@@ -8,7 +8,7 @@ from toolpoint.cutting import build
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.frf import bode, real_imaginary
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
-from toolpoint.studies.measured_response import MeasuredResponse
+from toolpoint.studies.cuts.measured_response import MeasuredResponse
 from toolpoint.vibration import Modes
 
 

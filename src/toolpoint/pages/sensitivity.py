@@ -12,7 +12,7 @@ from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, ShapeView, Table
 from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.sensitivity_study import SensitivityStudy
+from toolpoint.studies.machines.sensitivity_study import SensitivityStudy
 
 _ROWS = 40
 _SHOWN = 5e-4

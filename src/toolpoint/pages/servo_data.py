@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.drives import friction_points
-from toolpoint.studies.servo_data import AxisFindings, ServoData
+from toolpoint.studies.servos.servo_data import AxisFindings, ServoData
 
 
 def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Report:

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
-from toolpoint.studies.servo_map import QUANTITIES, ServoMap
+from toolpoint.studies.servos.servo_map import QUANTITIES, ServoMap
 
 # A map of less change than this share would show rounding, not the machine.
 _FLAT = 1e-3

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cutting import simulation_charts
-from toolpoint.studies.simulated_cut import SimulatedCut
+from toolpoint.studies.cuts.simulated_cut import SimulatedCut
 
 
 def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Report:

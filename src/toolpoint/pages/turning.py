@@ -10,7 +10,7 @@ from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cutting import chip_response, intervals_of
 from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
-from toolpoint.studies.turning_study import HEADER, TurningStudy
+from toolpoint.studies.cuts.turning_study import HEADER, TurningStudy
 from toolpoint.vibration import Dof, Frf
 
 

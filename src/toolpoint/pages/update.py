@@ -15,8 +15,8 @@ from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
-from toolpoint.studies.machine_update import Agreement, MachineUpdate
-from toolpoint.studies.measured_update import MeasuredUpdate, as_assumed
+from toolpoint.studies.measured.machine_update import Agreement, MachineUpdate
+from toolpoint.studies.measured.measured_update import MeasuredUpdate, as_assumed
 from toolpoint.updating.sampler import Samples
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 

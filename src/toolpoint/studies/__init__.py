@@ -6,24 +6,24 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from toolpoint.studies.calibration import CuttingTest, calibrate
-    from toolpoint.studies.chatter_map import chatter_map as map_chatter
-    from toolpoint.studies.drive_experiment import run_drives
-    from toolpoint.studies.joint_study import study_joints
-    from toolpoint.studies.lobes_study import chart_lobes
-    from toolpoint.studies.machine_modes import solve_modes
-    from toolpoint.studies.machine_report import study_machine, study_modes
-    from toolpoint.studies.measured_comparison import compare_with_test, gather_test
-    from toolpoint.studies.measured_response import study_responses
-    from toolpoint.studies.measured_update import Measurement, update_machine
-    from toolpoint.studies.pose_map import pose_map as map_frequencies
-    from toolpoint.studies.sensitivity_study import study_sensitivity
-    from toolpoint.studies.servo_data import judge_servo_data
-    from toolpoint.studies.servo_map import map_servo
-    from toolpoint.studies.simulated_cut import simulate_cut
-    from toolpoint.studies.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
-    from toolpoint.studies.turning_study import TurningCut, chart_turning
-    from toolpoint.studies.uncertain_cut import Uncertainty
+    from toolpoint.studies.cuts.calibration import CuttingTest, calibrate
+    from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
+    from toolpoint.studies.cuts.lobes_study import chart_lobes
+    from toolpoint.studies.cuts.measured_response import study_responses
+    from toolpoint.studies.cuts.simulated_cut import simulate_cut
+    from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
+    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+    from toolpoint.studies.machines.machine_modes import solve_modes
+    from toolpoint.studies.machines.machine_report import study_machine, study_modes
+    from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
+    from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+    from toolpoint.studies.measured.joint_study import study_joints
+    from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
+    from toolpoint.studies.measured.measured_update import Measurement, update_machine
+    from toolpoint.studies.servos.drive_experiment import run_drives
+    from toolpoint.studies.servos.servo_data import judge_servo_data
+    from toolpoint.studies.servos.servo_map import map_servo
 
 __all__ = [
     "CuttingTest",
@@ -55,18 +55,26 @@ __all__ = [
 ]
 
 _NAMES: dict[str, tuple[str, ...]] = {
-    "calibration": ("CuttingTest", "calibrate"), "joint_study": ("study_joints",), "lobes_study": ("chart_lobes",),
-    "machine_modes": ("solve_modes",), "machine_report": ("study_machine", "study_modes"),
-    "measured_comparison": ("compare_with_test", "gather_test"), "measured_response": ("study_responses",),
-    "measured_update": ("Measurement", "update_machine"), "sensitivity_study": ("study_sensitivity",),
-    "simulated_cut": ("simulate_cut",), "servo_map": ("map_servo",), "servo_data": ("judge_servo_data",),
-    "drive_experiment": ("run_drives",),
-    "tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
-    "turning_study": ("TurningCut", "chart_turning"), "uncertain_cut": ("Uncertainty",),
+    "cuts.calibration": ("CuttingTest", "calibrate"),
+    "cuts.lobes_study": ("chart_lobes",),
+    "cuts.measured_response": ("study_responses",),
+    "cuts.simulated_cut": ("simulate_cut",),
+    "cuts.tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
+    "cuts.turning_study": ("TurningCut", "chart_turning"),
+    "cuts.uncertain_cut": ("Uncertainty",),
+    "machines.machine_modes": ("solve_modes",),
+    "machines.machine_report": ("study_machine", "study_modes"),
+    "machines.sensitivity_study": ("study_sensitivity",),
+    "measured.joint_study": ("study_joints",),
+    "measured.measured_comparison": ("compare_with_test", "gather_test"),
+    "measured.measured_update": ("Measurement", "update_machine"),
+    "servos.drive_experiment": ("run_drives",),
+    "servos.servo_data": ("judge_servo_data",),
+    "servos.servo_map": ("map_servo",),
 }
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
-    "map_chatter": ("chatter_map", "chatter_map"), "map_frequencies": ("pose_map", "pose_map")}
+    "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map")}
 
 
 def __getattr__(name: str) -> Any:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from toolpoint.modal_identification.indicators import Indicator
-from toolpoint.modal_identification.stabilization import Diagram
+from toolpoint.modal_identification.judgement.indicators import Indicator
+from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
 
 if TYPE_CHECKING:

@@ -1,0 +1,124 @@
+"""What is doubtful in an identification and what to try next."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.modal_identification.judgement.resonances import Resonance, alike
+from toolpoint.modal_identification.judgement.resonances import remark as doubtful_remark
+from toolpoint.modal_identification.scaling import driving_points
+from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.frf import Frf
+from toolpoint.vibration.modes import Modes
+
+BLIND = 0.02
+LOW_PART = 0.02  # of the range of lines: where integrated accelerations drift
+DRIFT = 0.5
+POOR_FIT = 0.9
+UNCERTAIN = 0.2
+SHARED = 4.0
+EXACT = 1 - 1e-10  # of the energy explained: what is left is rounding
+
+
+def remarks(frf: Frf, modes: Modes, quality: FloatArray, *, mode_quality: FloatArray, excess: float,
+            spread: float, groups: tuple[Resonance, ...]) -> tuple[str, ...]:
+    """Return the remarks on an identification, most important first."""
+    return (*_drift_remarks(frf, modes), *_fit_remarks(frf, quality, mode_quality, modes, excess),
+            *_shared_remarks(spread, quality), *doubtful_remark(groups, modes), *_mode_remarks(frf, modes),
+            *_pair_remarks(modes), *_reference_remarks(frf, modes), *_scale_remarks(frf, modes))
+
+
+def _drift_remarks(frf: Frf, modes: Modes) -> list[str]:
+    low = LOW_PART * float(frf.frequency[-1])
+    below = frf.frequency < low
+    power = (np.abs(frf.values) ** 2).reshape(frf.frequency.size, -1)
+    share = float(np.median(power[below].sum(axis=0) / np.maximum(power.sum(axis=0), np.finfo(float).tiny)))
+    if share < DRIFT or (modes.frequency < low).any():
+        return []
+    return [f"the lines below {low:.3g} Hz hold {100 * share:.4g} % of the power of the responses and no mode: "
+            "integrated accelerations drift there and hide all else; begin the band above them "
+            f"(--band {low:.3g}:{frf.frequency[-1]:.5g})"]
+
+
+def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
+    lines = []
+    bad = np.argwhere(quality < POOR_FIT)
+    if bad.size:
+        row, column = bad[int(np.argmin(quality[tuple(bad.T)]))]
+        lines.append(f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
+                     f"{frf.outputs[row]} / {frf.inputs[column]} with {100 * quality[row, column]:.3g} %: look at it "
+                     "for noise, a wrong channel or a wrong direction")
+    for i in np.flatnonzero(mode_quality < POOR_FIT):
+        lines.append(f"the responses around mode {i + 1} at {modes.frequency[i]:.4g} Hz fit only to "
+                     f"{100 * mode_quality[i]:.3g} %: a closely spaced pair may be unresolved (add a reference, raise "
+                     "the order) or the structure is not linear there (strike less hard)")
+    if excess > 2:
+        lines.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
+                     "differ; the intervals are widened to what is seen")
+    return lines
+
+
+def is_smooth(spread: float, quality: FloatArray) -> bool:
+    """Return whether the residual is something that the model misses rather than noise."""
+    return bool(spread >= SHARED and quality.min() <= EXACT)
+
+
+def _shared_remarks(spread: float, quality: FloatArray) -> list[str]:
+    if not is_smooth(spread, quality):
+        return []
+    return [f"the residual is smooth over about {spread:.0f} lines: the model misses something (a mode, a structure that "
+            "is not linear) or the data are smoothed; the intervals are widened for it"]
+
+
+def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
+    lines = []
+    step = float(np.median(np.diff(frf.frequency)))
+    for i, (f, zeta) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True), start=1):
+        width = abs(zeta) * f
+        if min(f - frf.frequency[0], frf.frequency[-1] - f) < 2 * width:
+            lines.append(f"mode {i} at {f:.4g} Hz lies at the edge of the band: widen it by {5 * width:.2g} Hz")
+        if 2 * width < 3 * step:
+            lines.append(f"mode {i} at {f:.4g} Hz: its half-power width of {2 * width:.2g} Hz holds fewer than three "
+                         "lines: measure longer for a finer line spacing")
+        if zeta <= 0:
+            lines.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
+        if modes.covariance is not None and np.diagonal(modes.covariance[i - 1]).min() < 0:
+            lines.append(f"mode {i} at {f:.4g} Hz: its certainty cannot be told, as the fit holds nearly equal modes that "
+                         "cancel each other: the responses may disagree on their poles (a sensor moved between them)")
+        elif modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
+            part = 100 * modes.damping_interval[i - 1] / abs(zeta)
+            lines.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
+                         "hits or choose a reference that moves more")
+    return lines
+
+
+def _pair_remarks(modes: Modes) -> list[str]:
+    same = mac(modes.shape) if modes.count > 1 else np.eye(1)
+    return [f"modes {i + 1} and {j + 1} at {modes.frequency[i]:.4g} and {modes.frequency[j]:.4g} Hz overlap and look alike "
+            f"(MAC {same[i, j]:.2f}): more points or a further reference must part them"
+            for run in alike(modes) for i, j in pairwise(run)]
+
+
+def _reference_remarks(frf: Frf, modes: Modes) -> list[str]:
+    if len(frf.inputs) < 2 or modes.participation is None:
+        return []
+    lines = []
+    share = np.abs(modes.participation)
+    share = share / share.max(axis=0)
+    for i, dof in enumerate(frf.inputs):
+        blind = np.flatnonzero(share[i] < BLIND) + 1
+        if blind.size:
+            lines.append(f"reference {dof} hardly sees mode{'s' * (blind.size > 1)} {', '.join(map(str, blind))}")
+    return lines
+
+
+def _scale_remarks(frf: Frf, modes: Modes) -> list[str]:
+    points = driving_points(frf.outputs, frf.inputs)
+    if modes.scaling != "unscaled":
+        return []
+    if not points:
+        return ["no driving point among the responses: shapes are not mass-normalised (measure one input at its point)"]
+    return ["the driving points do not give every mode a scale: shapes are not mass-normalised (use another point)"]

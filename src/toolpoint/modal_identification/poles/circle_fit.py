@@ -1,0 +1,94 @@
+r"""Circle fit: a mode from its circle in the Nyquist plane of mobility.
+
+Around a resonance the mobility of one mode is a circle through the origin, moved by the (nearly constant) part of the
+other modes. With :math:`\theta` the angle seen from the centre,
+:math:`\tan(\theta / 2) = (\omega_r^2 - \omega^2) / (2 \zeta \omega_r \omega)`, exact for viscous damping. The circle is
+fitted in the algebraic sense, the angle by least squares. Source: Kennedy, Pancu (1947); Ewins, Modal Testing, 2nd ed.,
+section 4.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint.modal_identification.band import POWER
+from toolpoint.modal_identification.poles.quadrature import quadrature
+from toolpoint.modal_identification.poles.start import Start
+from toolpoint.vibration.frf import Frf
+
+
+@dataclass(frozen=True)
+class CircleFit:
+    """Circle fit of the modes that quadrature picking finds; `prominence` and `floor` as there."""
+
+    prominence: float = 0.1
+    floor: float = 0.003
+    refine: bool = False
+    name: str = "circle fit"
+
+    def start(self, frf: Frf) -> Start:
+        """Return the poles with real participation."""
+        picked = quadrature(frf, prominence=self.prominence, floor=self.floor)
+        mobility = (frf.values * ((1j * frf.omega) ** (1 - POWER[frf.quantity]))[:, None, None]).reshape(
+            frf.frequency.size, -1)
+        poles, notes = [], []
+        for r in range(picked.count):
+            s = complex(picked.poles[r]) - frf.decay
+            lines = _near(frf, s)
+            weight = np.outer(picked.shape[:, r], picked.participation_at(picked.input_dofs)[:, r]).reshape(-1)
+            circle = _fitted(frf.omega[lines], mobility[lines] @ weight, s) if lines.size >= 5 else None
+            if circle is None:
+                notes.append(f"no circle at {picked.frequency[r]:.4g} Hz: the picked value is kept")
+            poles.append(s if circle is None else circle)
+        return Start(np.array(poles), picked.participation_at(picked.input_dofs).astype(complex), notes=tuple(notes))
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """Quadrature picking as a method of `identify`; see `quadrature`."""
+
+    prominence: float = 0.1
+    floor: float = 0.003
+    refine: bool = False
+    name: str = "quadrature picking"
+
+    def start(self, frf: Frf) -> Start:
+        """Return the picked poles with real participation."""
+        picked = quadrature(frf, prominence=self.prominence, floor=self.floor)
+        return Start(picked.poles - frf.decay, picked.participation_at(picked.input_dofs).astype(complex))
+
+
+def _near(frf: Frf, pole: complex) -> Array:
+    width = max(-pole.real, 1.5 * float(np.median(np.diff(frf.omega))))
+    return np.flatnonzero(np.abs(frf.omega - abs(pole)) <= 1.5 * width)
+
+
+def circle(points: ComplexArray) -> tuple[complex, float]:
+    """Return centre and radius of the circle that fits points best (algebraic distance)."""
+    scale = float(np.abs(points).max())
+    x, y = points.real / scale, points.imag / scale
+    a, b, c = np.linalg.lstsq(np.stack([x, y, np.ones_like(x)], axis=1), x**2 + y**2, rcond=None)[0]
+    return complex(a, b) / 2 * scale, float(np.sqrt(max(c + (a**2 + b**2) / 4, 0.0))) * scale
+
+
+def _fitted(omega: FloatArray, mobility: ComplexArray, start: complex) -> complex | None:
+    centre, radius = circle(mobility)
+    if radius == 0:
+        return None
+    angle = np.unwrap(np.angle(mobility - centre))
+
+    def model(x: FloatArray) -> FloatArray:
+        natural, ratio = abs(start) * np.exp(x[0]), np.exp(x[1])
+        return x[2] + 2 * np.arctan((natural**2 - omega**2) / (2 * ratio * natural * omega)) - angle
+
+    ratio = -start.real / abs(start)
+    middle = int(np.argmin(np.abs(omega - abs(start))))
+    fit = least_squares(model, [0.0, np.log(ratio), angle[middle]], x_scale=[ratio, 0.3, 1.0])
+    natural, ratio = abs(start) * np.exp(fit.x[0]), float(np.exp(fit.x[1]))
+    if not omega[0] <= natural <= omega[-1] or ratio > 0.3:
+        return None
+    return complex(natural * (-ratio + 1j * np.sqrt(1 - ratio**2)))

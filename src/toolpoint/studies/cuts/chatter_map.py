@@ -1,0 +1,198 @@
+"""Chatter limits over axis positions or poses and feed directions: serial or on workers, resumable.
+
+Neighbouring poses are computed in short chains, each chart warm from the one before. How the places are cut into chains hangs
+on the places alone, so limits do not hang on workers or interruptions. A chain is finished, and kept, as a whole; where it
+breaks, its poses run again one at a time, so that only the one to blame is a failure.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.cutting.stability.chain import ChartRow, chart_poses, limits_of
+from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.machine.model import Machine
+from toolpoint.studies.cuts.chatter_limits import ChatterMap
+from toolpoint.studies.execute import Engine, Outcome, Progress, execute
+from toolpoint.studies.machines.tool_point import depth_limit, milling_problem, tool_point
+from toolpoint.studies.remark_kinds import one_of_each_kind
+
+CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
+Place = tuple[int, ...]
+
+
+def chatter_map(
+    machine: Machine, positions: Mapping[str, ArrayLike] | Sequence[Mapping[str, float]] | None = None,
+    cut: CuttingDescription | None = None, *, speeds: ArrayLike | None = None, feed_angles: ArrayLike = (0.0,),
+    method: StabilityMethod | None = None, engine: Engine | None = None, folder: str | Path | None = None,
+    progress: Progress | None = None,
+) -> ChatterMap:
+    """Return the stable depths of a cut over axis positions or poses, and over feed directions.
+
+    Parameters
+    ----------
+    machine : Machine
+        Names its tool point, and the cut unless `cut` is given.
+    positions : mapping of axis name to positions, or sequence of poses, optional
+        m or rad. Of a mapping all combinations are taken, and axes left out stand at zero; of a sequence the poses in it,
+        neighbours in the list near in space. The described poses where left out.
+    cut : CuttingDescription, optional
+    speeds : (n_speeds,) floats, optional
+        rev/min; 60 over the range of the cut where left out.
+    feed_angles : (n_directions,) floats
+        rad from x towards y.
+    method : stability method, optional
+        Chosen to suit the cut where left out; `ZeroOrder` is quicker by far and says its usual error.
+    engine, folder, progress
+        See `execute.execute`; a point of the study is a chain of neighbouring poses, `progress` counts poses.
+    """
+    used = cut or machine.description.cutting
+    if used is None:
+        fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    places = _Places.of(machine, machine.description.poses or ({},) if positions is None else positions)
+    n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
+    angles = floats("feed_angles", np.atleast_1d(feed_angles))
+    function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
+    outcomes = _run_chains(function, places, engine, None if folder is None else Path(folder), progress)
+    return _assembled(outcomes, places, angles, n, used)
+
+
+@dataclass(frozen=True, eq=False)
+class _Places:
+    """Where the cut is looked at: names of axes, a row of positions for every place, and the shape of the places.
+
+    axes : of a grid; poses : of a list.
+    """
+
+    names: tuple[str, ...]
+    rows: dict[Place, tuple[float, ...]]
+    shape: tuple[int, ...]
+    axes: Mapping[str, FloatArray]
+    poses: tuple[Mapping[str, float], ...]
+
+    @classmethod
+    def of(cls, machine: Machine, positions: Mapping[str, ArrayLike] | Sequence[Mapping[str, float]]) -> _Places:
+        """Return the places after checking them against the machine's axes."""
+        if not positions:
+            fail("axes", "none", "must be at least one axis with its positions")
+        if isinstance(positions, Mapping):
+            axes = {name: np.atleast_1d(floats(f"axes[{name!r}]", v)) for name, v in positions.items()}
+            for name, values in axes.items():
+                machine.chain.positions({name: float(values.min())})
+                machine.chain.positions({name: float(values.max())})
+            shape = tuple(len(v) for v in axes.values())
+            rows = {index: tuple(float(v[i]) for v, i in zip(axes.values(), index)) for index in _snake(shape)}
+            return cls(tuple(axes), rows, shape, axes, ())
+        poses = tuple(dict(pose) for pose in positions)
+        for pose in poses:
+            machine.chain.positions(pose)
+        names = tuple(axis.name for axis in machine.chain.axes)
+        listed: dict[Place, tuple[float, ...]] = {
+            (i,): tuple(float(pose.get(name, 0.0)) for name in names) for i, pose in enumerate(poses)}
+        return cls(names, listed, (len(poses),), {}, poses)
+
+
+@dataclass(frozen=True)
+class _ChainLimits:
+    """Limits in all feed directions at the poses of a chain, each warm from the one before; values have one row a pose."""
+
+    machine: Machine
+    names: tuple[str, ...]
+    speeds: tuple[float, ...]
+    feed_angles: tuple[float, ...]
+    cut: CuttingDescription
+    method: StabilityMethod | None
+
+    @property
+    def identity(self) -> str:
+        """What tells this study from another one on the same places."""
+        return repr((self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method)))
+
+    def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
+        study = tool_point(self.machine, [dict(zip(self.names, position, strict=True)) for position in chain])
+        problems = [milling_problem(self.cut, study.modes.at_pose(i), f"{study.point}:+x", y=f"{study.point}:+y")
+                    for i in range(len(chain))]
+        depth = max(depth_limit(problem) for problem in problems)
+        rows = chart_poses(problems[0], study.modes, np.array(self.speeds), feed_angles=self.feed_angles, method=self.method,
+                           depth_max=depth)
+        empty = np.full(len(self.speeds), np.nan)
+        return {"limit": limits_of(rows, len(self.speeds)),
+                "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
+                "depth_max": np.full(len(chain), depth), "notes": np.array([_notes(row) for row in rows]),
+                "reasons": np.array([[c if isinstance(c, str) else "" for c in row] for row in rows])}
+
+
+def _notes(row: ChartRow) -> str:
+    """Remarks of the charts of one pose, a line each."""
+    return "\n".join(dict.fromkeys(note for chart in row if not isinstance(chart, str) for note in chart.notes))
+
+
+def _chatter_frequency(chart: StabilityChart) -> FloatArray:
+    """Chatter frequency at the limit of every speed, not a number where there is no limit."""
+    at = chart.limit_points()
+    values = np.full(at.size, np.nan)
+    values[at >= 0] = chart.frequency[at[at >= 0]]
+    return values
+
+
+def _run_chains(function: _ChainLimits, places: _Places, engine: Engine | None, folder: Path | None,
+                progress: Progress | None) -> list[Outcome]:
+    """The outcome of every pose, in the order of the places' shape."""
+    order = list(places.rows)
+    length = min(CHAIN, -(-len(order) // CHAINS))
+    chains = [order[i:i + length] for i in range(0, len(order), length)]
+
+    def run(parts: Sequence[Sequence[Place]], store: Path | None, before: int) -> dict[Place, Outcome]:
+        total = sum(map(len, parts))
+        report = (lambda done, every: progress(before + total * done // every, len(order))) if progress else None
+        points = [[list(places.rows[place]) for place in part] for part in parts]
+        outcomes = execute(function, points, engine, folder=store, progress=report).outcomes
+        return {place: _of_pose(outcome, row) for part, outcome in zip(parts, outcomes) for row, place in enumerate(part)}
+
+    outcomes = run(chains, folder, 0)
+    broken = [[place] for part in chains if len(part) > 1 and outcomes[part[0]].values is None for place in part]
+    if broken:
+        outcomes |= run(broken, folder and folder / "alone", len(order) - len(broken))
+    return [outcomes[place] for place in itertools.product(*map(range, places.shape))]
+
+
+def _snake(shape: tuple[int, ...]) -> list[Place]:
+    """Indices of a grid in an order in which each is a neighbour of the last."""
+    if not shape:
+        return [()]
+    inner = _snake(shape[1:])
+    return [(i, *rest) for i in range(shape[0]) for rest in (inner[::-1] if i % 2 else inner)]
+
+
+def _of_pose(outcome: Outcome, row: int) -> Outcome:
+    """The outcome of one pose of a chain."""
+    return outcome if outcome.values is None else Outcome({name: value[row] for name, value in outcome.values.items()})
+
+
+def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray, speeds: FloatArray, cut: CuttingDescription
+               ) -> ChatterMap:
+    lost = np.full((angles.size, speeds.size), np.nan)
+    limit, frequency, depth, failures = list[Array](), list[Array](), list[float](), dict[Place, str]()
+    notes: dict[str, None] = {}
+    for number, outcome in enumerate(outcomes):
+        place = tuple(int(k) for k in np.unravel_index(number, places.shape))
+        values = outcome.values
+        limit.append(lost if values is None else values["limit"])
+        frequency.append(lost if values is None else values["frequency"])
+        depth.append(np.nan if values is None else float(values["depth_max"]))
+        reasons = [outcome.failure] * angles.size if values is None else map(str, values["reasons"])
+        failures |= {(*place, way): reason for way, reason in enumerate(reasons) if reason}
+        notes |= {} if values is None else dict.fromkeys(note for note in str(values["notes"]).split("\n") if note)
+    full = (*places.shape, angles.size, speeds.size)
+    return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
+                      np.array(depth).reshape(places.shape), cut, failures, one_of_each_kind(notes), places.poses)

@@ -1,0 +1,63 @@
+"""A described cut on the dynamics of a tool: the milling problem, what stood in for what was not given, and doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from toolpoint.cutting import MillingProblem
+from toolpoint.cutting.description import PARAMETERS, CuttingDescription
+from toolpoint.machine import Machine
+from toolpoint.studies.cuts.example_cut import example_cut
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, as_modes
+from toolpoint.studies.machines.tool_point import milling_problem
+
+HIGHEST = 3e10  # Pa
+
+
+def cut_on(machine: Machine | None, given: Mapping[str, Any]) -> tuple[CuttingDescription, list[str]]:
+    """Return the machine's cut, or the example's where there is none, with the given values in place, and what was assumed."""
+    described = None if machine is None else machine.description.cutting
+    base, notes = example_cut(given) if described is None else (described, [])
+    return base.with_values(given), notes
+
+
+def build_problem(dynamics: ToolDynamics, values: Mapping[str, Any], *, in_time: bool = False
+                      ) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+    """Return the milling problem of a cut on these dynamics, the cut, and remarks.
+
+    `values`, by their flat keys (SI), stand in place of those of the machine, or of the example where there is none. With
+    `in_time` measured lines are replaced by their modes, which a simulation steps through.
+    """
+    given = {name: value for name, value in values.items() if value is not None}
+    problem, used, notes = _problem(dynamics, given, in_time)
+    return problem, used, [*notes, f"Coefficients: {problem.coefficients.source}."] if used.coefficients.material else notes
+
+
+def _problem(dynamics: ToolDynamics, given: Mapping[str, Any], in_time: bool
+             ) -> tuple[MillingProblem, CuttingDescription, list[str]]:
+    dynamics = as_modes(dynamics) if in_time else dynamics
+    notes = list(dynamics.notes)
+    used, more = cut_on(dynamics.machine, given)
+    notes += [*more, *unit_doubts(used)]
+    problem = milling_problem(used, dynamics.response, dynamics.x, y=dynamics.y)
+    if problem.coefficients.ka > 0 and problem.z is None:
+        notes.append("the response along z is not known: the axial force moves nothing here")
+    return problem, used, notes
+
+
+def unit_doubts(cut: CuttingDescription) -> list[str]:
+    """Return remarks on values that hint at another unit; the units of the options are named."""
+    lines = []
+    diameter = cut.tool.diameter
+    if not 2e-4 <= diameter <= 0.5:
+        lines.append(f"diameter {1e3 * diameter:g} mm: doubtful; `diameter` is in mm")
+    if cut.feed_per_tooth > 0.2 * diameter:
+        lines.append(f"feed {1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * diameter:g} mm: doubtful; `feed` "
+                     "is in mm per tooth")
+    for key in ("tangential", "normal", "axial"):
+        value, option = getattr(cut.coefficients, key), PARAMETERS[key].option
+        if value is not None and value > HIGHEST:
+            lines.append(f"{option} {value / 1e6:g} N/mm^2: above that of any work material; `{option}` is in N/mm^2 (1 N/mm^2 "
+                         "is 1e6 Pa)")
+    return lines

@@ -1,0 +1,190 @@
+"""Stability lobes of a described cut: the chart, what is doubtful about it, cuts to make, simulated cuts, probability."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting.advice.probability import ProbabilityChart
+from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.verdict import run_until_decided
+from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
+from toolpoint.studies.machines.tool_point import depth_limit
+from toolpoint.studies.text_table import text_table
+
+DEEPER = 4
+THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
+ROUGH = 0.2  # stated error over limit, above which a remark says so
+RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
+FEED = 1e-4  # m, feed per tooth of simulations where none is given
+ADVICE = ("", "rev/min", "depth mm", "why")
+NamedProgress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class LobesStudy:
+    """The stability chart of a cut, and what goes with it.
+
+    chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
+    that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for.
+    """
+
+    problem: MillingProblem
+    chart: StabilityChart
+    advice: tuple[tuple[str, ...], ...]
+    doubts: tuple[str, ...] = ()
+    runs: tuple[Simulation, ...] = ()
+    probability: ProbabilityChart | None = None
+    uncertainty: Uncertainty = field(default_factory=Uncertainty)
+
+    @property
+    def contradictions(self) -> tuple[str, ...]:
+        """A line on every tried cut whose outcome the model hardly allows."""
+        return contradictions(self.probability, self.uncertainty.cuts)
+
+    def noted(self, notes: Sequence[str]) -> LobesStudy:
+        """Return the study with further notes before those of its chart."""
+        return replace(self, chart=replace(self.chart, notes=tuple(dict.fromkeys([*notes, *self.chart.notes]))))
+
+    def table(self) -> str:
+        """Return the lowest and highest limit and the cuts to make as text."""
+        chart = self.chart
+        title, header = f"Stability by {chart.method}", ["", "rev/min", "depth mm", "error mm", "chatter Hz"]
+        return text_table(title, header, _limit_rows(chart)) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain numbers, SI: stable intervals, stated error and chatter frequency of every speed's limit (None: no
+        limit), and the rows of advice."""
+        chart = self.chart
+        points = chart.limit_points().tolist()
+        return {"speed_rpm": chart.speeds.tolist(),
+                "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
+                "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
+                "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
+                "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
+                "contradictions": list(self.contradictions)}
+
+
+def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
+                speeds: FloatArray | None = None, simulate_cuts: bool = False, uncertainty: Uncertainty | None = None,
+                progress: NamedProgress = lambda name, done, total: None) -> LobesStudy:
+    """Return the stability chart of a cut on these dynamics, deep enough to show limits, and the cuts to make.
+
+    Parameters
+    ----------
+    dynamics : ToolDynamics
+    values : mapping of flat keys of a CuttingDescription to values, optional
+        In place of those of the machine, or of the example where there is none (a note says which).
+    method : stability method, optional
+        Chosen to suit the cut where left out.
+    speeds : (n,) floats, optional
+        rev/min; 200 over the range of the cut where left out.
+    simulate_cuts : bool
+        Simulate cuts in time on a grid of speeds and depths too.
+    uncertainty : Uncertainty, optional
+        With samples, also the probability of stability.
+    progress : function of name, done and total
+    """
+    uncertainty = uncertainty or Uncertainty()
+    problem, cut, notes = build_problem(dynamics, values or {})
+    timed = problem
+    if simulate_cuts and not problem.plane.is_modal:
+        timed = build_problem(dynamics, values or {}, in_time=True)[0]
+    n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
+    progress(f"stability at {len(n)} speeds", 0, 1)
+    chart = _deep_chart(problem, n, method)
+    runs = _simulated(timed, chart, progress) if simulate_cuts else []
+    sampled: ProbabilityChart | None = None
+    if uncertainty.samples:
+        sampled, more = sample_charts(problem, chart, uncertainty, method=method,
+                                       progress=lambda done, total: progress("sampled charts", done, total))
+        notes += more
+    advice = advice_rows(chart, sampled, uncertainty)
+    doubts = doubtful_limits(chart)
+    chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
+    return LobesStudy(problem, chart, tuple(tuple(row) for row in advice), tuple(doubts), tuple(runs), sampled, uncertainty)
+
+
+def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:
+    """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
+    depth = depth_limit(problem)
+    with _for_lines(problem):
+        chart = stability.chart(problem, speeds, method, depth_max=depth)
+        for _ in range(DEEPER):
+            if np.isfinite(chart.limit).mean() >= 0.5:
+                break
+            depth = min(2 * depth, 1.0)  # m
+            chart = stability.chart(problem, speeds, method, depth_max=depth)
+        return chart
+
+
+def doubtful_limits(chart: StabilityChart) -> list[str]:
+    """Return remarks on limits (depths or widths) that no machine has, and on those whose stated error is large."""
+    points = chart.limit_points()
+    error = np.array([chart.error[p] if p >= 0 else 0.0 for p in points])
+    rough = np.flatnonzero(error > ROUGH * np.minimum(chart.limit, chart.depth_max))
+    lines = [f"the stated error of the limit is above {100 * ROUGH:g} % of it at {rough.size} of {chart.speeds.size} speeds, "
+             f"from {chart.speeds[rough].min():.0f} to {chart.speeds[rough].max():.0f} rev/min"] if rough.size else []
+    least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
+    if THINNEST < least < THICKEST:
+        return lines
+    return [*lines, f"a lowest limit of {1e3 * least:.3g} mm is doubtful: check the units of the responses (lines in Hz, m/N), "
+            "`quantity`, and the coefficients (N/mm^2)"]
+
+
+@contextmanager
+def _for_lines(problem: MillingProblem) -> Iterator[None]:
+    """Say how to go on where a method wants modes and the dynamics are measured lines."""
+    try:
+        yield
+    except ToolpointError as error:
+        if problem.plane.is_modal:
+            raise
+        raise ToolpointError(f"{error}\nThe dynamics are measured lines, which this cut or method cannot take; identify "
+                             "their modes first:\n  toolpoint identify FILE -m modes.h5, then give `modes` instead of the "
+                             "FRF") from None
+
+
+def _simulated(problem: MillingProblem, chart: StabilityChart, progress: NamedProgress) -> list[Simulation]:
+    """Simulate cuts at ten speeds and five depths around the limit."""
+    fed = problem if problem.feed_per_tooth > 0 else problem.changed(feed_per_tooth=FEED)
+    finite = chart.limit[np.isfinite(chart.limit)]
+    top = 1.8 * float(np.median(finite)) if finite.size else chart.depth_max
+    grid = [(float(n), float(w)) for n in np.linspace(chart.speeds[0], chart.speeds[-1], 10)
+            for w in np.linspace(top / 5, top, 5)]
+    runs = []
+    for i, (speed, depth) in enumerate(grid):
+        most = RUN_ON_STEPS // (ExactSteps().chosen(fed, speed) * fed.tool.teeth)
+        runs.append(run_until_decided(partial(_run, fed, speed, depth), 60, max(60, most)))
+        progress("simulated cuts", i + 1, len(grid))
+    return runs
+
+
+def _run(problem: MillingProblem, speed: float, depth: float, revolutions: int) -> Simulation:
+    return simulate(problem, speed, depth, revolutions=revolutions)
+
+
+def _limit_rows(chart: StabilityChart) -> list[list[str]]:
+    limit = chart.limit
+    low, high = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
+    points = chart.limit_points()
+    rows = []
+    for name, i in (("lowest limit", low), ("highest limit", high)):
+        p = int(points[i])
+        end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.1e}", f"{chart.frequency[p]:.1f}"]
+        rows.append([name, f"{chart.speeds[i]:.0f}", _depth(limit[i], chart), *end])
+    return rows
+
+
+def _depth(value: float, chart: StabilityChart) -> str:
+    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"

@@ -1,0 +1,138 @@
+"""A cut simulated in time: long enough to tell chatter from the start-up."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.cutting import MillingProblem
+from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
+from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
+from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
+from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.lobes_study import FEED
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+
+LEAST = 60  # revolutions of the first run
+FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
+MOST_STEPS, FASTEST, DEEPEST = 30_000_000, 1e6, 1.0
+RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
+
+
+@dataclass(frozen=True, eq=False)
+class SimulatedCut:
+    """The simulation; `verdict` on it; `linear`: multiplier and limit of the stability chart; `notes`: what was assumed."""
+
+    run: Simulation
+    verdict: Verdict
+    linear: CutStability = field(default_factory=CutStability)
+    notes: tuple[str, ...] = ()
+
+    @property
+    def state(self) -> str:
+        """``chatter``, ``stable`` or ``undecided``."""
+        return self.verdict.state
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return rows (quantity, value) of a simulated cut."""
+        run = self.run
+        tail = run.force[-10 * run.steps_per_revolution:]
+        moved = run.peak_to_peak()
+        return [("state", self.state), ("because", self.verdict.reason), *self._growth(), *self.linear.rows(),
+                ("status", run.status),
+                ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
+                ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
+                ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
+                ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"),
+                ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
+
+    def _growth(self) -> list[tuple[str, str]]:
+        v = self.verdict
+        return [] if np.isnan(v.growth) else [("growth in the simulation", f"{v.growth:.5f} +- {v.error:.1e} a period")]
+
+    def table(self) -> str:
+        """Return state, growth, multiplier and limit, forces, power and vibration as text."""
+        return "\n".join(f"{name:32s} {value}" for name, value in self.rows())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return verdict, growth, multiplier, limit, vibration (m), power (W) as plain data; chatter None where undecided."""
+        run, v = self.run, self.verdict
+        growth = {"growth": None, "growth_error": None} if np.isnan(v.growth) else {"growth": v.growth, "growth_error": v.error}
+        return {"chatter": v.chatters, "state": v.state, "reason": v.reason, **growth, **self.linear.to_dict(),
+                "revolutions": (run.time.size - 1) // run.steps_per_revolution, "notes": list(self.notes),
+                "peak_to_peak_m": run.peak_to_peak().tolist(), "power_w": float(run.power.mean()), "status": run.status}
+
+
+def simulate_cut(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, speed: float, depth: float,
+                 revolutions: int | None = None, step: Callable[[str], None] = lambda name: None) -> SimulatedCut:
+    """Simulate a cut in time on these dynamics.
+
+    Parameters
+    ----------
+    dynamics : ToolDynamics
+        Measured lines are replaced by their modes.
+    values : mapping of flat keys of a CuttingDescription to values, optional
+        In place of the machine's or the example's; the feed per tooth is 0.1 mm where there is none.
+    speed, depth : float
+        rev/min, m.
+    revolutions : int, optional
+        Where left out the cut is run on until its state is decided, up to 20 million time steps.
+    """
+    check_cut(values or {}, speed, depth)
+    problem, _, notes = build_problem(dynamics, values or {}, in_time=True)
+    if not problem.feed_per_tooth:
+        notes.append(f"feed per tooth not given: {1e3 * FEED:g} mm is taken (`feed`)")
+        problem = problem.changed(feed_per_tooth=FEED)
+    first = revolutions or max(LEAST, revolutions_to_forget(problem, speed))
+    per_turn = ExactSteps().chosen(problem, speed) * problem.tool.teeth
+    if not revolutions and per_turn * LEAST <= MOST_STEPS:
+        first = min(first, MOST_STEPS // per_turn)
+    _check_steps(problem, speed, first)
+
+    def attempt(turns: int) -> Simulation:
+        step(f"simulation of {turns} revolutions")
+        return simulate(problem, speed, depth, revolutions=turns)
+
+    run = run_until_decided(attempt, first, revolutions or max(first, RUN_ON_STEPS // per_turn))
+    verdict, linear = run.verdict(), cut_stability(run)
+    return SimulatedCut(run, verdict, linear, tuple(dict.fromkeys([*notes, *run.notes, *_remarks(verdict, linear)])))
+
+
+def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
+    """Return remarks on an undecided cut, and where simulation and chart disagree."""
+    if verdict.state == "undecided":
+        return [f"undecided: {verdict.reason}; give more `revolutions`, or go by the multiplier"]
+    if linear.stable is None or linear.stable != verdict.chatters:
+        return []
+    if linear.stable:
+        return ["the stability chart calls this cut stable, yet its simulation chatters: the blow of the start throws edges "
+                "out of the material and the vibration stays; the cut is safe from small disturbances only"]
+    return ["the stability chart calls this cut unstable, yet its simulation fades: they differ by their steps and slices near "
+            "the limit; do not rely on it"]
+
+
+def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:
+    """Refuse a speed (rev/min), a depth (m) or a feed that no cut has."""
+    if not 0 < speed <= FASTEST:
+        raise ToolpointError(f"`speed`: {speed:g} rev/min; must be above zero and at most {FASTEST:g}")
+    if not 0 < depth <= DEEPEST:
+        raise ToolpointError(f"`depth`: {1e3 * depth:g} mm; must be above zero and at most {1e3 * DEEPEST:g} mm")
+    if values.get("feed_per_tooth") is not None and not values["feed_per_tooth"] > 0:
+        raise ToolpointError(f"`feed`: {1e3 * values['feed_per_tooth']:g} mm; must be above zero: without feed there is no cut")
+
+
+def revolutions_to_forget(problem: MillingProblem, speed: float) -> int:
+    """Return the revolutions after which the slowest mode's start-up has died out, with ten more to look at."""
+    slowest = float((-problem.plane_at(speed).poles.real).min())
+    return int(np.ceil(FADED / slowest * speed / 60)) + 10
+
+
+def _check_steps(problem: MillingProblem, speed: float, revolutions: int) -> None:
+    steps = ExactSteps().chosen(problem, speed) * problem.tool.teeth * revolutions
+    if steps > MOST_STEPS:
+        raise ToolpointError(f"`speed` {speed:g} rev/min: {revolutions} revolutions are {steps:.2g} time steps, at most "
+                             f"{MOST_STEPS:.2g} are taken; give fewer `revolutions` (at such a speed a few are enough)")

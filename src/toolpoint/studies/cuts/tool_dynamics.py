@@ -1,0 +1,206 @@
+"""The response between tool and work that a cut meets: of a machine at a pose, of measured responses, or of modes."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint.machine import Machine
+from toolpoint.modal_identification import identify
+from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
+from toolpoint.studies.machines.tool_point import tool_point
+from toolpoint.vibration import Dof, Frf, Modes
+
+LOW_PART = 0.02
+LEAST_FIT = 0.9
+ACTIVE = 0.25  # share of the imaginary part (squares) above zero that no driving point has
+ACROSS = {"x": "along x", "y": "along y", "xy": "across (x to y and y to x)"}
+
+
+@dataclass(frozen=True, eq=False)
+class ToolDynamics:
+    """Modes or lines of one pose with the labels of the cutting plane; y is ``same`` or None (rigid) where not known.
+
+    machine : the machine that they are of, where there is one; notes : what the response is of, and what was assumed;
+    what : the name of the data, for messages.
+    """
+
+    response: Modes | Frf
+    x: str
+    y: str | None
+    machine: Machine | None = None
+    notes: tuple[str, ...] = ()
+    what: str = "the data"
+
+
+def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
+    """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``."""
+    study = tool_point(machine, [dict(pose or {})])
+    across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
+    return ToolDynamics(study.modes.at_pose(0), f"{study.point}:+x", across, machine, (), machine.name)
+
+
+def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:
+    """Return the dynamics of identified modes; x and y as in `tool_directions`."""
+    ways = tool_directions(modes.dofs, x, y, what=what)
+    return ToolDynamics(modes, ways.x, ways.y, None, ways.notes, what)
+
+
+def response_dynamics(frf: Frf, x: str | None = None, y: str | None = None, *, band: tuple[float, float] | None = None,
+                      what: str = "the measurement") -> ToolDynamics:
+    """Return the dynamics of measured responses, cut to a band (Hz); x and y as in `tool_directions`.
+
+    what : the name of the data, for notes.
+    """
+    frf = along_positive_axes(frf)
+    ways = tool_directions(check_driving_points(frf, what), x, y, what=what)
+    lines = take_band(frf, band).selected(ways.labels, ways.labels)
+    _doubt_sign(lines, what)
+    across = "" if ways.y in (None, "same") else f", along y {ways.y}"
+    note = f"{what}, {frf.quantity}: response along x is {ways.x}{across}"
+    return ToolDynamics(lines, ways.x, ways.y, None, (note, *ways.notes, *lines.notes), what)
+
+
+def separate_dynamics(x: Frf, y: Frf | None = None, xy: Frf | None = None, *, across: str | None = None,
+                      band: tuple[float, float] | None = None, names: Mapping[str, str] | None = None) -> ToolDynamics:
+    """Return the dynamics of separate measurements of one response each: along x, along y, and between them.
+
+    y and xy are brought to the lines of x; without y the response `across` is the same as along x, or ``rigid``.
+    names : what to call each in notes (keys x, y, xy).
+    """
+    called = {"x": "the first", "y": "the second", "xy": "the cross response"} | dict(names or {})
+    parts: dict[str, Frf] = {}
+    notes: list[str] = []
+    for way, given in (("x", x), ("y", y), ("xy", xy)):
+        if given is None:
+            continue
+        frf = along_positive_axes(given)
+        if frf.values.shape[1:] != (1, 1):
+            raise ToolpointError(f"`frf_{way}`: {called[way]} holds {len(frf.outputs)} x {len(frf.inputs)} responses; must be "
+                                 "one; a file with several is given with `frf`, `x` and `y`")
+        _check_way(way, frf, called[way])
+        notes.append(f"{ACROSS[way]}: {called[way]}, {frf.quantity}")
+        parts[way] = take_band(frf, band)
+        if way != "xy":
+            _doubt_sign(parts[way], called[way])
+    what = ", ".join(called[way] for way in parts)
+    if y is None:
+        return _one_direction(parts["x"], across, notes, what)
+    return _two_directions(parts, notes, what)
+
+
+def _check_way(way: str, frf: Frf, name: str) -> None:
+    """Refuse a cross response, by its labels, as the driving point along x or y."""
+    if way != "xy" and frf.outputs != frf.inputs:
+        raise ToolpointError(f"`frf_{way}`: {name} is the response at {frf.outputs[0]} to a force at {frf.inputs[0]}, no "
+                             "driving point; the cut needs the response where the force acts")
+
+
+def _two_directions(parts: dict[str, Frf], notes: list[str], what: str) -> ToolDynamics:
+    parts = _on_common_lines(parts, notes)
+    x, y = parts["x"].values[:, 0, 0], parts["y"].values[:, 0, 0]
+    cross = parts["xy"].values[:, 0, 0] if "xy" in parts else np.zeros_like(x)
+    notes += [] if "xy" in parts else ["no cross response between x and y"]
+    values = np.stack([np.stack([x, cross], -1), np.stack([cross, y], -1)], -2)
+    labels = (Dof("tool", "+x"), Dof("tool", "+y"))
+    notes += [note for part in parts.values() for note in part.notes]
+    frf = Frf(parts["x"].frequency, values, labels, labels, "receptance")
+    return ToolDynamics(frf, "tool:+x", "tool:+y", None, tuple(dict.fromkeys(notes)), what)
+
+
+def _one_direction(frf: Frf, across: str | None, notes: list[str], what: str) -> ToolDynamics:
+    label = (Dof("tool", "+x"),)
+    y = None if across == "rigid" else "same"
+    note = "the response across is taken as that along x" if y else "the tool is taken as rigid along y"
+    return ToolDynamics(replace(frf, outputs=label, inputs=label), "tool:+x", y, None, (*notes, note, *frf.notes), what)
+
+
+def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
+    """Return measured responses as receptance, cut to a band (Hz).
+
+    Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without
+    limit there; a note says so.
+    """
+    if band is not None:
+        inside = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
+        if inside.sum() < 2:
+            raise ToolpointError(f"`band` {band[0]:g}:{band[1]:g}: holds {int(inside.sum())} lines; the measurement goes from "
+                                 f"{frf.frequency[0]:g} to {frf.frequency[-1]:g} Hz")
+        if frf.quantity != "receptance" and band[0] == 0:
+            inside &= frf.frequency > 0  # a line at 0 Hz cannot be integrated
+        lines = frf.frequency[inside]
+        return frf.between(float(lines[0]), float(lines[-1])).converted_to("receptance")
+    low = LOW_PART * float(frf.frequency[-1])
+    note = (f"Lines below {low:g} Hz ({100 * LOW_PART:g} % of the range) are left out: integrated accelerations drift there. "
+            "Choose another band with `band`.")
+    return frf.between(low, float(frf.frequency[-1])).converted_to("receptance").noted(note)
+
+
+def _on_common_lines(parts: dict[str, Frf], notes: list[str]) -> dict[str, Frf]:
+    first = parts["x"].frequency
+    if all(part.frequency.shape == first.shape and np.allclose(part.frequency, first, rtol=1e-9) for part in parts.values()):
+        return parts
+    low, high = (max(p.frequency[0] for p in parts.values()), min(p.frequency[-1] for p in parts.values()))
+    lines = first[(first >= low) & (first <= high)]
+    if lines.size < 2:
+        spans = "; ".join(f"{way}: {p.frequency[0]:g} .. {p.frequency[-1]:g} Hz" for way, p in parts.items())
+        raise ToolpointError(f"`frf_x`, `frf_y`: no common lines ({spans}); measure both over one band")
+    notes.append(f"the files have other lines: taken at those of x within {low:g} .. {high:g} Hz, linearly between their own")
+    return {way: part.interpolated(lines) for way, part in parts.items()}
+
+
+def _doubt_sign(frf: Frf, name: str) -> None:
+    """Warn of a driving point whose imaginary part is positive where it is large: no passive structure has it.
+
+    Its real part, read as the imaginary one (columns changed over, a mobility), is positive below every resonance.
+    """
+    for i, dof in enumerate(frf.outputs):
+        direct = frf.values[:, i, frf.inputs.index(dof)] if dof in frf.inputs else frf.values[:, 0, 0]
+        peak = direct[int(np.argmax(np.abs(direct)))]
+        positive = float((np.maximum(direct.imag, 0.0) ** 2).sum() / max(float((direct.imag**2).sum()), 1e-300))
+        if peak.imag > 0.5 * abs(peak) or positive > ACTIVE:
+            where = "at the largest peak" if peak.imag > 0.5 * abs(peak) else "over wide parts of the band"
+            warnings.warn(f"{name}: the imaginary part along {dof} is positive {where}; at a driving point it is negative "
+                          "(check the sense of hammer and sensor, the sign, the order of the columns, and `quantity`)",
+                          ToolpointWarning, stacklevel=3)
+
+
+def as_modes(dynamics: ToolDynamics) -> ToolDynamics:
+    """Return dynamics whose measured lines are replaced by their modes, for what steps through time; a note says what they
+    are worth. Modes stay as they are.
+
+    Raises ToolpointError where the modes do not explain the lines.
+    """
+    frf = dynamics.response
+    if not isinstance(frf, Frf):
+        return dynamics
+    is_apart = len(frf.outputs) == 2 and not np.abs(frf.values[:, 0, 1]).max()
+    fits = [identify(frf.selected([k], [k])) for k in (0, 1)] if is_apart else [identify(frf)]
+    worst = min(float(fit.quality.min()) for fit in fits)
+    if worst < LEAST_FIT:
+        raise ToolpointError(f"{dynamics.what}: a simulation in time needs modes, and those found here explain only "
+                             f"{100 * worst:.0f} % of a response; identify them with care: toolpoint identify FILE -m modes.h5 "
+                             "--band LOW:HIGH, then give --modes modes.h5")
+    modes = _side_by_side(fits[0].modes, fits[1].modes) if is_apart else fits[0].modes
+    lines = ", ".join(f"{f:.0f}" for f in modes.frequency[:8]) + (" ..." if modes.count > 8 else "")
+    note = (f"a simulation in time needs modes: {modes.count} identified from {dynamics.what} ({lines} Hz); they explain "
+            f"{100 * worst:.1f} % of every response, or more")
+    return replace(dynamics, response=modes, notes=(*dynamics.notes, note))
+
+
+def _side_by_side(x: Modes, y: Modes) -> Modes:
+    """Return the modes of two directions that do not answer each other as one."""
+    def blocks(a: Any, b: Any) -> Any:
+        return None if a is None or b is None else np.block([[a, np.zeros((1, b.shape[1]))], [np.zeros((1, a.shape[1])), b]])
+
+    labels = (*x.dofs, *y.dofs)
+    return Modes(np.append(x.frequency, y.frequency), np.append(x.damping_ratio, y.damping_ratio), blocks(x.shape, y.shape),
+                 labels, "modal A" if x.scaling == y.scaling == "modal A" else "unscaled",
+                 participation=blocks(x.participation, y.participation), input_dofs=labels,
+                 lower_residual=blocks(x.lower_residual, y.lower_residual),
+                 upper_residual=blocks(x.upper_residual, y.upper_residual))

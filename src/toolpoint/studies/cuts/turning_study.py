@@ -1,0 +1,142 @@
+"""Stability of a turning cut on a structure known in several directions: chart, unconditional limit, best cut."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.cutting import StabilityChart, stability
+from toolpoint.cutting.advice.best_speed import from_chart
+from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.studies.cuts.lobes_study import doubtful_limits
+from toolpoint.studies.cuts.tool_directions import driving_points, tool_directions
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.cuts.turning import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Dof
+
+HEADER = ("", "rev/min", "width mm", "")
+SPEEDS = (300.0, 6000.0, 400)  # rev/min, a lathe's usual range
+DEEPER = 4
+
+
+@dataclass(frozen=True)
+class TurningCut:
+    """An orthogonal cut, SI.
+
+    cutting : K_f along the thickness of the chip, Pa; tangential : K_t along the cutting speed, Pa; normal : direction in which
+    the chip is thick, from the work into the tool; velocity : direction in which the work moves past the edge (None: y).
+    """
+
+    cutting: float
+    tangential: float = 0.0
+    normal: tuple[float, float, float] | None = None
+    velocity: tuple[float, float, float] | None = None
+    process_damping: float = 0.0
+    cutting_speed: float | None = None
+    diameter: float | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TurningStudy:
+    """The cut and its problem, the chart (its notes say what was assumed), and the unconditional limit (None with process
+    damping, where it depends on the speed)."""
+
+    cut: TurningCut
+    problem: TurningProblem
+    chart: StabilityChart
+    limit: UnconditionalLimit | None
+
+    def noted(self, notes: Sequence[str]) -> TurningStudy:
+        """Return the study with further notes before those of its chart."""
+        return replace(self, chart=replace(self.chart, notes=tuple(dict.fromkeys([*notes, *self.chart.notes]))))
+
+    def rows(self) -> list[list[str]]:
+        """Return rows (what, rev/min, mm, remark) of the limits and the best cut."""
+        chart, limit = self.chart, self.limit
+        rows = []
+        if limit is not None:
+            finite = np.isfinite(limit.width)
+            rows.append(["stable at every speed", "", f"below {1e3 * limit.width:.4f}" if finite else "every width",
+                         f"chatter at {limit.frequency:.1f} Hz above" if finite else "no negative real part"])
+        low, high = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
+        for name, at in (("lowest limit of the chart", low), ("highest limit of the chart", high)):
+            value = float(chart.limit[at])
+            rows.append([name, f"{chart.speeds[at]:.0f}",
+                         f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}", ""])
+        best = from_chart(chart)
+        return [*rows, ["best cut of the chart", f"{best.speed:.0f}", f"{1e3 * best.depth:.3g}", best.reason]]
+
+    def table(self) -> str:
+        """Return limits and best cut as text."""
+        return text_table("Turning: stable widths", HEADER, self.rows())
+
+    def to_dict(self) -> dict[str, object]:
+        """Return the result as plain numbers and text."""
+        best = from_chart(self.chart)
+        least = None if self.limit is None or not np.isfinite(self.limit.width) else {
+            "width_m": self.limit.width, "chatter_frequency_hz": self.limit.frequency,
+            "least_real_part_m_per_n": self.limit.real, "speed_rpm": self.limit.tips.tolist()}
+        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least, "method": self.chart.method,
+                "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
+                "best_cut": {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
+                "notes": list(self.chart.notes)}
+
+
+def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | None = None) -> TurningStudy:
+    """Return the stability chart of a turning cut on these dynamics, wide enough to show limits.
+
+    speeds : rev/min; those of the machine's cut, or a lathe's usual ones, where left out.
+    """
+    problem, assumed = build_turning(dynamics, cut)
+    described = None if dynamics.machine is None else dynamics.machine.description.cutting
+    n = speeds if speeds is not None else np.linspace(*(described.speeds if described else SPEEDS[:2]), SPEEDS[2])
+    chart = stability.chart(problem, n, None, depth_max=width_range(problem))
+    for _ in range(DEEPER):
+        if np.isfinite(chart.limit).mean() >= 0.5:
+            break
+        chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
+    limit = unconditional_limit(problem) if cut.process_damping == 0 else None
+    kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
+    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubtful_limits(chart), *kept, *assumed])), limit)
+
+
+def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:
+    """Return the turning problem of a cut on these dynamics, and what was assumed."""
+    labels, notes = _labels(dynamics)
+    normal = unit_vector("`direction`", cut.normal or _axis(next(iter(labels))))
+    force, notes = normal, list(notes)
+    if cut.tangential:
+        velocity = unit_vector("`cutting_direction`", cut.velocity or (0.0, 1.0, 0.0))
+        if abs(float(velocity @ normal)) > 1e-6:
+            raise ToolpointError(f"`cutting_direction`: {_vector(velocity)} is not normal to the chip's thickness along "
+                                 f"{_vector(normal)}; must be (give another `cutting_direction`)")
+        force = normal + cut.tangential / cut.cutting * velocity
+        notes.append(f"K_t acts along {_vector(velocity)}, the way of the work past the edge")
+    notes.append(f"the chip is thick along {_vector(normal)}")
+    plane = orient(dynamics.response, labels, normal, force=force)
+    return TurningProblem(cut.cutting, plane, None, cut.process_damping, cut.cutting_speed, cut.diameter), notes
+
+
+def _labels(dynamics: ToolDynamics) -> tuple[dict[str, str], list[str]]:
+    """Return axis to label of the directions that are known at the point that cuts; a lone response is that of its axis."""
+    if Dof.parse(dynamics.x).direction[1:] != "x":
+        return {"x": dynamics.x}, [f"{dynamics.x} is taken as x"]
+    z = tool_directions(driving_points(dynamics.response), dynamics.x, "same").z
+    ways = {"x": dynamics.x} | ({} if dynamics.y in (None, "same") else {"y": str(dynamics.y)})
+    return ways | ({} if z is None else {"z": z}), []
+
+
+def _axis(name: str) -> tuple[float, float, float]:
+    return (float(name == "x"), float(name == "y"), float(name == "z"))
+
+
+def _vector(direction: Sequence[float] | FloatArray) -> str:
+    parts = np.asarray(direction, float)
+    for k, name in enumerate("xyz"):
+        if abs(abs(parts[k]) - 1) < 1e-9:
+            return ("-" if parts[k] < 0 else "") + name
+    return "(" + ", ".join(f"{v:.4g}" for v in parts) + ")"

@@ -1,0 +1,1 @@
+"""Questions asked of machines: modes, maps, what the cut sees, sensitivities, a virtual hammer test."""

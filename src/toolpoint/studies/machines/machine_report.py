@@ -1,0 +1,147 @@
+"""What is asked of a machine first: modes beside its references, tool-point responses, stability of the described cut."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import StabilityChart
+from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.machine import Machine
+from toolpoint.machine.description import ReferenceDescription
+from toolpoint.machine.joint_terms import joint_matrices
+from toolpoint.machine.placement import place_machine
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.studies.machines.tool_point import ToolPoint, lobes, tool_point
+from toolpoint.studies.text_table import text_table
+
+Step = Callable[[str], None]
+Pose = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class MachineReport:
+    """Modes of a machine at a pose beside its references, tool-point responses and stability charts; `missing` says what could
+    not be computed and why."""
+
+    machine: Machine
+    pose: Pose
+    frequency: FloatArray
+    study: ToolPoint | None
+    charts: tuple[StabilityChart, ...]
+    missing: tuple[str, ...] = field(default=())
+
+    def table(self) -> str:
+        """Return the modes, where values come from, and the stability limits, as text."""
+        header, rows = comparison(self)
+        texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
+        return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.missing,
+                          *self.limit_lines()])
+
+    def limit_lines(self) -> list[str]:
+        """Return a line on the depth that is stable at every charted speed, for every pose."""
+        lines = []
+        for pose, chart in zip(self.study.poses if self.study else (), self.charts, strict=False):
+            limit = float(np.min(chart.limit))
+            depth = f"{1e3 * limit:.3f} mm" if np.isfinite(limit) else f"above {1e3 * chart.depth_max:.3g} mm"
+            lines.append(f"Stable at every charted speed, {pose_name(pose)}: {depth}")
+        return lines
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return frequencies (Hz) and the lowest stable depth (m, None: above the chart) of every pose as plain data."""
+        limits = [float(np.min(chart.limit)) for chart in self.charts]
+        return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing), "stable_at_every_speed_m": [
+            limit if np.isfinite(limit) else None for limit in limits]}
+
+
+def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
+    """Return the modes at a pose, without responses."""
+    at = dict(pose or {})
+    return MachineReport(machine, at, body_shapes(machine, at, 18).frequency, None, ())
+
+
+def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = lambda name: None,
+                   method: StabilityMethod | None = None) -> MachineReport:
+    """Return modes at a pose, FRFs and lobes at the described poses (or at the pose asked for); what cannot be, is said.
+
+    `method` of the lobes: the exact engine where left out, whose kernels are compiled at the first call and kept on disk.
+    """
+    description = machine.description
+    step("modes")
+    at = dict(pose or {})
+    frequency = body_shapes(machine, at, 18).frequency
+    missing = []
+    study: ToolPoint | None = None
+    charts: tuple[StabilityChart, ...] = ()
+    step("tool-point responses")
+    if description.tool is None:
+        missing.append("No tool-point FRFs: the machine file names no 'tool' point.")
+    elif not has_damping(machine):
+        missing.append("No tool-point FRFs: the machine has no damping; "
+                       "give damping_ratio, or loss_factor or damping to joints.")
+    else:
+        study = tool_point(machine, [at] if pose else None)
+    step("stability lobes" if method else "stability lobes (half a minute of compiling, the first time only)")
+    if study is not None and description.cutting is not None:
+        charts = lobes(study, method=method)
+    elif study is not None:
+        missing.append("No stability lobes: the machine file describes no 'cutting'.")
+    return MachineReport(machine, at, frequency, study, charts, tuple(missing))
+
+
+def has_damping(machine: Machine) -> bool:
+    """Return whether anything in the machine dissipates energy."""
+    if machine.description.damping_ratio:
+        return True
+    _, viscous, structural = joint_matrices(place_machine(machine))
+    return bool(np.any(viscous) or np.any(structural))
+
+
+def pose_name(pose: Pose) -> str:
+    """Return a pose in words."""
+    return ", ".join(f"{name} {value:g}" for name, value in pose.items()) or "reference pose"
+
+
+def comparison(results: MachineReport) -> tuple[list[str], list[list[object]]]:
+    """Return header and rows of the frequencies beside every reference, with the difference in per cent."""
+    references = results.machine.description.reference
+    longest = max([6, *(len(r.frequencies) for r in references)])
+    header = ["mode", "computed Hz", *(f"{r.name} Hz" for r in references), *(f"to {r.name} %" for r in references)]
+    rows: list[list[object]] = []
+    for i, value in enumerate(results.frequency[:longest]):
+        row: list[object] = [i + 1, float(value)]
+        row += [_reference(r, i) for r in references]
+        row += [_difference(r, i, float(value)) for r in references]
+        rows.append(row)
+    return header, rows
+
+
+def _reference(reference: ReferenceDescription, i: int) -> object:
+    return reference.frequencies[i] if i < len(reference.frequencies) else ""
+
+
+def _difference(reference: ReferenceDescription, i: int, value: float) -> object:
+    if i >= len(reference.frequencies):
+        return ""
+    return 100 * (value / reference.frequencies[i] - 1)
+
+
+def _sources(machine: Machine) -> list[str]:
+    lines = []
+    for mark in ("published", "measured", "chosen", "assumed"):
+        names = [f"joint {n}" for n, j in machine.description.joints.items() if j.source == mark]
+        names += [f"body {n}" for n, b in machine.description.bodies.items() if b.source == mark]
+        names += [r.name for r in machine.description.reference if r.source == mark]
+        if names:
+            lines.append(f"{mark}: {', '.join(names)}")
+    return lines
+
+
+def _text(value: Any, column: str) -> str:
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:+.2f}" if column.startswith("to ") else f"{value:.2f}"

@@ -1,0 +1,1 @@
+"""Machines beside measurements: correlation, joints, updating."""

@@ -1,0 +1,109 @@
+"""A test beside a machine: measured modes and responses, their points paired with the machine's, before and after."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.machine import Machine
+from toolpoint.machine.named_points import point_positions
+from toolpoint.modal_identification import identify, real_modes
+from toolpoint.studies.measured.model_correlation import ModelCorrelation, correlate, with_measured_points
+from toolpoint.studies.measured.point_pairing import PointPairing, pair_points
+from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration.geometry import Geometry
+
+Point = str | int
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredTest:
+    """What was measured: real modes, responses where there are any, geometry, and the points of every body where known."""
+
+    modes: Modes
+    frf: Frf | None = None
+    geometry: Geometry | None = None
+    owner: Mapping[str, Sequence[Point]] | None = None
+
+
+def gather_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry: Geometry | None = None,
+                  owner: Mapping[str, Sequence[Point]] | None = None, band: tuple[float, float] | None = None) -> MeasuredTest:
+    """Return what was measured, with the modes identified from the responses where none are given, within a band (Hz).
+
+    geometry : where the points are; owner : body of the machine to the measured points that ride on it.
+    """
+    if modes is None:
+        if frf is None:
+            raise ToolpointError("correlate: no file with modes or responses given")
+        modes = identify(frf, band=band).modes
+    if frf is not None and band is not None:
+        frf = frf.between(*band)
+    if owner is not None and geometry is None:
+        raise ToolpointError("`components`: needs `geometry` for the positions of the points")
+    return MeasuredTest(real_modes(modes), frf, geometry, owner)
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """The correlation of a machine with a test, and that of the machine before where one was given.
+
+    machine : with the points that the test was paired with.
+    """
+
+    now: ModelCorrelation
+    before: ModelCorrelation | None
+    machine: Machine
+    test: MeasuredTest
+    pose: Mapping[str, float] | None = None
+
+    def table(self) -> str:
+        """Return pairs, coefficients and points as text."""
+        return self.now.table()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers of the correlation as plain data; transform in m, frequencies in Hz."""
+        return self.now.to_dict()
+
+
+def compare_with_test(machine: Machine, test: MeasuredTest, *, pose: Mapping[str, float] | None = None,
+            known: Mapping[str, str] | None = None, furthest: float = 0.05, before: Machine | None = None,
+            lowest_mac: float = 0.5) -> Comparison:
+    """Correlate a machine with a test.
+
+    Parameters
+    ----------
+    machine, before : Machine
+        `before` is shown beside, for example the machine before an update.
+    test : MeasuredTest
+        With `owner` the measured points ride on the machine's bodies; otherwise they are paired with the machine's named
+        points, by `known` pairs or by registration from where they stand; without a geometry equal names are the same points.
+    known : mapping of measured point to point of the machine, optional
+    furthest : float
+        Points further apart stay single, m.
+    lowest_mac : float
+        Modes below are not paired.
+    """
+    now, drawn = _correlated(machine, test, known, furthest, pose, lowest_mac)
+    old = None if before is None else _correlated(before, test, known, furthest, pose, lowest_mac)[0]
+    return Comparison(now, old, drawn, test, pose)
+
+
+def _correlated(machine: Machine, test: MeasuredTest, known: Mapping[str, str] | None, furthest: float,
+                pose: Mapping[str, float] | None, lowest_mac: float) -> tuple[ModelCorrelation, Machine]:
+    pairing: PointPairing | None = None
+    if test.owner is not None and test.geometry is not None:
+        machine = with_measured_points(machine, test.geometry.points, test.owner)
+    elif test.geometry is not None:
+        measured = {d.point for d in test.modes.dofs}
+        places = {name: at for name, at in test.geometry.points.items() if name in measured}
+        pairing = pair_points(places, point_positions(machine, pose), furthest, known=_named(known, places))
+    return correlate(machine, test.modes, pairing, frf=test.frf, pose=pose, lowest_mac=lowest_mac), machine
+
+
+def _named(known: Mapping[str, str] | None, places: Mapping[Point, FloatArray]) -> dict[Point, Point] | None:
+    if not known:
+        return None
+    number = {str(name): name for name in places}
+    return {number.get(key, key): value for key, value in known.items()}

@@ -1,0 +1,129 @@
+"""A machine brought to agree with measurements at one pose or several; the posterior of its parameters where asked for."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint.machine import Machine
+from toolpoint.machine.description import parameters
+from toolpoint.modal_identification import real_modes
+from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
+from toolpoint.studies.measured.model_correlation import correlate
+from toolpoint.updating import ParameterFit
+from toolpoint.updating.sampler import Samples, require_emcee, sample
+from toolpoint.vibration import Frf, Modes
+
+
+@dataclass(frozen=True, eq=False)
+class Measurement:
+    """What was measured at one pose: modes, responses or both; `pose` None is the reference pose."""
+
+    modes: Modes | None = None
+    frf: Frf | None = None
+    pose: Mapping[str, float] | None = None
+
+    @property
+    def label(self) -> str:
+        """The pose in words, empty at the reference pose."""
+        return ", ".join(f"{axis} = {value:g}" for axis, value in (self.pose or {}).items())
+
+
+@dataclass(frozen=True, eq=False)
+class MeasuredUpdate:
+    """The machine before, its update to the measurements, and samples of the posterior where they were asked for."""
+
+    before: Machine
+    update: MachineUpdate
+    measured: tuple[Measurement, ...]
+    samples: Samples | None = None
+
+    @property
+    def machine(self) -> Machine:
+        """The updated machine."""
+        return self.update.machine
+
+    def table(self) -> str:
+        """Return identifiability, fit report, agreement, and the samples, as text."""
+        return self.update.report() + ("" if self.samples is None else "\n\n" + self.samples.table())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the fitted values (SI) as plain data, with the intervals of the samples where there are any."""
+        fit, drawn = self.update.fit, self.samples
+        return {"values": fit.values, "status": fit.status} | ({} if drawn is None else {
+            "samples": drawn.status, "intervals": {name: drawn.interval(name) for name in drawn.names}})
+
+
+def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
+                    seed: int = 1, what: str = "measurement") -> MeasuredUpdate:
+    """Update a machine to measurements; parameters that the data cannot tell stay where they were.
+
+    Parameters
+    ----------
+    machine : Machine
+        With the measured points among its own.
+    measured : sequence of Measurement
+    paths : sequence of str
+        Parameters to update, ``joints.NAME.stiffness.rx``; all stiffnesses of the joints where none is named.
+    samples : int
+        Steps of every walker in the posterior, 0 for none (extra 'bayes').
+    seed : int
+        Of the samples.
+    what : str
+        What to call the measurements in messages.
+    """
+    if samples:
+        require_emcee()
+    _check_points(machine, measured, what)
+    known = tuple(_with_partners(machine, part) for part in measured)
+    names = list(paths) or [path for path in parameters(machine.description) if ".stiffness." in path]
+    targets = [default_targets(names, part.modes, part.frf) for part in known]
+    result = update(machine, names, targets=targets, pose=[part.pose for part in known])
+    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None)
+
+
+def as_assumed(fit: ParameterFit) -> ParameterFit:
+    """Return a fit with the covariance that the assumed deviations give, as samples see it, not scaled by the misfit."""
+    if not fit.scaled or not fit.reduced_chi_square > 0:
+        return fit
+    return replace(fit, covariance=fit.covariance / fit.reduced_chi_square, scaled=False)
+
+
+def _check_points(machine: Machine, measured: Sequence[Measurement], what: str) -> None:
+    """Refuse measured points that the machine does not have, with the place where they can be written."""
+    labels = [dof for part in measured for noun in (part.modes, part.frf) if noun is not None
+              for dof in (noun.dofs if isinstance(noun, Modes) else (*noun.outputs, *noun.inputs))]
+    known = set(machine.description.points)
+    lost = list(dict.fromkeys(str(dof.point) for dof in labels if str(dof.point) not in known))
+    if lost:
+        names = ", ".join(lost[:6]) + (f" and {len(lost) - 6} more" if len(lost) > 6 else "")
+        raise ToolpointError(
+            f"{what}: measured at {names}; {machine.name} has no such points in its "
+            f"section 'points:' (it has {', '.join(machine.description.points) or 'none'}). Write them there, each with its "
+            f"body and place, for example  {lost[0]}: {{body: {next(iter(machine.description.bodies))}, at: [0, 0, 0]}}, or "
+            "start from the machine file of 'toolpoint joints --machine', which holds all measured points; "
+            "'toolpoint correlate --geometry' tells which measured point is which of the machine's")
+
+
+def _with_partners(machine: Machine, measured: Measurement) -> Measurement:
+    """Leave out, with a warning, the measured modes that a machine of fewer modes has no partner for."""
+    if measured.modes is None or measured.modes.count <= machine.size:
+        return measured
+    pairs = correlate(machine, real_modes(measured.modes), pose=measured.pose, lowest_mac=0.0, frequency_shift=np.inf).pairs
+    kept = sorted(int(i) for i, _ in pairs.pairs)
+    lost = ", ".join(f"{measured.modes.frequency[i]:.5g}" for i in range(measured.modes.count) if i not in kept)
+    warnings.warn(f"{measured.modes.count} measured modes for a machine of {machine.size}: the measured modes at {lost} Hz "
+                  "look least like any of the machine's and are left out", ToolpointWarning, stacklevel=2)
+    return replace(measured, modes=measured.modes.selected(kept))
+
+
+def _samples(result: MachineUpdate, steps: int, seed: int) -> Samples:
+    if not result.fit.free:
+        raise ToolpointError("--samples: no parameter was moved; a posterior needs at least one that the data can tell "
+                             "(measure more, or name other parameters)")
+    return sample(result.problem, as_assumed(result.fit), np.random.default_rng(seed), steps=steps)

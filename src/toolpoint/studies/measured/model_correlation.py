@@ -1,0 +1,210 @@
+"""Correlation of a test with a machine: points paired, modes paired, and where, in which band and by how much they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, fail
+from toolpoint.kinematics import Pose
+from toolpoint.machine import Machine, assemble
+from toolpoint.machine.description import PointDescription
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.signals.doubts import question
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes
+from toolpoint.studies.measured.point_pairing import PointPairing
+from toolpoint.updating.correlation_coefficients import CorrelationCoefficients, coefficients
+from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
+
+Point = str | int
+_BANDS = 4
+
+
+@dataclass(frozen=True, eq=False)
+class ModelCorrelation:
+    """A test beside a machine.
+
+    points : pairing of the points; measured, predicted : Modes at the paired Dofs; mac : (n_measured, n_predicted);
+    pairs : of the modes; coefficients : of the paired modes, None without any; comac, ecomac : point of the model to value;
+    bands : (n_bands, 2), Hz, and frac : (n_bands, n_outputs, n_inputs), None without responses; measured_frf, predicted_frf.
+    """
+
+    points: PointPairing
+    measured: Modes
+    predicted: Modes
+    mac: FloatArray
+    pairs: correlation.Pairing
+    coefficients: CorrelationCoefficients | None
+    comac: Mapping[Point, float]
+    ecomac: Mapping[Point, float]
+    bands: FloatArray
+    frac: FloatArray | None = None
+    measured_frf: Frf | None = None
+    predicted_frf: Frf | None = None
+    doubts: tuple[str, ...] = ()
+
+    def table(self) -> str:
+        """Return paired modes, coefficients, the points that agree least, and FRAC over bands as text."""
+        lines = [*(f"doubt: {line}" for line in self.doubts), f"points: {len(self.points.pairs)} paired, {self.points.status}",
+                 " measured Hz  predicted Hz        %    MAC"]
+        for i, j in self.pairs.pairs:
+            f, g = self.measured.frequency[i], self.predicted.frequency[j]
+            lines.append(f"{f:12.4f} {g:13.4f} {100 * (g / f - 1):8.2f} {self.mac[i, j]:6.3f}")
+        lines += [f"{self.measured.frequency[i]:12.4f}        single" for i in self.pairs.single_first]
+        if self.coefficients is not None:
+            lines.append(self.coefficients.table())
+            worst = sorted(self.comac, key=lambda p: self.comac[p])[:5]
+            lines.append("lowest COMAC: " + ", ".join(f"{p} {self.comac[p]:.3f} (ECOMAC {self.ecomac[p]:.3f})" for p in worst))
+        if self.frac is not None:
+            lines += [f"FRAC {low:8.2f} .. {high:8.2f} Hz: lowest {part.min():.3f}, mean {part.mean():.3f}"
+                      for (low, high), part in zip(self.bands, self.frac, strict=True)]
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers of the correlation as plain data; transform in m, frequencies in Hz."""
+        c = self.coefficients
+        return {
+            "doubts": list(self.doubts), "points_paired": {str(a): str(b) for a, b in self.points.pairs.items()},
+            "transform": self.points.transform.tolist(),
+            "modes": [{"measured_hz": float(self.measured.frequency[i]), "model_hz": float(self.predicted.frequency[j]),
+                       "mac": float(self.mac[i, j])} for i, j in self.pairs.pairs],
+            "mean": None if c is None else c.mean, "mass": None if c is None else c.mass,
+            "total": None if c is None else c.total, "comac": {str(p): v for p, v in self.comac.items()},
+            "ecomac": {str(p): v for p, v in self.ecomac.items()},
+            "frac": None if self.frac is None else self.frac.tolist(), "bands_hz": self.bands.tolist()}
+
+    def __repr__(self) -> str:
+        return (f"ModelCorrelation({len(self.points.pairs)} points, {len(self.pairs.pairs)} of {self.measured.count} modes"
+                + (f", total {self.coefficients.total:.3f}" if self.coefficients else "") + ")")
+
+
+def with_measured_points(machine: Machine, points: Mapping[Point, FloatArray], owner: Mapping[str, Sequence[Point]]) -> Machine:
+    """Return the machine with measured points on its (rigid) bodies; positions in the machine frame at the reference pose.
+
+    owner : body to its points. Raises ToolpointError for a body or a point that is not there.
+    """
+    added = dict(machine.description.points)
+    for body, names in owner.items():
+        frame = machine.body_frames[machine.link(body)]
+        for name in names:
+            if name not in points:
+                fail("points", f"no position for {name!r}", f"is on {body} by the components")
+            x, y, z = tf.move(tf.inverse(frame), np.asarray(points[name])[None])[0].tolist()
+            added[str(name)] = PointDescription(body, (x, y, z))
+    return machine.rebuild(replace(machine.description, points=added))
+
+
+def correlate(
+    machine: Machine, modes: Modes, points: PointPairing | None = None, *, frf: Frf | None = None, pose: Pose | None = None,
+    lowest_mac: float = 0.5, frequency_shift: float = np.inf, bands: Sequence[tuple[float, float]] | None = None,
+) -> ModelCorrelation:
+    """Return how a machine agrees with measured modes and responses.
+
+    Parameters
+    ----------
+    machine : Machine
+    modes : Modes
+        Measured, one pose, any scaling.
+    points : PointPairing, optional
+        From test to machine points; the same names and frame where left out.
+    frf : Frf, optional
+        Measured, any quantity.
+    pose : mapping, optional
+    lowest_mac, frequency_shift : float
+        The shape filter and the largest relative difference of frequency of a pair, see `vibration.correlation.pair_modes`.
+    bands : pairs of Hz, optional
+        For FRAC; between the middles of neighbouring measured frequencies where left out.
+    """
+    pairing = points or PointPairing.identity([p for p in dict.fromkeys(d.point for d in modes.dofs)
+                                               if str(p) in machine.description.points])
+    measured = pairing.renamed(modes)
+    everything = eigen.solve_undamped(assemble(machine, pose, measured.dofs))
+    top = 1.5 * float(measured.frequency.max())
+    predicted = everything.selected([i for i, f in enumerate(everything.frequency) if f <= top] or [0])
+    pairs = correlation.pair_modes(measured, predicted, lowest_mac, frequency_shift=frequency_shift)
+    values = correlation.mac(measured.shape, predicted.shape)
+    edges = _bands(measured.frequency, frf) if bands is None else np.array(bands, float).reshape(-1, 2)
+    result = ModelCorrelation(pairing, measured, predicted, values, pairs, None, {}, {}, edges)
+    if len(pairs.pairs):
+        result = _compared(result, machine, pose)
+    return result if frf is None else _with_responses(result, machine, pairing.renamed_frf(frf), pose)
+
+
+def _compared(result: ModelCorrelation, machine: Machine, pose: Pose | None) -> ModelCorrelation:
+    first, second = result.measured.selected(result.pairs.pairs[:, 0]), result.predicted.selected(result.pairs.pairs[:, 1])
+    weight = effective_mass(machine, pose)[result.pairs.pairs[:, 1]]
+    weights = coefficients(first, second, weight if weight.sum() > 0 else None)
+    # COMAC compares modes with each other: measured shapes get the scale of the model's.
+    scaled = first.shape * np.diag(correlation.modal_scale_factor(first.shape, second.shape))
+    rows = _rows(result.measured)
+    doubts = (*result.doubts, *question_shapes(first, second))
+    comac, ecomac = _coordinate_mac(scaled, second.shape, rows), _enhanced(scaled, second.shape, rows)
+    return replace(result, coefficients=weights, comac=comac, ecomac=ecomac, doubts=doubts)
+
+
+def _rows(modes: Modes) -> dict[Point, list[int]]:
+    result: dict[Point, list[int]] = {}
+    for i, d in enumerate(modes.dofs):
+        result.setdefault(d.point, []).append(i)
+    return result
+
+
+def _coordinate_mac(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
+    """COMAC (Lieven, Ewins, 1988) of every point, its sums taken over the point's directions as well."""
+    result = {}
+    for point, at in rows.items():
+        top = np.abs(a[at] * b[at].conj()).sum() ** 2
+        bottom = (np.abs(a[at]) ** 2).sum() * (np.abs(b[at]) ** 2).sum()
+        result[point] = float(top / bottom) if bottom > 0 else float((np.abs(a[at]) + np.abs(b[at])).sum() == 0)
+    return result
+
+
+def _enhanced(a: Array, b: Array, rows: Mapping[Point, list[int]]) -> dict[Point, float]:
+    """ECOMAC (Hunt, 1992) of every point: mean over modes of half the length of the difference, largest entries scaled to 1."""
+    largest = np.abs(b).max(axis=0)
+    difference = (a - b) / largest
+    return {point: float(np.linalg.norm(difference[at], axis=0).mean() / 2) for point, at in rows.items()}
+
+
+def effective_mass(machine: Machine, pose: Pose | None = None) -> FloatArray:
+    """Return the mass that takes part in translation in every mode, (n_modes,), kg.
+
+    The square of the sum of all bodies' momenta at unit modal mass (effective modal mass, all three directions together).
+    """
+    shapes = body_shapes(machine, pose)
+    momentum = np.zeros((3, shapes.frequency.size))
+    for link, body in enumerate(machine.bodies):
+        first = body.mass[3:6, :3] / body.mass[0, 0]
+        centre = np.array([first[2, 1], first[0, 2], first[1, 0]])
+        at = tf.move(shapes.place.frames[0, link], centre[None])[0]
+        momentum += body.mass[0, 0] * tf.point_velocity(at) @ shapes.twists[link]
+    return np.asarray((momentum**2).sum(axis=0))
+
+
+def _bands(frequency: FloatArray, frf: Frf | None) -> FloatArray:
+    low, high = (0.0, 1.2 * float(frequency[-1])) if frf is None else (float(frf.frequency[0]), float(frf.frequency[-1]))
+    inner = np.sort(frequency[(frequency > low) & (frequency < high)])
+    edges = np.linspace(low, high, _BANDS + 1) if inner.size < 2 else np.array([low, *(inner[1:] + inner[:-1]) / 2, high])
+    return np.stack([edges[:-1], edges[1:]], axis=1)
+
+
+def _with_responses(result: ModelCorrelation, machine: Machine, frf: Frf, pose: Pose | None) -> ModelCorrelation:
+    lines = frf if frf.frequency[0] > 0 else frf.between(float(frf.frequency[1]), np.inf)
+    measured = replace(lines, coherence=None)
+    system = assemble(machine, pose, measured.outputs, inputs=measured.inputs)
+    # In the quantity that was measured: receptance would blow up the noise of accelerations at low frequency.
+    predicted = frequency_response.direct(system, measured.frequency).converted_to(measured.quantity)
+    used, values = [], []
+    for low, high in result.bands:
+        inside = (measured.frequency >= low) & (measured.frequency <= high)
+        if inside.sum() >= 3:
+            used.append((low, high))
+            values.append(correlation.frac(measured.between(low, high), predicted.between(low, high)))
+    if not used:
+        fail("bands", "none with three measured lines", "must hold some", "give bands within the measured lines")
+    return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted,
+                   doubts=(*result.doubts, *question(measured), *question_responses(measured, predicted)))

@@ -1,0 +1,1 @@
+"""Questions asked of servos: an experiment along a path, margins over the workspace."""

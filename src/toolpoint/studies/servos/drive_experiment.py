@@ -1,0 +1,190 @@
+"""A servo along a programmed path or a circle: contour error at scale, table and tool point, torque, loops, circular test."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail
+from toolpoint.drives.accuracy.contour import ContourError
+from toolpoint.drives.accuracy.metrology import CircularTest, circular_test
+from toolpoint.drives.build import build_servo
+from toolpoint.drives.controller.loops import ServoLoops, compute_loops
+from toolpoint.drives.controller.servo import Servo
+from toolpoint.drives.description import DriveDescription
+from toolpoint.drives.program.command import Command
+from toolpoint.drives.program.jerk_profile import JerkLimits
+from toolpoint.drives.program.path import Path, full_turns
+from toolpoint.drives.program.planner import plan_motion, smooth_command
+from toolpoint.drives.simulation.moving_nut import simulate_moving_nut
+from toolpoint.drives.simulation.simulate import ServoResult, simulate
+from toolpoint.machine import Machine
+from toolpoint.studies.servos.drive_contour import is_cutting, match_axes, measure_contour
+from toolpoint.studies.servos.drive_structure import structure_of
+
+PLACES = ("scale", "table", "tool")
+# Moving mean of the set points, and what is simulated after the last of them, s.
+_SMOOTHED, _AFTER = 0.01, 0.3
+_LONGEST, _FEWEST, _SLOWER = 1800.0, 40, 0.98
+
+
+@dataclass(frozen=True, eq=False)
+class DriveExperiment:
+    """A simulated program: servo, histories, contour error at scale, table and tool point, loops; and a circular test.
+
+    `errors` maps ``scale``, ``table`` and ``tool`` to their contour errors, `cutting` to the instants at which they count
+    (elsewhere the axes position in rapids); `circle` is None where no circle was run; `remarks` stand before the figures.
+    """
+
+    drives: DriveDescription
+    servo: Servo
+    result: ServoResult
+    errors: Mapping[str, ContourError]
+    loops: ServoLoops
+    circle: CircularTest | None
+    cutting: Mapping[str, np.ndarray]
+    remarks: tuple[str, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """What to know and try next."""
+        return self.result.status
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What the simulation rests on, in words."""
+        return (*self.remarks, *self.result.notes)
+
+    def largest_error(self, place: str, *, rapid: bool = False) -> float | None:
+        """Return the largest contour error of the cutting moves (or of the rapids) at a place, m; None where there are none."""
+        judged = self.cutting[place] ^ rapid
+        return float(self.errors[place].length[judged].max()) if judged.any() else None
+
+    def rows(self) -> list[tuple[str, str]]:
+        """Return quantity and value, as words, of what a person looks at first."""
+        rows = [("duration", f"{self.result.time[-1]:.3f} s")]
+        for name, error in self.errors.items():
+            cut, rapid = error.length[self.cutting[name]], error.length[~self.cutting[name]]
+            words = f"{1e6 * cut.max():.2f} um largest, {1e6 * np.sqrt((cut**2).mean()):.2f} um rms" if cut.size else \
+                "none: no cutting move"
+            rows.append((f"contour error, {name}", words))
+            if rapid.size:
+                rows.append((f"  {name}, on rapids", f"{1e6 * rapid.max():.2f} um largest"))
+        for axis in self.result.axes:
+            torque = np.abs(self.result.signal("torque_set", axis)).max()
+            rows.append((f"torque set point, {axis}", f"{torque:.3f} N m largest"))
+        if self.circle is not None:
+            test = self.circle
+            rows.append(("circular test (second turn)", f"G {1e6 * test.deviation:.2f} um, F_max {1e6 * test.radial_max:.2f}, "
+                         f"F_min {1e6 * test.radial_min:.2f} um"))
+        return [*rows, ("state", self.status)]
+
+    def table(self) -> str:
+        """Return the quantities, and below them the margins and bandwidths of the loops."""
+        return "\n".join([*(f"note: {note}" for note in self.remarks),
+                          *(f"{name:36s} {value}" for name, value in self.rows()), self.loops.table()])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the largest contour errors of cuts and of rapids (m; None where there are none), the circular deviation (m),
+        the status and the notes as plain values."""
+        return {"contour_error_m": {name: self.largest_error(name) for name in self.errors},
+                "contour_error_rapid_m": {name: self.largest_error(name, rapid=True) for name in self.errors},
+                "notes": list(self.remarks),
+                "circular_deviation_m": None if self.circle is None else self.circle.deviation, "status": self.status}
+
+
+def run_drives(
+    drives: DriveDescription, *, path: Path | None = None, circle: tuple[float, float] | None = None,
+    machine: Machine | None = None, pose: Mapping[str, float] | None = None, ideal: Sequence[str] = (),
+    remarks: Sequence[str] = (), progress: Callable[[str], None] | None = None,
+) -> DriveExperiment:
+    """Return what a servo does along a path, or on a circle.
+
+    Parameters
+    ----------
+    drives : DriveDescription
+    path : Path, optional
+        Lines and arcs, m and m/s.
+    circle : (float, float), optional
+        Radius (m) and feed (m/s) of a circle about the origin, two turns of it, in the place of a path.
+    machine : Machine, optional
+        Whose structure the drives push against, at a `pose` (axis name to m or rad).
+    ideal : sequence of str
+        Axes of the program (``Z``) that the drives lack and that shall follow without error; see
+        `drive_contour.match_axes`, which takes those that only position as ideal without being asked, and says so.
+    remarks : sequence of str
+        What was assumed of the program (`io` says it); it stands before the figures.
+    progress : callable, optional
+        Called with the name of every step at its start.
+
+    Raises
+    ------
+    ToolpointError
+        For an axis of the program that the drives lack, faults of the description, an unstable servo (with its margin), a
+        program that lasts too long, a circle of too few samples, or neither path nor circle (or both).
+    """
+    if (path is None) == (circle is None):
+        fail("path, circle", "both" if path else "neither", "must be one of the two")
+    say = progress or (lambda name: None)
+    servo = build_servo(drives, structure_of(drives, machine, pose))
+    route = path if path is not None else full_turns(*(circle or (0.0, 0.0)))
+    driven = match_axes(route, tuple(drives.axes), ideal=ideal)
+    say("set points")
+    command, place = _command(route, drives, servo)
+    say("simulation")
+    chosen = list(driven.columns)
+    result = _simulate(drives, servo, Command(command.position[:, chosen], command.sample_time, command.velocity[:, chosen],
+                                              command.acceleration[:, chosen]))
+    places = np.interp(result.time, command.time, place)
+    origin = command.position[0, chosen]
+    errors = {name: measure_contour(route, result.time, places, actual=result.output(name) + origin, columns=chosen)
+              for name in PLACES}
+    test = None if circle is None else _second_turn(result, origin, places, *circle)
+    cutting = {name: is_cutting(route, error) for name, error in errors.items()}
+    return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting,
+                           (*driven.notes, *remarks))
+
+
+def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
+    """Return the set points of X, Y, Z, and where along the programmed path each of them is (m)."""
+    limits = JerkLimits(drives.limits.speed, drives.limits.acceleration, drives.limits.jerk)
+    plan = plan_motion(path, limits, corner_tolerance=drives.corner_tolerance, corner=drives.corner)
+    if plan.duration > _LONGEST:
+        raise ToolpointError(f"drive: the program lasts {plan.duration:.4g} s; at most {_LONGEST:g} s are simulated in one "
+                             "run; cut it, or raise the feed")
+    step = servo.controllers[0].position.sample_time
+    command = plan.command(step)
+    place = Command(plan.progress(step, path)[:, None], step)
+    window = max(_SMOOTHED, step)
+    smooth = smooth_command(command, window).extended(_AFTER)
+    return smooth, smooth_command(place, window).extended(_AFTER).position[:, 0]
+
+
+def _simulate(drives: DriveDescription, servo: Servo, command: Command) -> ServoResult:
+    """Return the histories from rest at the first point; with moving nuts the screws follow them."""
+    shifted = Command(command.position - command.position[0], command.sample_time, command.velocity, command.acceleration)
+    substeps, every = drives.substeps, 4 * drives.substeps
+    moving = [axis.mechanics.nut_moves for axis in drives.axes.values()]
+    if not any(moving):
+        return simulate(servo, shifted, substeps=substeps, every=every)
+    start = [axis.mechanics.nut_position or 0.0 for axis in drives.axes.values()]
+    return simulate_moving_nut(lambda nuts: build_servo(drives, None, warn=False, nuts=nuts), start, shifted, moving=moving,
+                               substeps=substeps, every=every)
+
+
+def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float, feed: float) -> CircularTest:
+    """Return the circular test of the second turn at the tool point, without run-up and stop."""
+    length = 2 * np.pi * radius
+    inside = (progress > 1.05 * length) & (progress < 1.95 * length)
+    if np.count_nonzero(inside) < _FEWEST:
+        raise ToolpointError(f"circle {1e3 * radius:g},{6e4 * feed:g} (mm, mm/min): the second turn holds "
+                             f"{np.count_nonzero(inside)} samples; needs {_FEWEST}; take a larger radius or a lower feed")
+    reached = 0.9 * length / float(np.ptp(result.time[inside]))
+    if reached < _SLOWER * feed:
+        warnings.warn(f"the limits of the axes allow {6e4 * reached:.0f} mm/min on this circle, not the "
+                      f"{6e4 * feed:.0f} mm/min asked for: the test is that of the lower feed", ToolpointWarning, stacklevel=3)
+    return circular_test((result.output("tool") + origin)[inside][:, :2], radius)
