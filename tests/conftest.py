@@ -35,28 +35,10 @@ def pytest_collection_modifyitems(items):
             item.add_marker("cluster")
 
 
-CPU = {"workers": 0.0}
-
-
-def spent():
-    """CPU seconds of this process and of the children that it waited for."""
-    usages = (resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
-    return sum(usage.ru_utime + usage.ru_stime for usage in usages)
-
-
-def pytest_sessionfinish(session):
-    """A worker tells what it spent."""
-    if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["cpu"] = spent()
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node):
-    CPU["workers"] += getattr(node, "workeroutput", {}).get("cpu", 0.0)
-
-
 def pytest_terminal_summary(terminalreporter):
-    minutes = (CPU["workers"] + spent()) / 60
+    """Say what the run took: this process and the workers, browsers and compilers that it waited for."""
+    usages = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    minutes = sum(usage.ru_utime + usage.ru_stime for usage in usages) / 60
     terminalreporter.write_line(f"CPU of this run: {minutes:.2f} min, with the compiling of kernels that were not on disk")
 
 

@@ -205,6 +205,7 @@ def test_forces_in_another_unit_than_newton_are_doubted(folder, tmp_path, capsys
     assert "forces must be in N (not kN" in " ".join(capsys.readouterr().err.split())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("wrong", "cause"), [
     (("--speed", "3010"), "repeat at 3000"), (("--helix", "0"), "`helix` near 30"), (("--teeth", "2"), "`teeth` 4"),
     (("--direction", "up"), "`direction` down"), ((), "")])

@@ -103,6 +103,7 @@ def test_panel_and_auto_agree_and_a_machine_file_says_its_own_cut(folder, tmp_pa
     assert "pitch 60/84/60/84/72 deg" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_simulated_cut_takes_feed_runout_and_edge_forces(folder, tmp_path, capsys):
     """Mean power of a stable cut: work of the tangential force, K_t times the volume removed plus the edge's friction."""
     common = ["mill", "--modes", str(folder / "modes.h5"), "--diameter", "12", "--teeth", "2", "--direction", "slot", "--speed",

@@ -78,6 +78,7 @@ def test_program_faults_come_with_their_lines(tmp_path, capsys):
     assert "bad.nc:3:" in shown and "bad.nc:4:" in shown
 
 
+@pytest.mark.slow
 def test_servo_on_the_structure_of_a_machine(tmp_path, capsys):
     folder = SERVO.parent
     (tmp_path / "path.nc").write_text(PROGRAM)
@@ -96,6 +97,7 @@ def test_servo_on_the_structure_of_a_machine(tmp_path, capsys):
     assert "no axis of the drive file is a ball screw" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_map_over_the_workspace(tmp_path, capsys):
     folder = SERVO.parent
     arguments = ["drive", str(folder / "three_axis_vertical_servo_on_structure.yaml"), "--map", "X=-0.3:0.3:3", "--map",

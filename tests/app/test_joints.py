@@ -105,6 +105,7 @@ def test_faults_of_a_component_file(measured_machine, tmp_path, capsys, old, new
     assert words in shown and "Traceback" not in shown
 
 
+@pytest.mark.slow
 def test_the_machine_is_correlated_updated_and_studied_without_further_options(measured_machine, tmp_path, capsys):
     """Responses -> joints -> the machine beside its own test, updated to it: the measured points ride on its bodies."""
     found, page = str(tmp_path / "found.yaml"), ["-o", str(tmp_path / "page")]

@@ -48,6 +48,6 @@ def test_every_tooth_removes_what_the_teeth_before_it_left(tool: Tool) -> None:
         for angle in (0.5, 1.2, 2.0, 2.7):
             turn = angle + lag[tooth]
             _, chip, *_ = edge_field(problem, 1e-3, np.array([turn]), slices=1)
-            phi, removed = swept(tool, feed, turn, turn=tooth)
+            phi, removed = swept(tool, feed, turn, tooth)
             assert phi == pytest.approx(angle)
             assert chip[0, 0, tooth] == pytest.approx(max(removed, 0.0), abs=1.5 * feed**2 * tool.teeth**2 / tool.radius)

@@ -169,6 +169,7 @@ def test_stated_errors_bound_the_true_ones(lines: bool) -> None:
     assert total >= 9 and held == total
 
 
+@pytest.mark.slow
 def test_coarse_lines_say_so() -> None:
     """Lines as far apart as a resonance is wide: the stated error grows with the spacing and bounds the change."""
     problem = general("pitch")

@@ -64,6 +64,7 @@ def tool_of(kind: str, rng: np.random.Generator) -> Tool:
             "ball": Tool(0.016, n, corner_radius=0.008), "straight": Tool(0.016, n)}[kind]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", ["pitch", "helix", "unequal helix", "both", "corner", "ball", "straight"])
 def test_boundary_is_one_of_converged_collocation(kind: str) -> None:
     """Random cuts: on the boundary collocation with many nodes has its largest multiplier on the unit circle; the growth
@@ -217,6 +218,7 @@ def test_speed_dependent_response() -> None:
     assert np.isfinite(mixed).all() and mixed == pytest.approx(fixed, rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [1, 7, 14, 22])
 def test_walls_that_clip_a_rounded_tip(seed: int) -> None:
     """Corner radius and ball, straight and helical, arcs that do not reach the axis: the walls bound the edge from some height

@@ -146,6 +146,7 @@ def test_tuning_keeps_margins_and_the_notch_helps():
     assert better.servo.controllers[0].velocity.gain >= plain.servo.controllers[0].velocity.gain
 
 
+@pytest.mark.slow
 def test_servo_table_names_loops():
     table = compute_loops(cases.benchmark_servo()).table()
     assert "velocity  x" in table

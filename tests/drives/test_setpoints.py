@@ -37,6 +37,7 @@ def test_profile_ends_where_it_must(extra, start, end):
     assert s[:, 1].min() >= -1e-9
 
 
+@pytest.mark.slow
 def test_ten_thousand_random_moves_keep_limits():
     rng = np.random.default_rng(1)
     worst = 0.0

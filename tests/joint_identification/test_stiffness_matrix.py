@@ -53,6 +53,7 @@ def in_basis(joint, free, matrix):
     return turn.T @ matrix @ turn
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("f", "share"), [(4, 0.002), (6, 0.002), (6, 0.02)])
 def test_the_matrix_is_found_and_its_intervals_hold(f, share):
     z, names = [], []

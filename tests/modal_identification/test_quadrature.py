@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from modal_identification.modal_case import responses, structure, with_noise
 from toolpoint import Dof, Frf, ToolpointError
-from toolpoint.modal_identification.poles import quadrature
+from toolpoint.modal_identification import quadrature
 from toolpoint.vibration.correlation import mac
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"

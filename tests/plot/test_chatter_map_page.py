@@ -8,6 +8,7 @@ from toolpoint.pages.chatter_map import chatter_map_page
 from toolpoint.studies.cuts.chatter_map import chatter_map
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axes", [{"X": [-0.2, 0.0, 0.2], "Z": [0.0, 0.3]}, {"Z": [0.0, 0.1, 0.3]}, {"Z": [0.1]}])
 def test_map_and_speeds_are_drawn(opened, vertical_drives, axes):
     found = chatter_map(vertical_drives, axes, speeds=np.linspace(900, 1600, 15), feed_angles=np.radians([0, 90]),

@@ -35,6 +35,7 @@ def mills():
     return mill, mill.with_values({path: 0.5 * mill.value(path)}), path
 
 
+@pytest.mark.slow
 def test_correlation_page(mills, opened):
     mill, wrong, _ = mills
     modes = eigen.solve_undamped(assemble(mill), 6)

@@ -42,6 +42,7 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     assert len(seen.requests) == 1
 
 
+@pytest.mark.slow
 def test_the_probability_chart_and_the_cuts_made_are_drawn(opened):
     modes = Modes([922.0, 922.0], 0.011, np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y"))
     problem = MillingProblem(Tool(0.012, 2), Engagement.down(0.05), CuttingCoefficients(6e8, 2e8), modes)

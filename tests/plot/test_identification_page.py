@@ -8,6 +8,7 @@ from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 from toolpoint.vibration.geometry import Geometry
 
 
+@pytest.mark.slow
 def test_click_on_a_pole_animates_its_shape(opened):
     rng = np.random.default_rng(6)
     points = {i + 1: xyz for i, xyz in enumerate(rng.uniform(0, 1, (6, 3)))}
@@ -33,6 +34,7 @@ def test_click_on_a_pole_animates_its_shape(opened):
     assert len(seen.requests) == 1
 
 
+@pytest.mark.slow
 def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opened):
     rng = np.random.default_rng(0)
     modes = Modes([2.1, 2.4, 6.2, 8.4, 8.6, 9.5, 55.0], 0.01, rng.normal(size=(1, 7)), ("tip:+x",))

@@ -44,6 +44,7 @@ def test_page_is_whole_quiet_and_asks_nothing(opened, machine, shapes):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_click_on_a_pole_shows_its_mode(opened, machine, shapes):
     seen = opened(full(machine, shapes).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length === 2")
@@ -59,6 +60,7 @@ def test_click_on_a_pole_shows_its_mode(opened, machine, shapes):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_user_text_is_escaped_everywhere(opened, machine, shapes):
     seen = opened(full(machine, shapes, EVIL).html(), reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointCharts).length === 2")
@@ -68,6 +70,7 @@ def test_user_text_is_escaped_everywhere(opened, machine, shapes):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_dark_page_has_light_chart_text(opened, machine, shapes):
     colours = []
     for scheme in ("dark", "light"):

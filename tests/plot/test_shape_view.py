@@ -89,6 +89,7 @@ def test_complex_shape_travels_and_real_one_stands_still_at_90_degrees(opened, v
         assert (np.abs(drawn - machine.nodes).max() > 0.01) == moves
 
 
+@pytest.mark.slow
 def test_mode_buttons_name_and_change_the_mode(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     buttons = seen.page.locator(".tp-modes button")
@@ -104,6 +105,7 @@ def test_mode_buttons_name_and_change_the_mode(opened, view):
     assert picture(seen.page) != before
 
 
+@pytest.mark.slow
 def test_keyboard_drives_the_view(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     seen.page.locator(".tp-stage canvas").focus()
@@ -144,6 +146,7 @@ def test_mouse_turns_moves_and_zooms(opened, view):
     assert camera()["pan"] != [0, 0]
 
 
+@pytest.mark.slow
 def test_sliders_ghost_and_bodies_change_the_picture(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     still = picture(seen.page)
@@ -171,6 +174,7 @@ def test_readable_message_where_webgl_is_missing(opened, view):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_reduced_motion_starts_at_rest_and_full_motion_plays(opened, view):
     for preference, plays in (("reduce", False), ("no-preference", True)):
         seen = opened(view.html(), reduced_motion=preference)
@@ -240,6 +244,7 @@ def test_wrong_pairs_are_refused(machine, shapes):
         ShapeView(machine, shapes, name="a b")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [1, 2, 300, 20_000])
 def test_packed_arrays_arrive_exactly(opened, view, count):
     rng = np.random.default_rng(count)

@@ -9,6 +9,7 @@ from toolpoint.io import hdf5
 from toolpoint.vibration import Modes
 
 
+@pytest.mark.slow
 def test_the_page_shows_the_chart_and_the_response_with_its_least_real_part(opened, tmp_path, capsys):
     mass, frequency, ratio = 2.0, 150.0, 0.03
     hdf5.write(Modes([frequency], ratio, np.array([[1 / np.sqrt(mass)]]), ("bar:+x",)), tmp_path / "bar.h5")

@@ -34,6 +34,7 @@ def scaled(frf, output, factor):
     return replace(frf, values=values)
 
 
+@pytest.mark.slow
 def test_clean_measurements_raise_no_doubt():
     """Bar: at most 2 of 100; the model is 3 % off in frequency and 5 % in shape, as models are."""
     alarms = []
