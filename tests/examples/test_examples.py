@@ -51,7 +51,7 @@ COMMANDS = [
 ]
 
 
-@pytest.mark.parametrize(("name", "number", "deviation", "source"), COMMANDS, ids=[row.values[0] if hasattr(row, "values") else row[0] for row in COMMANDS])
+@pytest.mark.parametrize(("name", "number", "deviation", "source"), COMMANDS)
 @pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
 def test_a_command_in_python(name, number, deviation, source):
     assert run(name) == pytest.approx(number, rel=deviation), source

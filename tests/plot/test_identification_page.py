@@ -1,6 +1,7 @@
 """The identification page in a browser: a click on a stable pole of the diagram shows that pole's own shape."""
 
 import numpy as np
+import pytest
 
 from toolpoint.modal_identification import identify
 from toolpoint.pages.identification import identification_page
