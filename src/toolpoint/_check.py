@@ -22,7 +22,14 @@ LEFT_OUT: Any = None
 
 
 class ToolpointError(ValueError):
-    """A wrong input: the message names the argument, the value, the limit and the remedy."""
+    """A wrong input: the message names the argument, the value, the limit and the remedy.
+
+    `argument` is the argument's name as data (``"Tool.pitch"``), empty where the fault is not one argument's.
+    """
+
+    def __init__(self, message: str = "", *, argument: str = "") -> None:
+        super().__init__(message)
+        self.argument = argument
 
 
 class ToolpointWarning(UserWarning):
@@ -31,7 +38,7 @@ class ToolpointWarning(UserWarning):
 
 def fail(name: str, value: str, limit: str, remedy: str = "") -> NoReturn:
     """Raise a ToolpointError in the one form that every message of the package has."""
-    raise ToolpointError(f"{name}: {value}; {limit}" + (f" ({remedy})" if remedy else ""))
+    raise ToolpointError(f"{name}: {value}; {limit}" + (f" ({remedy})" if remedy else ""), argument=name)
 
 
 def frozen(array: Array) -> Array:
@@ -68,7 +75,7 @@ def _array(name: str, value: ArrayLike, kind: Any, shape: Sequence[int | None] |
     except ToolpointError:
         raise
     except (TypeError, ValueError) as error:
-        raise ToolpointError(f"{name}: not an array of numbers ({error})") from None
+        raise ToolpointError(f"{name}: not an array of numbers ({error})", argument=name) from None
     if shape is not None:
         _trailing_shape(name, array, shape)
     if finite and not np.isfinite(array).all():

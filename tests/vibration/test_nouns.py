@@ -1,13 +1,14 @@
 """The nouns: checked when made, read-only, readable, changed only by participles."""
 
 import dataclasses
+import pickle
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from toolpoint import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace, ToolpointWarning
+from toolpoint import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace, ToolpointError, ToolpointWarning
 from toolpoint.vibration import eigen, frequency_response
 from toolpoint.vibration.frf import join_frfs, relative
 
@@ -43,6 +44,16 @@ def test_directions_of_dofs():
     for wrong in (lambda: Dof("p", "u"), lambda: Dof("", "x"), lambda: Dof("p", "o", (1, 1, 0)), lambda: Dof.parse("tool")):
         with pytest.raises(ValueError, match="Dof"):
             wrong()
+
+
+def test_an_error_carries_its_argument_as_data():
+    for wrong, argument in ((lambda: Frf([2.0, 1.0], np.zeros((2, 1, 1)), ["1:+x"], ["1:+x"]), "Frf.frequency"),
+                            (lambda: Dof(1, "+q"), "Dof.direction"), (lambda: Frf("x", 0, [], []), "Frf.frequency")):
+        with pytest.raises(ToolpointError) as caught:
+            wrong()
+        assert caught.value.argument == argument
+        copy = pickle.loads(pickle.dumps(caught.value))  # workers hand errors over
+        assert (copy.argument, str(copy)) == (argument, str(caught.value))
 
 
 def test_nouns_cannot_be_changed():

@@ -155,8 +155,8 @@ def fault_of(cut: CuttingDescription) -> tuple[tuple[str, ...], str] | None:
         try:
             make(cut)
         except ToolpointError as error:
-            name, _, message = str(error).partition(":")
-            last = name.rsplit(".", 1)[-1]
+            message = str(error).removeprefix(f"{error.argument}:")
+            last = error.argument.rsplit(".", 1)[-1]
             back = {value: key for key, value in _GIVEN.items()}
             key = {"Engagement": "entry", **back}.get(last, last)
             return (("speed_variation", key) if make is variation_of else (key,)), message.strip()
