@@ -8,6 +8,7 @@ replaced where a file takes it down.
 from __future__ import annotations
 
 import atexit
+import contextlib
 import json
 import os
 import pickle
@@ -73,6 +74,10 @@ class _Worker:
         if self.owner == os.getpid():
             self.process.kill()
             self.process.wait()
+            for stream in (self.process.stdin, self.process.stdout):
+                if stream is not None:
+                    with contextlib.suppress(OSError):  # what was not sent to a dead process is lost on purpose
+                        stream.close()
 
 
 _LOCK = threading.Lock()
