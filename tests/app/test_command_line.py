@@ -173,3 +173,10 @@ def test_a_grid_takes_units_too(turning_table, tmp_path, capsys):
         assert words in " ".join(capsys.readouterr().err.split())
     assert run(["map", turning_table, "--axis", "X=0:0.1:2", "--axis", "X=0:0.1:2"]) == 2
     assert "twice" in capsys.readouterr().err
+
+
+def test_demos_are_listed_and_a_wrong_name_is_refused(capsys):
+    assert run(["demo", "--list"]) == 0
+    assert "machining-centre" in capsys.readouterr().out
+    assert run(["demo", "machining-center"]) == 2
+    assert "did you mean 'machining-centre'" in capsys.readouterr().err

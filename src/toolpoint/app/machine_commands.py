@@ -1,4 +1,4 @@
-"""Commands about a machine file: demo, report, modes, check, map, schema."""
+"""Commands about a machine file: report, modes, check, map, schema."""
 
 from __future__ import annotations
 
@@ -11,36 +11,6 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Result, frame
 from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, POSE, QUANTITY
-
-DEMO, DEMO_DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
-
-
-@click.command()
-@OUTPUT
-def demo(output: Path) -> None:
-    """A published three-axis machining centre: modes, tool-point responses, stability lobes, and a page of them."""
-    from importlib import resources
-
-    from toolpoint.app import console
-    from toolpoint.cutting import ZeroOrder
-    from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.demo import demo_page
-    from toolpoint.studies.machines.machine_report import study_machine, study_modes
-
-    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
-        run.step("machine")
-        casting = study_modes(machine_file.read(folder / DEMO))
-        run.step("machine with feed drives")
-        # The quickest method: nobody wants to wait for a compiler on the first page.
-        drives = study_machine(machine_file.read(folder / DEMO_DRIVES), step=run.step, method=ZeroOrder())
-        run.step("page")
-        files = [(name, (folder / name).read_text(encoding="utf-8")) for name in (DEMO, DEMO_DRIVES)]
-        run.save(demo_page(casting, drives, files, warnings=run.warnings))
-    size, frequency = drives.machine.size, drives.frequency
-    console.text(casting.table())
-    console.text(f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz")
-    console.text("\n".join(drives.limit_lines()))
-    run.show_rest()
 
 
 @click.command()

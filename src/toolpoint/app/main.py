@@ -11,7 +11,7 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.app import console, cutting_commands, drive_commands, machine_commands, model_commands
+from toolpoint.app import console, cutting_commands, demo_commands, drive_commands, machine_commands, model_commands
 
 
 class _Commands(click.Group):
@@ -29,7 +29,7 @@ def cli() -> None:
     """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""
 
 
-for _command in (machine_commands.demo, machine_commands.report, machine_commands.modes, machine_commands.check,
+for _command in (demo_commands.demo, machine_commands.report, machine_commands.modes, machine_commands.check,
                  machine_commands.frequency_map, machine_commands.schema, model_commands.identify, model_commands.joints,
                  model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
