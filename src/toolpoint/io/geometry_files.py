@@ -22,8 +22,8 @@ _FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV w
 
 @door("file of points")
 def read(path: str | Path) -> Geometry:
-    """Return the geometry of a universal file (sets 15 or 2411, 82), of a CSV file with columns point, x, y, z (m), or the
-    points of a machine file (YAML) at its reference pose."""
+    """Return the geometry of a universal file (sets 15 or 2411, 82, edges of the elements of 2412), of a CSV file with
+    columns point, x, y, z (m), or the points of a machine file (YAML) at its reference pose."""
     path = Path(path)
     if path.suffix.lower() in UNIVERSAL:
         measured = uff.read_geometry(path)

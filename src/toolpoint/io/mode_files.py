@@ -11,7 +11,7 @@ from toolpoint.vibration import Modes
 
 
 def read(path: str | Path) -> Modes:
-    """Return the modes of toolpoint's HDF5 file (.h5) or of a universal file (sets 55)."""
+    """Return the modes of toolpoint's HDF5 file (.h5) or of a universal file (sets 55 or 2414)."""
     kind = Path(path).suffix.lower()
     if kind in UNIVERSAL:
         return uff.read_modes(path)

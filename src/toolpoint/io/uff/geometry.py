@@ -1,13 +1,13 @@
-"""Sets 15, 2411 (points) and 82 (lines) of universal files: the measured geometry."""
+"""Sets 15, 2411 (points), 82 (lines) and 2412 (elements) of universal files: the measured geometry."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint.io.uff import elements
 from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 
 
@@ -59,14 +59,16 @@ def geometry(file: UniversalFile, length_factor: float) -> MeasuredGeometry:
             table |= points
         elif dataset.number == 82:
             lines += _lines(file, dataset)
+        elif dataset.number == 2412:
+            lines += elements.edges(file, dataset)
     if not table:
         raise ToolpointError(f"{file.path}: no set 15 or 2411; a geometry needs points")
-    known = [part for line in lines for part in _known(file, line, table.keys())]
+    have = set(table)
+    known = [part for line in lines for part in _known(file, line, have)]
     return MeasuredGeometry(tuple(table), np.array(list(table.values())) / length_factor, tuple(known))
 
 
-def _known(file: UniversalFile, line: tuple[int, ...], points: Iterable[int]) -> list[tuple[int, ...]]:
-    have = set(points)
+def _known(file: UniversalFile, line: tuple[int, ...], have: set[int]) -> list[tuple[int, ...]]:
     if not set(line) <= have:
         file.repaired(f"a line to point {sorted(set(line) - have)[0]}, which has no coordinates, is left out")
         return []

@@ -1,27 +1,17 @@
-"""Set 55 of universal files: mode shapes at points, real or complex."""
+"""Mode shapes of universal files: read from sets 55 and 2414, written as sets 55, real or complex."""
 
 from __future__ import annotations
-
-from dataclasses import dataclass
 
 import numpy as np
 
 from toolpoint._check import Array, ToolpointError
+from toolpoint.io.uff import analysis, shape_records
 from toolpoint.io.uff.functions import DIRECTIONS
-from toolpoint.io.uff.sets import UniversalFile, UniversalSet
+from toolpoint.io.uff.sets import UniversalFile
+from toolpoint.io.uff.shape_records import NORMAL
 from toolpoint.vibration import Dof, Modes
 
-NORMAL, COMPLEX = 2, (3, 7)
-MOST_EACH = 36  # values a point: a general 6 x 6 tensor has no more
-
-
-@dataclass(frozen=True, eq=False)
-class _Shape:
-    frequency: float
-    ratio: float
-    scale: complex
-    real: bool
-    values: dict[tuple[int, int], complex]
+READERS = {55: shape_records.shape, 2414: analysis.shape}
 
 
 def modes(file: UniversalFile) -> Modes:
@@ -29,10 +19,13 @@ def modes(file: UniversalFile) -> Modes:
 
     Shapes with a modal mass (real) or modal A (complex) are scaled by it; where one has none, all stay unscaled.
     """
-    shapes = [_shape(file, dataset) for dataset in file.sets if dataset.number == 55]
+    present = [number for number in READERS if any(dataset.number == number for dataset in file.sets)]
+    if len(present) > 1:  # the same modes in the old and the new set
+        file.repaired("mode shapes in sets 55 and 2414: those of the sets 55 are read")
+    shapes = [READERS[dataset.number](file, dataset) for dataset in file.sets if dataset.number in present[:1]]
     ordered = sorted((shape for shape in shapes if shape is not None), key=lambda shape: shape.frequency)
     if not ordered:
-        raise ToolpointError(f"{file.path}: no set 55 with mode shapes; it holds {file!r}")
+        raise ToolpointError(f"{file.path}: no set 55 or 2414 with mode shapes; it holds {file!r}")
     keys = list(dict.fromkeys(key for shape in ordered for key in shape.values))
     table = np.array([[shape.values.get(key, 0j) for shape in ordered] for key in keys])
     moving = np.abs(table).sum(axis=1) > 0
@@ -48,76 +41,6 @@ def modes(file: UniversalFile) -> Modes:
     array: Array = table.real if real else table
     return Modes(np.array([shape.frequency for shape in ordered]), np.array([shape.ratio for shape in ordered]), array,
                  tuple(Dof(point, DIRECTIONS[way]) for point, way in keys), kind, notes=tuple(file.repairs))
-
-
-def _shape(file: UniversalFile, dataset: UniversalSet) -> _Shape | None:
-    lines = file.text(dataset).splitlines()
-    if len(lines) < 9:
-        raise ToolpointError(f"{file.path}: a set 55 of {len(lines)} lines; must have 8 header lines and shapes")
-    model = _integers(file, lines[5])
-    if len(model) < 6 or model[5] < 1:
-        raise ToolpointError(f"{file.path}: record 6 {lines[5].strip()!r} of a set 55; must give six whole numbers, the last "
-                             "of them (values a point) above zero")
-    analysis, data_type, each = model[1], model[4], model[5]
-    if analysis not in (NORMAL, *COMPLEX):
-        file.repaired(f"a set 55 of analysis type {analysis} (no mode) is left out")
-        return None
-    numbers = _reals(file, " ".join(_cells(lines[7])))
-    needed = 4 if analysis == NORMAL else 6
-    if len(numbers) < min(needed, 4):
-        raise ToolpointError(f"{file.path}: record 8 {lines[7].strip()!r} of a set 55; must hold {needed} numbers: "
-                             "frequency or pole, modal mass, damping")
-    if analysis == NORMAL:
-        frequency, ratio, scale = numbers[0], numbers[2] or numbers[3] / 2, complex(numbers[1])
-    else:
-        pole = complex(numbers[0], numbers[1])
-        frequency, ratio = abs(pole) / (2 * np.pi), -pole.real / abs(pole) if pole else 0.0
-        scale = complex(numbers[2], numbers[3])
-    is_complex = data_type in (5, 6)
-    return _Shape(frequency, ratio, scale, not is_complex, _values(file, lines[8:], each, is_complex))
-
-
-def _values(file: UniversalFile, lines: list[str], each: int, is_complex: bool) -> dict[tuple[int, int], complex]:
-    words = each * (2 if is_complex else 1)
-    entries: dict[tuple[int, int], complex] = {}
-    at = 0
-    rows = [line for line in lines if line.strip()]
-    while at < len(rows):
-        point = _integers(file, rows[at])[0]
-        if each > MOST_EACH:
-            raise ToolpointError(f"{file.path}: a set 55 of {each} values a point; must be at most {MOST_EACH}")
-        cells: list[float] = []
-        while len(cells) < words:
-            at += 1
-            if at >= len(rows):
-                raise ToolpointError(f"{file.path}: the shape of a set 55 ends within point {point}; it is cut short")
-            cells += _reals(file, " ".join(_cells(rows[at])))
-        numbers = np.array(cells[:words])
-        values = numbers[::2] + 1j * numbers[1::2] if is_complex else numbers + 0j
-        entries |= {(point, way + 1): complex(value) for way, value in enumerate(values[:6])}
-        at += 1
-    return entries
-
-
-def _cells(line: str) -> list[str]:
-    words = line.split()
-    return words if all(len(word) <= 13 for word in words) else [line[at:at + 13] for at in range(0, len(line), 13)]
-
-
-def _integers(file: UniversalFile, line: str) -> list[int]:
-    try:
-        return [int(word) for word in line.split()]
-    except ValueError:
-        raise ToolpointError(f"{file.path}: {line.strip()!r} in a set 55 where whole numbers must stand") from None
-
-
-def _reals(file: UniversalFile, line: str) -> list[float]:
-    if "D" in line.upper():
-        file.repaired("Fortran D exponents")
-    try:
-        return [float(word) for word in line.upper().replace("D", "E").split()]
-    except ValueError:
-        raise ToolpointError(f"{file.path}: {line.strip()!r} in a set 55 where numbers must stand") from None
 
 
 def written(noun: Modes) -> bytes:
