@@ -12,6 +12,7 @@ from toolpoint.cutting.cut.plane import against
 from toolpoint.cutting.cut.problem import plane_dynamics
 from toolpoint.cutting.stability.methods.mode_coupling import mode_coupling
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
+from toolpoint.studies.cuts.turning import orient
 
 M, K, Z, KF = 1.0, 1e7, 0.03, 1e9
 
@@ -43,6 +44,24 @@ def test_mode_coupling_of_two_modes() -> None:
     state = np.block([[np.zeros((2, 2)), np.eye(2)], [-k - turn, -c]])
     assert np.linalg.eigvals(state).real.max() == pytest.approx(0, abs=1e-6)
     assert np.isinf(mode_coupling(benchmark(Engagement.slot())).depth)
+
+
+def test_mode_coupling_of_a_given_force_direction_is_flutter() -> None:
+    """Two modes of equal decay rate, force 60 degrees off the chip: the roots of the undamped pair meet where
+    S^2 = 4 P, S = w1^2 + w2^2 + w K_f (a1 + a2), P = w1^2 w2^2 + w K_f (a1 w2^2 + a2 w1^2), a_i = (n.u_i)(u_i.f)."""
+    turn = np.radians(35)
+    ways = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])
+    modes = Modes([20.0, 22.0], [1e-6, 1e-6 * 20 / 22], ways / np.sqrt(50.0), ("tool:+x", "tool:+y"))
+    normal, force = np.array([1.0, 0, 0]), np.array([np.cos(np.pi / 3), np.sin(np.pi / 3), 0])
+    found = [mode_coupling(TurningProblem(KF, orient(modes, {"x": "tool:+x", "y": "tool:+y"}, normal, force=way)), 0.01)
+             for way in (force, normal)]
+    w2 = (2 * np.pi * modes.frequency) ** 2
+    a = (normal[:2] @ modes.shape) * (force[:2] @ modes.shape)
+    total, cross = a.sum(), a @ w2[::-1]
+    roots = np.roots([total**2, 2 * w2.sum() * total - 4 * cross, w2.sum() ** 2 - 4 * w2.prod()])
+    least = min(root.real for root in roots if abs(root.imag) < 1e-9 * abs(root) and root.real > 0) / KF
+    assert found[0].depth == pytest.approx(least, rel=1e-4)
+    assert np.isinf(found[1].depth)  # a force along the chip's normal draws no energy from two modes
 
 
 def test_tool_against_work() -> None:

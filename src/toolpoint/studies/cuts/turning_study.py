@@ -11,6 +11,7 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.problem import TurningProblem
+from toolpoint.cutting.stability.methods.mode_coupling import ModeCoupling, mode_coupling
 from toolpoint.studies.cuts.lobes_study import doubtful_limits
 from toolpoint.studies.cuts.tool_directions import driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
@@ -42,13 +43,15 @@ class TurningCut:
 
 @dataclass(frozen=True, eq=False)
 class TurningStudy:
-    """The cut and its problem, the chart (its notes say what was assumed), and the unconditional limit (None with process
-    damping, where it depends on the speed)."""
+    """The cut and its problem, the chart (its notes say what was assumed), the unconditional limit (None with process
+    damping, where it depends on the speed), and the width of mode coupling alone, without regeneration, that no choice of speed
+    avoids (None of a measured FRF or with process damping)."""
 
     cut: TurningCut
     problem: TurningProblem
     chart: StabilityChart
     limit: UnconditionalLimit | None
+    coupling: ModeCoupling | None
 
     def noted(self, notes: Sequence[str]) -> TurningStudy:
         """Return the study with further notes before those of its chart."""
@@ -62,6 +65,11 @@ class TurningStudy:
             finite = np.isfinite(limit.width)
             rows.append(["stable at every speed", "", f"below {1e3 * limit.width:.4f}" if finite else "every width",
                          f"chatter at {limit.frequency:.1f} Hz above" if finite else "no negative real part"])
+        if self.coupling is not None:
+            least, known = self.coupling.depth, np.isfinite(self.coupling.depth)
+            width = f"above {1e3 * least:.4f}" if known else f"no width to {1e3 * chart.depth_max:.3g}"
+            remark = f"at {self.coupling.frequency:.1f} Hz" if known else "this force direction couples no modes"
+            rows.append(["unstable by mode coupling at any speed", "", width, remark])
         low, high = int(np.argmin(chart.limit)), int(np.argmax(np.minimum(chart.limit, chart.depth_max)))
         for name, at in (("lowest limit of the chart", low), ("highest limit of the chart", high)):
             value = float(chart.limit[at])
@@ -80,10 +88,16 @@ class TurningStudy:
         least = None if self.limit is None or not np.isfinite(self.limit.width) else {
             "width_m": self.limit.width, "chatter_frequency_hz": self.limit.frequency,
             "least_real_part_m_per_n": self.limit.real, "speed_rpm": self.limit.tips.tolist()}
-        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least, "method": self.chart.method,
+        return {"speed_rpm": self.chart.speeds.tolist(), "unconditional": least,
+                "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
                 "best_cut": {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
                 "notes": list(self.chart.notes)}
+
+    def _coupling(self) -> dict[str, float] | None:
+        if self.coupling is None or not np.isfinite(self.coupling.depth):
+            return None
+        return {"width_m": self.coupling.depth, "frequency_hz": self.coupling.frequency}
 
 
 def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | None = None) -> TurningStudy:
@@ -100,8 +114,10 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
             break
         chart = stability.chart(problem, n, None, depth_max=2 * chart.depth_max)
     limit = unconditional_limit(problem) if cut.process_damping == 0 else None
+    modal = cut.process_damping == 0 and problem.plane.is_modal
+    coupling = mode_coupling(problem, chart.depth_max) if modal else None
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
-    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubtful_limits(chart), *kept, *assumed])), limit)
+    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubtful_limits(chart), *kept, *assumed])), limit, coupling)
 
 
 def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, positive
+from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
-from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 
 
 @dataclass(frozen=True)
@@ -27,32 +27,36 @@ class ModeCoupling:
     frequency: float
 
 
-def mode_coupling(problem: MillingProblem, depth_max: float = 0.05, levels: int = 200) -> ModeCoupling:
+def mode_coupling(problem: MillingProblem | TurningProblem, depth_max: float = 0.05, levels: int = 200) -> ModeCoupling:
     r"""Return the least depth at which :math:`F = -w \bar A r` (no delay) makes the structure unstable.
 
     With stiff tools on soft structures chatter near the structure's own frequencies does not depend on the spindle
     speed: two modes of close stiffness are coupled by the unsymmetric matrix of the cut, :math:`\det(I + w \bar A
-    G(s)) = 0` with Re s > 0. The matrix is the mean over rotation.
+    G(s)) = 0` with Re s > 0. Of a milling problem the matrix is the mean over rotation; of a turning problem force and chip
+    thickness have their given directions f and n, :math:`1 + w K_f\,n^T G(s) f = 0`.
 
     Source: Gasparetto, J. Dynamic Systems Measurement Control 123 (2001) 191; Pan, Zhang, Zhu, Wang, J. Materials
     Processing Technology 173 (2006) 301.
 
     Parameters
     ----------
-    problem : MillingProblem
-        Modal dynamics.
+    problem : MillingProblem or TurningProblem
+        Modal dynamics; without process damping.
     depth_max : float
         m.
     levels : int
         Depths at which the roots are computed before bisection.
     """
+    if isinstance(problem, TurningProblem) and problem.process_damping > 0:
+        fail("problem", "process damping", "mode coupling is looked for without it", "leave the process damping out")
+    matrix = np.diag([problem.stiffness, 0.0]) if isinstance(problem, TurningProblem) else problem.mean_matrix
     system = ModalState(modal_plane(problem.plane))
     poles, left, right = system.poles, system.left, system.right
     every = np.concatenate([poles, poles.conj()])
     output, drive = np.concatenate([left, left.conj()], axis=1), np.concatenate([right, right.conj()])
 
     def roots(depth: float) -> FloatArray:
-        return np.linalg.eigvals(np.diag(every) - depth * drive @ problem.mean_matrix @ output)
+        return np.linalg.eigvals(np.diag(every) - depth * drive @ matrix @ output)
 
     top = positive("depth_max", depth_max, 10.0)
     grid = top * np.arange(1, count("levels", levels, 4) + 1) / levels
