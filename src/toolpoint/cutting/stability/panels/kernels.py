@@ -9,7 +9,7 @@ with R in closed form (`responses`), so that no time step limits the modes. The 
 where it lies, of this period or the one before (`look_back`): entries, exits and their images one delay later are ends of
 panels, so nothing is interpolated across a kink. Solved panel by panel (`inverses`), one application of the map costs work in
 proportion to nodes and modes (`advance`). Of its spectrum only the largest multipliers matter: an Arnoldi basis of some 14 to
-160 vectors (`extend`), begun with the Ritz vector of the depth before (`ritz`), gives them to rounding.
+160 vectors (`arnoldi`), begun with the Ritz vector of the depth before, gives them to rounding.
 """
 
 # mypy: ignore-errors
@@ -323,74 +323,3 @@ def advance(x, y, operator):
             state[r] += pushed[r]
     for r in range(m):
         y[nodes * d + r], y[nodes * d + m + r] = state[2 * r], state[2 * r + 1]
-
-
-@nb.njit(cache=True, nogil=True, fastmath=SUMS)
-def sweep(basis, count, y, dots):
-    """Take from y its parts along the first `count` rows of a basis, all seen before any is taken; returns what is left of
-    its length."""
-    product(basis, y, y.size, dots[:count])
-    for j in range(count):
-        row, dot = basis[j], dots[j]
-        for i in range(y.size):
-            y[i] -= dot * row[i]
-    total = 0.0
-    for i in range(y.size):
-        total += y[i] * y[i]
-    return math.sqrt(total)
-
-
-@nb.njit(cache=True, nogil=True)
-def extend(basis, h, have, most, operator):
-    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, -1 on overflow."""
-    size = basis.shape[1]
-    dots = np.empty(most)
-    for k in range(have, most):
-        y = basis[k + 1]
-        advance(basis[k], y, operator)
-        whole = sweep(basis, 0, y, dots)
-        if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
-            return -1
-        before, norm = whole, whole
-        for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
-            norm = sweep(basis, k + 1, y, dots)
-            for j in range(k + 1):
-                h[j, k] += dots[j]
-            if norm > 0.5 * before or norm < 1e-13 * whole:
-                break
-            before = norm
-        h[k + 1, k] = norm
-        if norm < 1e-13 * whole:  # an invariant subspace: what is left is rounding
-            return k + 1
-        for i in range(size):
-            y[i] /= norm
-    return most
-
-
-@nb.njit(cache=True, nogil=True)
-def ritz(h, n, value, basis, out):
-    """Write the Ritz vector of an eigenvalue of the Hessenberg matrix h (n x n) as a real start vector; returns its residual.
-
-    The eigenvector follows upwards from its last component, which is the small one for a converged value.
-    """
-    y = np.zeros(n, np.complex128)
-    y[n - 1] = 1.0
-    for k in range(n - 1, 0, -1):
-        total = -value * y[k]
-        for j in range(k, n):
-            total += h[k, j] * y[j]
-        y[k - 1] = -total / h[k, k - 1]
-        if abs(y[k - 1]) > 1e100:
-            for j in range(k - 1, n):
-                y[j] *= 1e-100
-    norm = 0.0
-    for k in range(n):
-        norm += y[k].real ** 2 + y[k].imag ** 2
-    norm = math.sqrt(norm)
-    for i in range(out.size):
-        out[i] = 0.0
-    for k in range(n):
-        f = (y[k].real + y[k].imag) / norm
-        for i in range(out.size):
-            out[i] += f * basis[k, i]
-    return h[n, n - 1] * abs(y[n - 1]) / norm

@@ -14,6 +14,8 @@ from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, requi
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
+NOT_NORMAL = ("at some speeds a cut lasts so many vibrations that rounding moves the limit by more than the tolerance: see its "
+              "error; raise the least speed")
 BEYOND = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
 
 
@@ -66,22 +68,25 @@ class PanelArnoldi:
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
               ) -> StabilityChart:
         """Return the chart, beginning with the panels and the roots of a near problem where `warm` has them."""
+        from toolpoint.cutting.stability.panels.cost import check_affordable
         from toolpoint.cutting.stability.panels.search import PanelSearch
 
         problem, warm = require_milling(self, problem), warm or WarmStart()
+        check_affordable(problem, float(speeds.min()))
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []
-        overflow = False
+        overflow, is_normal = False, True
         settings, store = (self.nodes, self.levels, self.tolerance), warm.panels(problem)
         for i, speed in enumerate(speeds.tolist()):
             search = PanelSearch(settings, problem, speed, depth_max, store, warm.roots.get(speed))
             rows += [(i, *row) for row in search.rows()]
             warm.keep_roots(speed, search.slopes)
             overflow |= search.overflow
+            is_normal &= search.is_normal
         columns = np.array(rows, float).reshape(-1, 6).T
         note = (f"largest multipliers of the one-period map; error of each point from two discretisations; bands narrower "
                 f"than the {self.levels} search levels can be missed")
-        status = BEYOND if overflow else "complete"
+        status = BEYOND if overflow else "complete" if is_normal else NOT_NORMAL
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
                          status=status)
 

@@ -12,9 +12,11 @@ from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.methods.search import mean_period
+from toolpoint.cutting.stability.panels.arnoldi import extend, ritz
+from toolpoint.cutting.stability.panels.balance import PLAIN, balance, decay_between_cuts
 from toolpoint.cutting.stability.panels.bumps import Level, bump
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
-from toolpoint.cutting.stability.panels.kernels import extend, inverses, responses, ritz
+from toolpoint.cutting.stability.panels.kernels import inverses, responses
 from toolpoint.cutting.stability.panels.layout import CutPanels, rising_table
 from toolpoint.cutting.stability.panels.records import ModalWaves, PanelTimes, PeriodOperator
 from toolpoint.cutting.stability.panels.store import PanelStore
@@ -25,6 +27,7 @@ FIRST = 14  # Arnoldi vectors before the first look at the residual, where nothi
 LESS, MORE = 2, 8  # as many less than last time are tried first, as many more after a look that does not do
 BEFORE, BEYOND = (1 / 3, 2 / 3), (1 / 8, 1 / 2)  # where between a root and its neighbours it is looked once more
 CROSSED = 3e-4  # relative error of depth at which the search for a root with few nodes ends
+OTHER_BALANCE = 0.75  # share of the balance by which a root is looked at again
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
 
 
@@ -44,6 +47,17 @@ class PeriodMap:
         self.vector = np.zeros(0)
         self.enough = {} if enough is None else enough  # Arnoldi vectors that were enough last time, by what was wanted
         self.overflow = False
+        self.tilt = 1.0  # share of the balance that is applied: the multipliers do not depend on it but for rounding
+        self.balances = False
+        self.weight: FloatArray = np.zeros(0)
+
+    def tilted(self, depth: float, waves: float, accuracy: float, tilt: float) -> ComplexArray:
+        """Return the multipliers by another share of the balance; what differs is rounding."""
+        self.of, self.tilt, vector = None, tilt, self.vector
+        self.vector = np.zeros(0)
+        values = self.multipliers(depth, waves, accuracy)
+        self.of, self.tilt, self.vector = None, 1.0, vector
+        return values
 
     def _times(self, angle: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Time, s, and seconds a radian at these angles."""
@@ -73,6 +87,10 @@ class PeriodMap:
         layout = panels.layout._replace(drag=panels.layout.drag * (drag * rate)[:, None, None])
         waves = waves._replace(free=waves.free.view(float), free_velocity=waves.free_velocity.view(float))
         self.operator = PeriodOperator(1.0, layout, waves, np.zeros(force), self.damped)
+        decay = decay_between_cuts(panels.cutting, border, system.poles)
+        self.balances = decay > PLAIN
+        self.weight = np.zeros(0) if not self.balances else balance(
+            panels.cutting, border, time, exponent=self.tilt * decay, size=d, states=2 * m)
 
     def multipliers(self, depth: float, waves: float, accuracy: float) -> ComplexArray:
         """Return the largest multipliers, largest first; the first's residual is below `accuracy`, or below a twentieth of its
@@ -90,7 +108,7 @@ class PeriodMap:
         basis[0] = self._start(size)
         have, step, vector = 0, min(most, max(FIRST, self.enough.get(accuracy, 0) - LESS)), np.zeros(size)
         while True:
-            now = extend(basis, h, have, step, operator)
+            now = extend(basis, h, have, step, operator, self.weight)
             if now < 0:
                 self.overflow = True
                 return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
@@ -143,6 +161,7 @@ class PanelSearch:
         self.waves = waves_of(self.plane, problem, speed)
         self.maps: dict[int, PeriodMap] = {}
         self.enough: dict[float, int] = {}
+        self.is_normal = True  # whether rounding leaves every root within the tolerance
 
     def map(self, more: int) -> PeriodMap:
         """The map with `more` extra nodes on every panel."""
@@ -258,12 +277,23 @@ class PanelSearch:
         best, error, mu, slope = self._solved(a, b, self._known(a, b, rising), rising)
         if not error < b - a:  # also where there was nothing near, or it led astray
             best, error, mu, slope = self._solved(a, b, self._crossed(low, high), rising)
+        error = min(error + self._rounding(best, slope), b - a)
         self.slopes.append((best, slope))
         theta = abs(float(np.angle(mu)))
         if abs(mu.imag) < 1e-7 * abs(mu):
             theta = np.pi if mu.real < 0 else 0.0
         single = 1 if theta in (0.0, np.pi) else 2
         return (best, theta, self._frequency(theta), single if rising else -single, error), slope
+
+    def _rounding(self, depth: float, slope: float) -> float:
+        """Error of a root, m, that rounding of a far from normal map leaves: what another balance makes of its growth."""
+        period_map = self.map(3)
+        if not period_map.balances or slope == 0:
+            return 0.0
+        values = [period_map.tilted(depth, 1.3 * self.waves, -1e-10, tilt)[0] for tilt in (1.0, OTHER_BALANCE)]
+        shift = abs(float(np.diff(np.log(np.maximum(np.abs(values), 1e-300)))[0]) / slope)
+        self.is_normal &= shift <= self.tolerance * depth
+        return shift
 
     def _known(self, a: float, b: float, rising: bool) -> Start | None:
         """Root and slope that a near problem had in this bracket."""

@@ -1,0 +1,94 @@
+"""Compiled Arnoldi basis of PanelArnoldi's one-period map, and the Ritz vector it begins with at the next depth."""
+
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
+from __future__ import annotations
+
+import math
+
+import numba as nb
+import numpy as np
+
+from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
+
+
+@nb.njit(cache=True, nogil=True, fastmath=SUMS)
+def sweep(basis, count, y, dots):
+    """Take from y its parts along the first `count` rows of a basis, all seen before any is taken; returns what is left of
+    its length."""
+    product(basis, y, y.size, dots[:count])
+    for j in range(count):
+        row, dot = basis[j], dots[j]
+        for i in range(y.size):
+            y[i] -= dot * row[i]
+    total = 0.0
+    for i in range(y.size):
+        total += y[i] * y[i]
+    return math.sqrt(total)
+
+
+@nb.njit(cache=True, nogil=True)
+def extend(basis, h, have, most, operator, weight):
+    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, -1 on overflow.
+
+    weight : diagonal W of the similar map W^-1 U W whose basis this is (its multipliers are those of U); empty for U itself.
+    """
+    size = basis.shape[1]
+    dots = np.empty(most)
+    weighted = np.empty(weight.size)
+    for k in range(have, most):
+        y = basis[k + 1]
+        if weight.size > 0:
+            for i in range(size):
+                weighted[i] = weight[i] * basis[k, i]
+            advance(weighted, y, operator)
+            for i in range(size):
+                y[i] /= weight[i]
+        else:
+            advance(basis[k], y, operator)
+        whole = sweep(basis, 0, y, dots)
+        if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
+            return -1
+        before, norm = whole, whole
+        for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
+            norm = sweep(basis, k + 1, y, dots)
+            for j in range(k + 1):
+                h[j, k] += dots[j]
+            if norm > 0.5 * before or norm < 1e-13 * whole:
+                break
+            before = norm
+        h[k + 1, k] = norm
+        if norm < 1e-13 * whole:  # an invariant subspace: what is left is rounding
+            return k + 1
+        for i in range(size):
+            y[i] /= norm
+    return most
+
+
+@nb.njit(cache=True, nogil=True)
+def ritz(h, n, value, basis, out):
+    """Write the Ritz vector of an eigenvalue of the Hessenberg matrix h (n x n) as a real start vector; returns its residual.
+
+    The eigenvector follows upwards from its last component, which is the small one for a converged value.
+    """
+    y = np.zeros(n, np.complex128)
+    y[n - 1] = 1.0
+    for k in range(n - 1, 0, -1):
+        total = -value * y[k]
+        for j in range(k, n):
+            total += h[k, j] * y[j]
+        y[k - 1] = -total / h[k, k - 1]
+        if abs(y[k - 1]) > 1e100:
+            for j in range(k - 1, n):
+                y[j] *= 1e-100
+    norm = 0.0
+    for k in range(n):
+        norm += y[k].real ** 2 + y[k].imag ** 2
+    norm = math.sqrt(norm)
+    for i in range(out.size):
+        out[i] = 0.0
+    for k in range(n):
+        f = (y[k].real + y[k].imag) / norm
+        for i in range(out.size):
+            out[i] += f * basis[k, i]
+    return h[n, n - 1] * abs(y[n - 1]) / norm
