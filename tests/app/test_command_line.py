@@ -135,7 +135,7 @@ bodies:
   top: {mass: 100 kg, centre: [0.3, 0, 0.5], shape: {kind: box, size: [1, 0.2, 0.1]}}
 joints:
   feet: {parent: ground, child: bed, stiffness: {x: 4e7, y: 9e7, z: 1e8, rx: 2e7, ry: 1e7, rz: 3e7}}
-  pivot: {parent: bed, child: top}
+  pivot: {parent: bed, child: top, at: [0, 0, 0]}
 axes:
   C: {joint: pivot, direction: rz, limits: [-180 deg, 180 deg]}
   X: {joint: feet, direction: x, limits: [-0.2, 0.2]}

@@ -1,4 +1,4 @@
-"""Axis: a driven direction of a joint, linear or rotary, with its limits."""
+"""Axis: a coordinate that a person commands, driving one joint direction or several with factors, with its limits."""
 
 from __future__ import annotations
 
@@ -13,49 +13,96 @@ DIRECTIONS = AXES + tuple("-" + axis for axis in AXES)
 
 
 @dataclass(frozen=True)
+class Drive:
+    """A joint direction that an axis drives: it moves by `factor` (m or rad) for every m or rad of the axis.
+
+    joint : the joint of the chain; direction : ``x y z rx ry rz`` of its frame, with a minus sign for the opposite sense.
+    """
+
+    joint: int
+    direction: str
+    factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        one_of("Drive.direction", self.direction, DIRECTIONS)
+        if scalar("Drive.factor", self.factor) == 0:
+            fail("Drive.factor", "0", "must not be zero", "leave the drive out")
+
+    @property
+    def way(self) -> int:
+        """Index of the direction among x y z rx ry rz."""
+        return AXES.index(self.direction.lstrip("-"))
+
+    @property
+    def rate(self) -> float:
+        """Motion along the positive direction per m or rad of the axis."""
+        return -self.factor if self.direction[0] == "-" else self.factor
+
+
+@dataclass(frozen=True)
 class Axis:
-    """A driven direction: positions in m or rad, zero at the reference pose.
+    """A commanded coordinate: m or rad.
 
     Parameters
     ----------
     name : str
-        For example X, Y, Z, A, B, C.
-    joint : int
-        The joint of the chain that it moves.
-    direction : str
-        ``x y z`` or ``rx ry rz`` of the joint's frame, with a minus sign for the opposite sense.
+        For example X, Y, Z, A, B, C, or tilt.
+    drives : sequence of Drive
+        The joint directions that it moves; none for a coordinate of the tool (see `task.Task`).
     lower, upper : float
         Limits of travel, m or rad.
+    rest : float
+        What it shows at the reference pose.
+    turns : bool, optional
+        Whether it is an angle; that of its first drive where left out.
     """
 
     name: str
-    joint: int
-    direction: str
+    drives: tuple[Drive, ...] = ()
     lower: float = -np.inf
     upper: float = np.inf
+    rest: float = 0.0
+    turns: bool | None = None
 
     def __post_init__(self) -> None:
-        one_of(f"axis {self.name}: direction", self.direction, DIRECTIONS)
+        object.__setattr__(self, "drives", tuple(self.drives))
         if not self.lower < self.upper:
             fail(f"axis {self.name}: limits", f"{self.lower:g} .. {self.upper:g}", "the lower must be below the upper")
 
     @property
     def is_rotary(self) -> bool:
-        """Whether the axis turns."""
-        return "r" in self.direction
+        """Whether the axis is an angle."""
+        return self.turns if self.turns is not None else bool(self.drives) and self.drives[0].way > 2
 
     @property
-    def twist(self) -> FloatArray:
-        """Unit twist (v, w) in the joint's frame, shape (6,)."""
-        unit = np.zeros(6)
-        unit[AXES.index(self.direction.lstrip("-"))] = -1.0 if self.direction[0] == "-" else 1.0
-        return unit
+    def unit(self) -> str:
+        """Unit in which a person reads it: deg or m."""
+        return "deg" if self.is_rotary else "m"
+
+    def shown(self, position: FloatArray) -> FloatArray:
+        """Return positions in the unit that a person reads."""
+        return np.degrees(position) if self.is_rotary else np.asarray(position, float)
+
+    def words(self, position: float) -> str:
+        """Return a position with its unit: ``30 deg``, ``0.2 m``."""
+        return f"{float(self.shown(np.asarray(position))):.6g} {self.unit}"
+
+    @property
+    def span(self) -> str:
+        """The limits of travel in words."""
+        low, high = (float(v) for v in self.shown(np.array([self.lower, self.upper])))
+        return f"{low:.6g} .. {high:.6g} {self.unit}"
 
     def checked(self, position: FloatArray) -> FloatArray:
         """Return positions after checking them against the limits of travel."""
         slack = 1e-9 * max(1.0, abs(self.lower) if np.isfinite(self.lower) else 1.0)
         for value in (float(np.min(position)), float(np.max(position))):
             if not self.lower - slack <= scalar(f"pose {self.name}", value) <= self.upper + slack:
-                unit = "rad" if self.is_rotary else "m"
-                fail(f"pose {self.name}", f"{value:g} {unit}", f"must be within {self.lower:g} .. {self.upper:g} {unit}")
+                fail(f"pose {self.name}", self.words(value), f"must be within {self.span}", self._meant(value))
         return position
+
+    def _meant(self, value: float) -> str:
+        """A number without a unit that would fit in degrees was hardly meant in radians."""
+        if self.is_rotary and self.lower <= np.radians(value) <= self.upper and abs(value) > np.pi:
+            return f"a number without a unit is in rad; did you mean {self.name}={value:g}deg?"
+        return ""

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from toolpoint._check import fail, one_of
-from toolpoint.kinematics.axis import Axis
+from toolpoint.kinematics.axis import Axis, Drive
 from toolpoint.kinematics.tree import TreeChain
 
 
@@ -25,7 +25,7 @@ def cartesian(tool_side: Iterable[str], table_side: Iterable[str]) -> TreeChain:
             direction = one_of(f"{side} side", name.lower(), "xyz")
             if any(axis.name == name for axis in axes):
                 fail(f"{side} side", f"axis {name} appears twice", "each axis moves one link")
-            axes.append(Axis(name, len(parents), direction if side == "tool" else "-" + direction))
+            axes.append(Axis(name, (Drive(len(parents), direction if side == "tool" else "-" + direction),)))
             parents.append(previous)
             previous = len(parents) - 1
     return TreeChain(tuple(parents), np.broadcast_to(np.eye(4), (len(parents), 4, 4)), tuple(axes))

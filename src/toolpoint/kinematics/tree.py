@@ -1,15 +1,18 @@
-"""TreeChain: bodies on joints in a tree, some joints driven by linear or rotary axes; forward, Jacobian, inverse."""
+"""TreeChain: bodies on joints in a tree, some joint directions driven by axes, some passive; forward, Jacobian, inverse."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail, floats, suggestion
-from toolpoint.kinematics.axis import Axis
+from toolpoint._check import BoolArray, FloatArray, fail, floats, suggestion
+from toolpoint.kinematics.axis import AXES, Axis
 from toolpoint.kinematics.chain import Pose, check_pose
+from toolpoint.kinematics.steps import Step, step_motion, step_sequence
 from toolpoint.spatial import transform as tf
 
 
@@ -17,18 +20,23 @@ from toolpoint.spatial import transform as tf
 class TreeChain:
     """A tree of links; link i hangs by joint i on its parent (a smaller index, or -1 for the ground).
 
+    Every joint moves by steps, motions along or about one of its directions: first those that axes drive, in the order of the
+    axes (the first nearest to the parent), then the passive ones, which stand still unless a loop moves them.
+
     Parameters
     ----------
     parents : (n,) ints
     frames : (n, 4, 4) floats
-        Frame of every joint in the machine frame at the reference pose (all axes at zero).
+        Frame of every joint in the machine frame at the reference pose (all axes at rest).
     axes : sequence of Axis
-        Several axes may move one joint; they act in the order given, the first nearest to the parent.
+    passive : sequence of Step
+        Passive steps; those of one joint together, translations before rotations. Three rotations of one joint are a ball.
     """
 
     parents: tuple[int, ...]
     frames: FloatArray
     axes: tuple[Axis, ...] = ()
+    passive: tuple[Step, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parents", tuple(int(p) for p in self.parents))
@@ -36,51 +44,142 @@ class TreeChain:
         for i, parent in enumerate(self.parents):
             if not -1 <= parent < i:
                 fail("parents", f"link {i} hangs on {parent}", "must hang on the ground (-1) or an earlier link")
+        if self.driven_axes and np.linalg.matrix_rank(self.coupling) < len(self.driven_axes):
+            fail("axes", _clash(self.driven_axes), "must not move the same joint directions alike",
+                 "remove one of the axes, or let each drive a direction of its own")
 
-    def positions(self, pose: Pose) -> FloatArray:
-        """Return axis positions as an array (n_poses, n_axes), checked against names and limits; absent axes are at 0."""
-        names = [axis.name for axis in self.axes]
+    @cached_property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps of all joints: driven ones in the order of the axes, then passive ones."""
+        driven = dict.fromkeys(Step(drive.joint, drive.way) for axis in self.axes for drive in axis.drives)
+        return (*driven, *self.passive)
+
+    @cached_property
+    def driven_axes(self) -> tuple[Axis, ...]:
+        """The axes that drive joints; the others are coordinates of the tool."""
+        return tuple(axis for axis in self.axes if axis.drives)
+
+    @cached_property
+    def coupling(self) -> FloatArray:
+        """Motion of every step per m or rad of every driven axis, shape (n_steps, n_driven)."""
+        matrix = np.zeros((len(self.steps), len(self.driven_axes)))
+        for k, axis in enumerate(self.driven_axes):
+            for drive in axis.drives:
+                matrix[self.steps.index(Step(drive.joint, drive.way)), k] += drive.rate
+        return matrix
+
+    @cached_property
+    def sequences(self) -> tuple[tuple[tuple[int, ...], ...], ...]:
+        """Of every joint, the steps that make its motion: single ones, and balls as three together."""
+        return tuple(step_sequence(self.steps, joint) for joint in range(len(self.parents)))
+
+    @cached_property
+    def on_path(self) -> BoolArray:
+        """Whether a step moves a link, shape (n_links, n_steps)."""
+        joints = np.array([step.joint for step in self.steps], int)
+        return np.array([np.isin(joints, self.path(link)) for link in range(len(self.parents))]).reshape(-1, joints.size)
+
+    def batch(self, pose: Pose) -> dict[str, FloatArray]:
+        """Return the positions that a pose names, all arrays of one length, checked against names and limits."""
+        known = {axis.name: axis for axis in self.axes}
         for name in check_pose(pose):
-            if name not in names:
-                fail("pose", f"no axis {name!r}", f"must be of {', '.join(names) or 'none'}", suggestion(name, names))
-        values = [axis.checked(floats(f"pose {axis.name}", np.atleast_1d(pose.get(axis.name, 0.0)))) for axis in self.axes]
-        lengths = {v.size for v in values if v.size != 1} or {1}
-        if len(lengths) > 1 or any(v.ndim != 1 for v in values):
+            if name not in known:
+                fail("pose", f"no axis {name!r}", f"must be of {', '.join(known) or 'none'}", suggestion(name, known))
+        values = {name: known[name].checked(floats(f"pose {name}", np.atleast_1d(value))) for name, value in pose.items()}
+        lengths = {v.size for v in values.values() if v.size != 1} or {1}
+        if len(lengths) > 1 or any(v.ndim != 1 for v in values.values()):
             fail("pose", f"axes with {sorted(lengths)} positions", "must all have one position or the same number")
         count = lengths.pop()
-        return np.stack([np.broadcast_to(v, (count,)) for v in values], axis=-1) if values else np.zeros((1, 0))
+        return {name: np.broadcast_to(v, (count,)) for name, v in values.items()}
+
+    def chunks(self, pose: Pose, size: int) -> Iterator[dict[str, FloatArray]]:
+        """Yield a batch of poses in parts of at most `size`."""
+        batch = self.batch(pose)
+        count = len(next(iter(batch.values()))) if batch else 1
+        for start in range(0, count, size):
+            yield {name: at[start:start + size] for name, at in batch.items()}
+
+    def positions(self, pose: Pose) -> FloatArray:
+        """Return the positions of the driven axes, m or rad, shape (n_poses, n_driven); absent axes are at rest."""
+        batch = self.batch(pose)
+        count = len(next(iter(batch.values()))) if batch else 1
+        values = [batch[axis.name] if axis.name in batch else axis.checked(np.array([axis.rest])) for axis in self.driven_axes]
+        return np.stack([np.broadcast_to(v, (count,)) for v in values], axis=-1) if values else np.zeros((count, 0))
+
+    def step_values(self, pose: Pose) -> FloatArray:
+        """Return how far every step has moved, m or rad, shape (n_poses, n_steps); a ball's three are a rotation vector."""
+        return self.driven_values(self.positions(pose))
+
+    def settled(self, pose: Pose) -> tuple[FloatArray, tuple[str, ...]]:
+        """Return the step values of a batch of poses, and remarks on them."""
+        return self.step_values(pose), ()
+
+    def driven_values(self, positions: FloatArray) -> FloatArray:
+        """Return the values of all steps for positions of the driven axes (n_poses, n_driven), passive ones at zero."""
+        rest = np.array([axis.rest for axis in self.driven_axes])
+        return (positions - rest) @ self.coupling.T
+
+    def motions_of(self, values: FloatArray) -> FloatArray:
+        """Return the motion of every joint in its own frame for step values, shape (n_poses, n_joints, 4, 4)."""
+        result = np.broadcast_to(np.eye(4), (len(values), len(self.parents), 4, 4)).copy()
+        for joint, sequence in enumerate(self.sequences):
+            for k, group in enumerate(sequence):
+                step = step_motion(self.steps, group, values)
+                result[:, joint] = step if k == 0 else result[:, joint] @ step
+        return result
+
+    def displacements_of(self, motions: FloatArray) -> FloatArray:
+        """Return the displacement of every link for joint motions, shape (n_poses, n_links, 4, 4)."""
+        result = np.empty_like(motions)
+        for i, parent in enumerate(self.parents):
+            step = self.frames[i] @ motions[:, i] @ tf.inverse(self.frames[i]) if self.sequences[i] else None
+            if parent < 0:
+                result[:, i] = np.eye(4) if step is None else step
+            else:
+                result[:, i] = result[:, parent] if step is None else result[:, parent] @ step
+        return result
 
     def joint_motions(self, pose: Pose) -> FloatArray:
         """Return the motion of every joint in its own frame, shape (n_poses, n_joints, 4, 4)."""
-        at = self.positions(pose)
-        result = np.broadcast_to(np.eye(4), (len(at), len(self.parents), 4, 4)).copy()
-        for k, axis in enumerate(self.axes):
-            step = tf.exponential(at[:, k, None] * axis.twist)
-            result[:, axis.joint] = result[:, axis.joint] @ step
-        return result
+        return self.motions_of(self.step_values(pose))
 
     def displacements(self, pose: Pose) -> FloatArray:
         """Return the displacement of every link from its reference place, shape (n_poses, n_links, 4, 4)."""
-        motions = self.joint_motions(pose)
-        result = np.empty_like(motions)
-        for i, parent in enumerate(self.parents):
-            step = self.frames[i] @ motions[:, i] @ tf.inverse(self.frames[i])
-            result[:, i] = step if parent < 0 else result[:, parent] @ step
+        return self.displacements_of(self.joint_motions(pose))
+
+    def twists_of(self, values: FloatArray, moved: FloatArray) -> FloatArray:
+        """Return the unit twist of every step about the machine's origin for step values and displacements, (P, n_steps, 6).
+
+        Those of a ball are about its moved directions: its rotation vector grows by a turn about them.
+        """
+        result = np.empty((len(values), len(self.steps), 6))
+        for joint, sequence in enumerate(self.sequences):
+            parent = self.parents[joint]
+            frame = np.broadcast_to(self.frames[joint], (len(values), 4, 4)) if parent < 0 else moved[:, parent] @ self.frames[
+                joint]
+            for group in sequence:
+                after = frame @ step_motion(self.steps, group, values)
+                for k in group:
+                    way = self.steps[k].way
+                    # A step leaves its own direction as it is, so the frame after it serves as well as the frame before.
+                    unit = after[:, :3, way % 3]
+                    if way < 3:
+                        result[:, k, :3], result[:, k, 3:] = unit, 0.0
+                    else:
+                        result[:, k, :3], result[:, k, 3:] = np.cross(after[:, :3, 3], unit), unit
+                frame = after
         return result
 
-    def axis_twists(self, pose: Pose) -> FloatArray:
-        """Return the unit twist of every axis in the machine frame about its origin, shape (n_poses, n_axes, 6)."""
-        moved = self.displacements(pose)
-        at = self.positions(pose)
-        result = np.empty((len(at), len(self.axes), 6))
-        inner: dict[int, FloatArray] = {}
-        for k, axis in enumerate(self.axes):
-            parent = self.parents[axis.joint]
-            base = self.frames[axis.joint] if parent < 0 else moved[:, parent] @ self.frames[axis.joint]
-            frame = base @ inner.get(axis.joint, np.eye(4))
-            result[:, k] = tf.adjoint(np.broadcast_to(frame, (len(at), 4, 4))) @ axis.twist
-            inner[axis.joint] = inner.get(axis.joint, np.eye(4)) @ tf.exponential(at[:, k, None] * axis.twist)
-        return result
+    def step_rates(self, pose: Pose) -> FloatArray:
+        """Return the rate of every step per rate of every driven axis, shape (n_poses or 1, n_steps, n_driven)."""
+        self.batch(pose)
+        return self.coupling[None]
+
+    def axis_twists(self, pose: Pose, link: int) -> FloatArray:
+        """Return the twist of a link per rate of every driven axis, machine frame and origin, shape (n_poses, n_driven, 6)."""
+        values = self.step_values(pose)
+        twists = self.twists_of(values, self.displacements_of(self.motions_of(values))) * self.on_path[link][:, None]
+        return np.swapaxes(self.step_rates(pose), -1, -2) @ twists
 
     def path(self, link: int) -> tuple[int, ...]:
         """Return the links from the ground to a link, itself included."""
@@ -91,12 +190,10 @@ class TreeChain:
         return tuple(reversed(chain))
 
     def jacobian(self, pose: Pose, link: int, point: ArrayLike) -> FloatArray:
-        """Return the twist (v, w) of a link about one of its points (reference coordinates, m), (n_poses, 6, n_axes)."""
-        twists = self.axis_twists(pose)
+        """Return the twist (v, w) of a link about one of its points (reference coordinates, m), (n_poses, 6, n_driven)."""
         place = tf.move(self.displacements(pose)[:, link], floats("point", point, (3,))[None])[:, 0]
-        on_path = np.isin([axis.joint for axis in self.axes], self.path(link)) if self.axes else np.zeros(0, bool)
         shift = tf.adjoint(tf.transform(None, -place))
-        return (shift @ np.swapaxes(twists * on_path[:, None], -1, -2))
+        return shift @ np.swapaxes(self.axis_twists(pose, link), -1, -2)
 
     def relative_position(self, pose: Pose, tool: tuple[int, ArrayLike], table: tuple[int, ArrayLike]) -> FloatArray:
         """Return the tool point in the axes of the table, from the table point, m, shape (n_poses, 3)."""
@@ -112,22 +209,30 @@ class TreeChain:
         Needs linear axes only that span the directions asked for; the axis limits are checked.
         """
         target = floats("position", position, (3,))
-        if any(axis.is_rotary for axis in self.axes):
-            fail("inverse", "a rotary axis", "this closed form needs linear axes only")
-        start = self.relative_position({}, tool, table)[0]
-        columns = np.stack([
-            self._linear_step(k, tool[0]) - self._linear_step(k, table[0]) for k in range(len(self.axes))], axis=1)
+        if any(axis.is_rotary for axis in self.axes) or self.passive:
+            fail("inverse", "a rotary axis or a passive joint", "this closed form needs linear axes only",
+                 "use kinematics.inverse.solve_inverse")
+        rest: Mapping[str, float] = {}
+        start = self.relative_position(rest, tool, table)[0]
+        columns = (self.axis_twists(rest, tool[0]) - self.axis_twists(rest, table[0]))[0, :, :3].T
         values, *_ = np.linalg.lstsq(columns, target - start, rcond=None)
         error = float(np.linalg.norm(start + columns @ values - target))
         if error > 1e-9:
             fail("position", f"{target}", "cannot be reached with these axes", f"nearest is {error:.3g} m away")
-        return {axis.name: float(axis.checked(np.atleast_1d(v))[0]) for axis, v in zip(self.axes, values, strict=True)}
-
-    def _linear_step(self, axis: int, link: int) -> FloatArray:
-        joint = self.axes[axis].joint
-        if joint not in self.path(link):
-            return np.zeros(3)
-        return self.frames[joint][:3, :3] @ self.axes[axis].twist[:3]
+        return {axis.name: float(axis.checked(np.atleast_1d(v + axis.rest))[0])
+                for axis, v in zip(self.driven_axes, values, strict=True)}
 
     def __repr__(self) -> str:
-        return f"TreeChain({len(self.parents)} links, axes {', '.join(a.name for a in self.axes) or 'none'})"
+        return f"{type(self).__name__}({len(self.parents)} links, axes {', '.join(a.name for a in self.axes) or 'none'})"
+
+
+def _clash(axes: tuple[Axis, ...]) -> str:
+    """Name two axes that drive one joint direction."""
+    users: dict[Step, str] = {}
+    for axis in axes:
+        for drive in axis.drives:
+            step = Step(drive.joint, drive.way)
+            if step in users and users[step] != axis.name:
+                return f"{users[step]} and {axis.name} both drive direction {AXES[step.way]} of joint {step.joint}"
+            users[step] = axis.name
+    return f"{', '.join(axis.name for axis in axes)} depend on each other"

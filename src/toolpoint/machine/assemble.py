@@ -58,7 +58,7 @@ def assemble(
     cut = (lambda a: a[0]) if single else (lambda a: a)
     system = SecondOrderSystem(
         cut(mass), cut(stiffness), cut(viscous) if np.any(viscous) else None, cut(structural) if np.any(structural) else None,
-        cut(output_map), cut(input_map), seen, driven, names, notes=_notes(machine))
+        cut(output_map), cut(input_map), seen, driven, names, notes=(*_notes(machine), *place.notes))
     ratio = machine.description.damping_ratio
     return damping.modal(system, ratio) if ratio is not None and modal_damping else system
 
@@ -133,6 +133,14 @@ def loop_basis(place: Placement) -> FloatArray | None:
         fail("poses", f"the number of independent loop constraints changes from {ranks.min()} to {ranks.max()}",
              "must be the same over a batch", "a pose is singular: leave it out or assemble it alone")
     return np.swapaxes(vt[:, ranks[0]:], -1, -2)
+
+
+def freedoms(machine: Machine) -> int:
+    """Return the number of coordinates that are left when all loops are closed, at the reference pose."""
+    if not machine.loops:
+        return machine.size
+    basis = loop_basis(place_machine(machine))
+    return machine.size if basis is None else int(basis.shape[-1])
 
 
 def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:

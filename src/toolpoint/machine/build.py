@@ -8,21 +8,20 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, fail, suggestion
+from toolpoint._check import ToolpointError, fail, suggestion
 from toolpoint.bodies import Body, MassProperties, mesh, shapes
 from toolpoint.joints import LinearJoint, linear
-from toolpoint.kinematics import Axis, TreeChain
+from toolpoint.joints.linear import DIRECTIONS
+from toolpoint.machine.chain import build_chain, large_freedoms
 from toolpoint.machine.description import (
     GROUND,
     BodyDescription,
-    FrameDescription,
     JointDescription,
     MachineDescription,
     ShapeDescription,
 )
+from toolpoint.machine.frames import frame
 from toolpoint.machine.model import LoopJoint, Machine
-from toolpoint.spatial import rotation
-from toolpoint.spatial import transform as tf
 
 
 def _box(shape: ShapeDescription, density: float) -> MassProperties:
@@ -46,11 +45,6 @@ def _given(shape: ShapeDescription, name: str) -> float:
     if value is None:
         fail(f"shape.{name}", "missing", f"a {shape.kind} needs it")
     return value
-
-
-def frame(description: FrameDescription) -> FloatArray:
-    """Return the transform (4, 4) of a described frame: zyx Euler angles, then the place."""
-    return tf.transform(rotation.from_euler("zyx", description.rotation), description.at)
 
 
 def mass_properties(body: BodyDescription) -> MassProperties:
@@ -120,22 +114,18 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
     names = tuple(joint.child for joint in tree)
-    parents = tuple(links[joint.parent] for joint in tree)
-    axes = tuple(Axis(name, order.index(axis.joint), axis.direction, *axis.limits)
-                 for name, axis in description.axes.items())
-    for axis in axes:
-        _check_axis(axis, order[axis.joint])
-    chain = TreeChain(parents, np.array([frame(joint.frame) for joint in tree]).reshape(-1, 4, 4), axes)
+    laws = {name: _named(f"joints.{name}", joint_law, joint) for name, joint in description.joints.items()}
+    chain = build_chain(description, order, laws)
     loops = tuple(
-        LoopJoint(name, links[j.parent], links[j.child], frame(j.frame), _named(f"joints.{name}", joint_law, j),
-                  j.parent_interface, j.child_interface)
+        LoopJoint(name, links[j.parent], links[j.child], frame(j.frame), laws[name], j.parent_interface, j.child_interface,
+                  tuple(DIRECTIONS.index(way) for way in large_freedoms(j)))
         for name, j in description.joints.items() if j.closes_loop)
     return Machine(
         description, chain, names,
         tuple(given[n] if n in given else Body.rigid(_named(f"bodies.{n}", mass_properties, description.bodies[n]))
               for n in names),
         np.array([frame(description.bodies[n].frame) for n in names]).reshape(-1, 4, 4),
-        tuple(order), tuple(_named(f"joints.{name}", joint_law, j) for name, j in zip(order, tree, strict=True)),
+        tuple(order), tuple(laws[name] for name in order),
         tuple(j.elastic_at == "child" for j in tree),
         tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=given))
 
@@ -145,11 +135,6 @@ def _named(path: str, make: Callable[[Any], Any], part: Any) -> Any:
         return make(part)
     except ToolpointError as error:
         raise ToolpointError(f"{path}.{error}") from None
-
-
-def _check_axis(axis: Axis, joint: str) -> None:
-    if axis.joint < 0:
-        fail(f"axes.{axis.name}", f"joint {joint!r}", "must be a tree joint")
 
 
 def tree_order(description: MachineDescription) -> list[str]:

@@ -20,6 +20,7 @@ if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the 
 Vector = tuple[float, float, float]
 Matrix = tuple[tuple[float, ...], ...]
 GROUND = "ground"
+ORIGIN: Vector = (0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,14 @@ class InertiaDescription:
 
 
 @dataclass(frozen=True)
+class SpinDescription:
+    """Steady spin of a body that is symmetric about its axis: `speed` in rad/s about `axis` (machine frame, reference pose)."""
+
+    speed: float
+    axis: Vector = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
 class BodyDescription:
     """A body: mass properties given, or from a shape or a mesh and a density; and how it is drawn.
 
@@ -85,6 +94,7 @@ class BodyDescription:
     draw: ShapeDescription | None = None
     draw_at: Vector | None = None
     source: str = ""
+    spin: SpinDescription | None = None
 
 
 @dataclass(frozen=True)
@@ -92,7 +102,9 @@ class JointDescription:
     """A joint between a parent and a child body; directions not named are locked, values per direction in SI.
 
     `elastic_at` says which side carries the springs of a driven joint: ``child`` (they travel with it) or ``parent``.
-    `closes_loop` marks a joint whose child already hangs on another joint.
+    `closes_loop` marks a joint whose child already hangs on another joint. Free directions of joints on a loop, and those named
+    `passive` (which may have springs), follow the loop at every pose, rotations in the order written; `limits` (m, rad) and
+    `largest_tilt` (rad, between the z axes of both sides of a loop joint) say how far.
     """
 
     parent: str
@@ -109,15 +121,59 @@ class JointDescription:
     parent_interface: str | None = None
     child_interface: str | None = None
     source: str = ""
+    passive: tuple[str, ...] = ()
+    limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    largest_tilt: float | None = None
+
+
+@dataclass(frozen=True)
+class DrivenDirection:
+    """A joint direction that an axis drives, by `factor` m or rad for every m or rad of the axis."""
+
+    joint: str
+    direction: str
+    factor: float = 1.0
 
 
 @dataclass(frozen=True)
 class AxisDescription:
-    """An axis: the joint that it moves, the direction, and its limits in m or rad."""
+    """An axis: the joint and direction that it moves, or several in `drives`, and its limits in m or rad.
 
-    joint: str
-    direction: str
+    `at_reference` is what the axis shows at the reference pose.
+    """
+
+    joint: str = ""
+    direction: str = ""
     limits: tuple[float, float] = (float("-inf"), float("inf"))
+    drives: tuple[DrivenDirection, ...] = ()
+    at_reference: float = 0.0
+
+    @property
+    def moved(self) -> tuple[DrivenDirection, ...]:
+        """Every joint direction that the axis drives."""
+        return (DrivenDirection(self.joint, self.direction), *self.drives) if self.joint else self.drives
+
+    @property
+    def is_rotary(self) -> bool:
+        """Whether the axis is an angle: that of the first direction that it drives."""
+        return bool(self.moved) and "r" in self.moved[0].direction
+
+
+@dataclass(frozen=True)
+class CoordinateDescription:
+    """A coordinate of the tool: ``x y z tilt azimuth torsion``, with limits in m or rad."""
+
+    coordinate: str
+    limits: tuple[float, float] = (float("-inf"), float("inf"))
+
+
+@dataclass(frozen=True)
+class TaskDescription:
+    """Coordinates of a point and of the tool's direction, in which the machine may be posed in place of some of its axes."""
+
+    point: str
+    axes: tuple[str, ...]
+    coordinates: Mapping[str, CoordinateDescription] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -150,7 +206,12 @@ class ReferenceDescription:
 
 @dataclass(frozen=True)
 class MachineDescription:
-    """A machine: bodies joined by joints, moved by axes, seen at points."""
+    """A machine: bodies joined by joints, moved by axes, seen at points.
+
+    `tool_axis` is the direction of the tool's axis, away from the work, fixed in the tool's body, machine frame at the
+    reference pose. `assembly_modes` are other ways in which the loops close: name to start values of passive directions
+    (``knuckle.rx``: rad); `assembly_mode` names the one in use.
+    """
 
     name: str
     bodies: Mapping[str, BodyDescription]
@@ -168,6 +229,10 @@ class MachineDescription:
     description: str = ""
     source: str = ""
     assumptions: tuple[str, ...] = ()
+    tool_axis: Vector = (0.0, 0.0, 1.0)
+    task: TaskDescription | None = None
+    assembly_modes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
+    assembly_mode: str = ""
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
         """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assemble import equations, mass_matrix
+from toolpoint.machine.assemble import equations, freedoms, mass_matrix
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import place_machine
@@ -32,17 +32,13 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
         ``numpy``, or ``compiled`` (trees of rigid bodies without preload; others are refused with the reason).
     """
     one_of("path", path, ("numpy", "compiled"))
-    number = min(count("modes", modes), machine.size)
+    number = min(count("modes", modes), freedoms(machine))
     factor = _inverse_factor(machine)
     if path == "compiled":
         return _compiled(machine, poses, number, factor)
-    at = machine.chain.positions(poses)
-    names = [axis.name for axis in machine.chain.axes]
-    parts = []
-    for start in range(0, len(at), _CHUNK):
-        chunk = dict(zip(names, at[start:start + _CHUNK].T, strict=True))
-        parts.append(_general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor))
-    return np.concatenate(parts)
+    return np.concatenate([
+        _general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor)
+        for chunk in machine.chain.chunks(poses, _CHUNK)])
 
 
 def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
@@ -76,7 +72,7 @@ def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | N
         fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
     from toolpoint.machine import kernel
 
-    at = machine.chain.positions(poses)
+    at = machine.chain.step_values(poses)
     matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
     data = _tree_arrays(machine)
     result = np.empty((len(at), number))
@@ -105,8 +101,8 @@ def _tree_arrays(machine: Machine) -> tuple[np.ndarray, ...]:
     on_path = np.zeros((links, links), bool)
     for i in range(links):
         on_path[list(chain.path(i)), i] = True
-    axis_of = np.array([axis.joint for axis in chain.axes], np.int64)
-    twists = np.array([axis.twist for axis in chain.axes]).reshape(-1, 6)
+    axis_of = np.array([step.joint for step in chain.steps], np.int64)
+    twists = np.eye(6)[[step.way for step in chain.steps]]
     return (np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
             np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists,
             np.array(machine.elastic_at_child), mass, first, second, np.ascontiguousarray(columns), column_link, on_path)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.kinematics.loops import joint_directions
 from toolpoint.machine.model import LoopJoint
 from toolpoint.machine.placement import Placement
 from toolpoint.spatial import transform as tf
@@ -46,4 +47,15 @@ def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:
 def loop_motion(place: Placement, loop: LoopJoint) -> FloatArray:
     """Return the motion of child relative to parent in a loop joint's frame per coordinate, shape (P, 6, n)."""
     difference = place.jacobian(loop.child, loop.child_interface) - place.jacobian(loop.parent, loop.parent_interface)
-    return tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference
+    motion = tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference
+    directions = loop_directions(place, loop)
+    return motion if directions is None else np.linalg.solve(directions, motion)
+
+
+def loop_directions(place: Placement, loop: LoopJoint) -> FloatArray | None:
+    """Return the twists (P, 6, 6) of a loop joint's directions in its frame; None where they are those of the frame itself."""
+    turns = [way for way in loop.free if way > 2]
+    if not (len(turns) == 2 or (turns and len(loop.free) > len(turns))):
+        return None
+    end = loop.frame[None] if loop.child < 0 else place.displacements[:, loop.child] @ loop.frame
+    return joint_directions(loop.free, tf.inverse(loop_frame(place, loop)) @ end)

@@ -16,7 +16,10 @@ from toolpoint.machine.description import GROUND, MachineDescription
 
 @dataclass(frozen=True, eq=False)
 class LoopJoint:
-    """A joint that closes a loop: links it joins (-1 is the ground), frame at the reference pose, law, interfaces."""
+    """A joint that closes a loop: links it joins (-1 is the ground), frame at the reference pose, law, interfaces.
+
+    free : directions that give way at large, in their order.
+    """
 
     name: str
     parent: int
@@ -25,6 +28,7 @@ class LoopJoint:
     law: LinearJoint
     parent_interface: str | None
     child_interface: str | None
+    free: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,12 +82,24 @@ class Machine:
 
     @property
     def groups(self) -> np.ndarray:
-        """Group of every coordinate along its path: those of one joint, or of one body, share a number."""
+        """Group of every coordinate along its path, nearer to the ground first; those of one joint or body share a number."""
         result = np.zeros(self.size, int)
         for i, (joint, modal) in enumerate(zip(*self._columns(), strict=True)):
-            result[list(joint)] = 2 * i
-            result[list(modal)] = 2 * i + 1
+            result[list(joint)] = 8 * i
+            result[list(modal)] = 8 * i + 7
+            # Two passive rotations of a joint turn about one axis, then about another that the first has moved.
+            for number, way in enumerate(self.passive_turns[i]):
+                result[joint[self.joints[i].freedoms.index(way)]] = 8 * i + number + 1
         return result
+
+    @property
+    def passive_turns(self) -> tuple[tuple[int, ...], ...]:
+        """Of every tree joint, its passive rotations (3 .. 5) in their order, where they are two; else none."""
+        result = []
+        for i, law in enumerate(self.joints):
+            turns = tuple(step.way for step in self.chain.passive if step.joint == i and step.turns)
+            result.append(turns if len(turns) == 2 and set(turns) <= set(law.freedoms) else ())
+        return tuple(result)
 
     @property
     def coordinates(self) -> tuple[str, ...]:

@@ -5,12 +5,13 @@ All twists are (v, w) in machine axes about the machine's origin: :math:`V_b = J
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, suggestion
-from toolpoint.kinematics import Pose
+from toolpoint._check import FloatArray, ToolpointWarning, fail, suggestion
+from toolpoint.kinematics import Pose, Step
 from toolpoint.machine.description import PointDescription
 from toolpoint.machine.model import Machine
 from toolpoint.spatial import transform as tf
@@ -21,7 +22,8 @@ class Placement:
     """A machine at a batch of poses.
 
     frames : (P, n_links, 4, 4), every body's frame; displacements : the same from the reference pose;
-    joint_frames : (P, n_links, 4, 4), where each tree joint's springs are; jacobians : (P, n_links, 6, n).
+    joint_frames : (P, n_links, 4, 4), where each tree joint's springs are; jacobians : (P, n_links, 6, n);
+    notes : what a person must know of these poses.
     """
 
     machine: Machine
@@ -29,6 +31,7 @@ class Placement:
     frames: FloatArray
     joint_frames: FloatArray
     jacobians: FloatArray
+    notes: tuple[str, ...] = ()
 
     @property
     def poses(self) -> int:
@@ -78,15 +81,18 @@ class Placement:
 def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
     """Return the machine at a pose or a batch of poses (axis name to position or array of positions, m or rad)."""
     chain = machine.chain
-    pose = pose or {}
-    motions = chain.joint_motions(pose)
-    moved = chain.displacements(pose)
+    values, notes = chain.settled(pose or {})
+    for note in notes:
+        warnings.warn(note, ToolpointWarning, stacklevel=3)
+    motions = chain.motions_of(values)
+    moved = chain.displacements_of(motions)
     count, links = moved.shape[:2]
     frames = moved @ machine.body_frames
     joint_frames = np.empty_like(moved)
     jacobians = np.zeros((count, links, 6, machine.size))
     joint_columns, modal_columns = machine.joint_columns, machine.modal_columns
-    result = Placement(machine, moved, frames, joint_frames, jacobians)
+    result = Placement(machine, moved, frames, joint_frames, jacobians, notes)
+    turned = chain.twists_of(values, moved) if any(machine.passive_turns) else None
     for i, parent in enumerate(chain.parents):
         base = np.broadcast_to(chain.frames[i], (count, 4, 4)) if parent < 0 else moved[:, parent] @ chain.frames[i]
         joint_frames[:, i] = base
@@ -98,6 +104,9 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
             jacobians[:, i] = result.jacobian(parent, above)
         if machine.joints[i].freedoms:
             twists = tf.adjoint(joint_frames[:, i])[:, :, list(machine.joints[i].freedoms)]
+            for way in machine.passive_turns[i]:
+                assert turned is not None
+                twists[:, :, machine.joints[i].freedoms.index(way)] = turned[:, chain.steps.index(Step(i, way))]
             jacobians[:, i][:, :, list(joint_columns[i])] += twists
         if machine.bodies[i].modal_count:
             # The joint holds the interface; the body's own frame moves back by what the interface moves in the body.

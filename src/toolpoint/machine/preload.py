@@ -16,7 +16,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
-from toolpoint.machine.joint_terms import joint_matrices, loop_frame, loop_motion
+from toolpoint.machine.joint_terms import joint_matrices, loop_directions, loop_frame, loop_motion
 from toolpoint.machine.model import LoopJoint, Machine
 from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
@@ -176,7 +176,9 @@ def _check_balance(place: Placement, kkt: FloatArray, solution: FloatArray, righ
 def _loop_stiffness(place: Placement, loop: LoopJoint, local: FloatArray) -> FloatArray:
     """Second derivative of the closure, weighted with the loop's wrench; see the module's first lines."""
     # Wrench about the machine's origin, dual to twists there: W = Ad(T)^-T w.
-    wrench = (np.swapaxes(tf.adjoint(tf.inverse(loop_frame(place, loop))), -1, -2) @ local[..., None])[..., 0]
+    directions = loop_directions(place, loop)
+    dual = local if directions is None else np.linalg.solve(np.swapaxes(directions, -1, -2), local[..., None])[..., 0]
+    wrench = (np.swapaxes(tf.adjoint(tf.inverse(loop_frame(place, loop))), -1, -2) @ dual[..., None])[..., 0]
     child = place.jacobian(loop.child, loop.child_interface)
     parent = place.jacobian(loop.parent, loop.parent_interface)
     shared = np.isclose(child, parent).all(axis=(0, 1)) & (np.abs(child).max(axis=(0, 1)) > 0)
@@ -187,7 +189,21 @@ def _loop_stiffness(place: Placement, loop: LoopJoint, local: FloatArray) -> Flo
     nearer = groups[:, None] < groups[None, :]
     upper = np.where(nearer, 0.5 * (form - back), 0.0)
     cross = 0.5 * _bracket_form(wrench, child, parent)
-    return upper + np.swapaxes(upper, -1, -2) + cross + np.swapaxes(cross, -1, -2)
+    total = upper + np.swapaxes(upper, -1, -2) + cross + np.swapaxes(cross, -1, -2)
+    return total if directions is None else total + _order_stiffness(place, loop, directions, dual)
+
+
+def _order_stiffness(place: Placement, loop: LoopJoint, directions: FloatArray, wrench: FloatArray) -> FloatArray:
+    """What the order of a loop joint's free motions adds: exp(aX) exp(bY) is exp(aX + bY + ab[X, Y]/2) to second order."""
+    motion = loop_motion(place, loop)
+    total = np.zeros((place.poses, place.machine.size, place.machine.size))
+    for number, first in enumerate(loop.free):
+        for second in loop.free[number + 1:]:
+            bracket = tf.twist_bracket(directions[:, :, first], directions[:, :, second])
+            weight = 0.5 * (wrench * bracket).sum(axis=-1)[:, None, None]
+            form = motion[:, first, :, None] * motion[:, second, None, :]
+            total -= weight * (form + np.swapaxes(form, -1, -2))
+    return total
 
 
 def _bracket_form(wrench: FloatArray, first: FloatArray, second: FloatArray) -> FloatArray:
@@ -206,7 +222,9 @@ def _reactions(place: Placement, forces: list[_Force], wrenches: list[FloatArray
     for loop, local in zip(machine.loops, wrenches, strict=True):
         frame = loop_frame(place, loop)[0]
         # `local` is the gradient of the energy, so the force on the child is its opposite.
-        at_origin = -tf.wrench_map(frame) @ local[0]
+        directions = loop_directions(place, loop)
+        dual = local[0] if directions is None else np.linalg.solve(directions[0].T, local[0])
+        at_origin = -tf.wrench_map(frame) @ dual
         if loop.child >= 0:
             carried[loop.child] += at_origin
         if loop.parent >= 0:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass
 from pathlib import Path
@@ -20,8 +21,19 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.machine_motion import (
+    assembly_modes_of,
+    axis_of,
+    direction_of,
+    limits_of,
+    place_joints,
+    task_of,
+)
+from toolpoint.kinematics import Axis
+from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
+from toolpoint.machine.chain import axis_faults
 from toolpoint.machine.model import Machine
 
 _SECTIONS: dict[str, type[BaseModel]] = {
@@ -63,6 +75,7 @@ def _description(document: Document) -> d.MachineDescription | None:
             document.fault((section,), "missing; a machine needs at least one")
     rest = {key: value for key, value in data.items() if key not in _SECTIONS}
     top = validate(schema.MachineModel, {**rest, "bodies": {}, "joints": {}}, (), document=document)
+    place_joints(document, parts)
     converted = _converted(document, parts)
     _references(document, top)
     _tree(document, converted, data)
@@ -91,7 +104,9 @@ def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
         part.mass, part.centre, _as(d.InertiaDescription, part.inertia), part.density, _as(d.ShapeDescription, part.shape),
         None if part.mesh is None else _mesh(part.mesh, document),
         d.FrameDescription(part.frame.at, part.frame.rotation),
-        _as(d.ShapeDescription, part.draw), part.draw_at, part.source)
+        _as(d.ShapeDescription, part.draw), part.draw_at, part.source,
+        None if part.spin is None else d.SpinDescription(part.spin.speed * math.pi / 30,
+                                                         direction_of("spin.axis", part.spin.axis)))
     mass_properties(body)
     return body
 
@@ -107,9 +122,11 @@ def _mesh(part: schema.MeshModel, document: Document) -> d.MeshDescription:
 def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
     loss = part.loss_factor
     joint = d.JointDescription(
-        part.parent, part.child, d.FrameDescription(part.at, part.rotation), _set(part.stiffness), _set(part.damping),
+        part.parent, part.child, d.FrameDescription(part.at or d.ORIGIN, part.rotation), _set(part.stiffness),
+        _set(part.damping),
         loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
-        part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source)
+        part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source, part.passive,
+        {way: limits_of(f"limits.{way}", span, "r" in way) for way, span in part.limits.items()}, part.largest_tilt)
     joint_law(joint)
     return joint
 
@@ -119,11 +136,7 @@ def _set(model: BaseModel) -> dict[str, float]:
 
 
 def _axis(part: schema.AxisModel, document: Document) -> d.AxisDescription:
-    kind = units.ANGLE if "r" in part.direction else units.LENGTH
-    limits = (float("-inf"), float("inf")) if part.limits is None else units.quantities(part.limits, kind, 2)
-    if not limits[0] < limits[1]:
-        raise ToolpointError(f"limits: {limits[0]:g} .. {limits[1]:g}; the lower limit must be below the upper")
-    return d.AxisDescription(part.joint, part.direction, (limits[0], limits[1]))
+    return axis_of(part)
 
 
 def _point(part: schema.PointModel, document: Document) -> d.PointDescription:
@@ -143,6 +156,10 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
             document.fault(key, f"there is no {what} {name!r}; " + (hint or f"known: {', '.join(allowed) or 'none'}"))
 
     # Taken from the raw data, so that an entry with another fault still has its references checked.
+    for name, entry in document.data["axes"].items():
+        for i, drive in enumerate(entry.get("drives") or [] if isinstance(entry, dict) else []):
+            if isinstance(drive, dict) and isinstance(drive.get("joint"), str):
+                known(("axes", name, "drives", i, "joint"), drive["joint"], "joints")
     for section, key, target, extra in (("axes", "joint", "joints", ()), ("points", "body", "bodies", (d.GROUND,))):
         for name, entry in (document.data.get(section) or {}).items():
             if isinstance(entry, dict) and isinstance(entry.get(key), str):
@@ -152,11 +169,15 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
             known((key,), document.data[key], "points")
     if top is None:
         return
+    if top.task is not None:
+        known(("task", "point"), top.task.point, "points")
+        for i, name in enumerate(top.task.axes):
+            known(("task", "axes", i), name, "axes")
     for i, load in enumerate(top.loads):
         known(("loads", i, "point"), load.point, "points")
     for i, pose in enumerate(top.poses):
         for name in pose:
-            known(("poses", i, name), name, "axes")
+            known(("poses", i, name), name, "axes", () if top.task is None else tuple(top.task.coordinates))
 
 
 def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:
@@ -173,17 +194,20 @@ def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mappin
     for path, message in faults:
         if whole or not path.startswith("bodies"):
             document.fault(tuple(path.split(".")), message)
-    for name, axis in converted["axes"].items():
-        joint = converted["joints"].get(axis.joint)
-        if joint is not None and joint.closes_loop:
-            document.fault(("axes", name, "joint"), f"joint {axis.joint} closes a loop; an axis must drive a tree joint")
+    if not document.faults:
+        for path, message in axis_faults(d.MachineDescription("", {}, converted["joints"], converted["axes"])):
+            document.fault(tuple(path.split(".")), message)
 
 
 def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], document: Document) -> d.MachineDescription | None:
+    task, modes = task_of(top, document), assembly_modes_of(top, document)
+    kinds = {name: (axis.is_rotary, axis.limits) for name, axis in converted["axes"].items()} | (
+        {} if task is None else {name: (c.coordinate in ANGLES, c.limits) for name, c in task.coordinates.items()})
     poses = []
     for i, pose in enumerate(top.poses):
-        poses.append({name: _position(value, converted["axes"][name], ("poses", i, name), document)
-                      for name, value in pose.items()})
+        poses.append({name: _position(value, *kinds[name], key=("poses", i, name), document=document)
+                      for name, value in pose.items() if name in kinds})
+    tool_axis = _tool_axis(top, document)
     if document.faults:
         return None
     cutting = None if top.cutting is None else _cutting(top.cutting, document)
@@ -193,7 +217,15 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
         top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
-        top.assumptions)
+        top.assumptions, tool_axis, task, modes, top.assembly_mode)
+
+
+def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:
+    try:
+        return direction_of("tool_axis", top.tool_axis)
+    except ToolpointError as error:
+        document.fault(("tool_axis",), str(error))
+        return (0.0, 0.0, 1.0)
 
 
 def _cutting(part: BaseModel, document: Document) -> CuttingDescription:
@@ -206,14 +238,15 @@ def _cutting(part: BaseModel, document: Document) -> CuttingDescription:
     return cut
 
 
-def _position(value: Any, axis: d.AxisDescription, key: Key, document: Document) -> float:
+def _position(value: Any, is_rotary: bool, limits: tuple[float, float], *, key: Key, document: Document) -> float:
     try:
-        position = units.quantity(value, units.ANGLE if "r" in axis.direction else units.LENGTH)
+        position = units.quantity(value, units.ANGLE if is_rotary else units.LENGTH)
     except units.UnitError as error:
         document.fault(key, str(error))
         return 0.0
-    if not axis.limits[0] <= position <= axis.limits[1]:
-        document.fault(key, f"{position:g} is beyond the limits {axis.limits[0]:g} .. {axis.limits[1]:g} of the axis")
+    if not limits[0] <= position <= limits[1]:
+        axis = Axis(str(key[-1]), (), *limits, turns=is_rotary)
+        document.fault(key, f"{axis.words(position)} is beyond the limits {axis.span} of the axis")
     return position
 
 
@@ -224,7 +257,10 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     """
     data = {"toolpoint": schema.VERSION, **_lowered(description)}
     for joint in data["joints"].values():
-        joint.update(joint.pop("frame", {}))
+        joint.update({"at": [0.0, 0.0, 0.0]} | joint.pop("frame", {}))
+    for name, body in description.bodies.items():
+        if body.spin is not None:
+            data["bodies"][name]["spin"]["speed"] = f"{body.spin.speed * 30 / math.pi!r} rpm"
     _dump(data, path)
 
 

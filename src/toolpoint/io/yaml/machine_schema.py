@@ -62,6 +62,11 @@ class InertiaModel(Part):
         return self
 
 
+class SpinModel(Part):
+    speed: Annotated[float, Scalar(units.SPEED)]
+    axis: Any = "z"
+
+
 class BodyModel(Part):
     mass: Annotated[float, Scalar(units.MASS, gt=0)] | None = None
     centre: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
@@ -73,6 +78,7 @@ class BodyModel(Part):
     draw: ShapeModel | None = None
     draw_at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
     source: str = ""
+    spin: SpinModel | None = None
 
 
 class StiffnessModel(Part):
@@ -109,7 +115,7 @@ AxisDirection = Literal["x", "y", "z", "rx", "ry", "rz", "-x", "-y", "-z", "-rx"
 class JointModel(Part):
     parent: str
     child: str
-    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] = (0.0, 0.0, 0.0)
+    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
     rotation: Annotated[tuple[float, float, float], Vector(units.ANGLE)] = (0.0, 0.0, 0.0)
     stiffness: StiffnessModel = StiffnessModel()
     damping: DampingModel = DampingModel()
@@ -122,12 +128,37 @@ class JointModel(Part):
     parent_interface: str | None = None
     child_interface: str | None = None
     source: str = ""
+    passive: tuple[Direction, ...] = ()
+    limits: dict[Direction, tuple[Any, Any] | str] = {}
+    largest_tilt: Annotated[float, Scalar(units.ANGLE, gt=0)] | None = None
+
+
+class DriveModel(Part):
+    joint: str
+    direction: AxisDirection
+    factor: float = 1.0
 
 
 class AxisModel(Part):
-    joint: str
-    direction: AxisDirection
+    joint: str = ""
+    direction: AxisDirection | None = None
+    drives: tuple[DriveModel, ...] = ()
     limits: tuple[Any, Any] | str | None = None
+    at_reference: Any = 0.0
+
+
+Coordinate = Literal["x", "y", "z", "tilt", "azimuth", "torsion"]
+
+
+class CoordinateModel(Part):
+    coordinate: Coordinate | None = None
+    limits: tuple[Any, Any] | str | None = None
+
+
+class TaskModel(Part):
+    point: str
+    axes: tuple[str, ...]
+    coordinates: dict[str, CoordinateModel | None]
 
 
 class PointModel(Part):
@@ -206,6 +237,10 @@ class MachineModel(Part):
     description: str = ""
     source: str = ""
     assumptions: tuple[str, ...] = ()
+    tool_axis: Any = "z"
+    task: TaskModel | None = None
+    assembly_modes: dict[str, dict[str, Any]] = {}
+    assembly_mode: str = ""
 
 
 def json_schema() -> dict[str, Any]:

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats
+from toolpoint.machine.assemble import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
@@ -112,7 +113,7 @@ def pose_map(
     """
     if not axes:
         fail("axes", "none", "must be at least one axis with its positions")
-    modes = min(count("modes", modes), machine.size)
+    modes = min(count("modes", modes), freedoms(machine))
     grid = {name: np.atleast_1d(floats(f"axes[{name!r}]", v)) for name, v in axes.items()}
     machine.chain.positions({name: float(v[0]) for name, v in grid.items()})
     poses = [list(map(float, pose)) for pose in itertools.product(*grid.values())]

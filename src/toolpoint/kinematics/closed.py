@@ -1,0 +1,168 @@
+"""ClosedChain: a tree whose passive joints are solved so that its loops close and its tool stands where a task says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+
+from toolpoint._check import BoolArray, FloatArray, fail, suggestion
+from toolpoint.kinematics.axis import AXES, Axis
+from toolpoint.kinematics.chain import Pose
+from toolpoint.kinematics.closure import Closure, Solution, solve_closure
+from toolpoint.kinematics.loops import LoopClosure
+from toolpoint.kinematics.reach import first_fault, gap_reasons, limit_reasons, strain_notes
+from toolpoint.kinematics.task import Task
+from toolpoint.kinematics.tree import TreeChain
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedChain(TreeChain):
+    """A tree of links with loops that close at every pose, and a task in whose coordinates it may be commanded.
+
+    Parameters
+    ----------
+    loops : sequence of LoopClosure
+    task : Task, optional
+        Its coordinates are axes of the chain; a pose names them, or the axes that they stand in place of, never both.
+    names : names of the joints, for messages
+    limits : mapping of passive step (its index among all) to (lower, upper), m or rad
+    modes : mapping of the name of an assembly mode to start values of passive steps (index to m or rad) at the reference pose
+    mode : str
+        The assembly mode in use; the reference pose as described where empty.
+    length : float
+        By which rotations are weighed against lengths, m.
+    """
+
+    loops: tuple[LoopClosure, ...] = ()
+    task: Task | None = None
+    names: tuple[str, ...] = ()
+    limits: Mapping[int, tuple[float, float]] = field(default_factory=dict)
+    modes: Mapping[str, Mapping[int, float]] = field(default_factory=dict)
+    mode: str = ""
+    length: float = 1.0
+
+    @cached_property
+    def passive_steps(self) -> tuple[int, ...]:
+        """Indices of the passive steps."""
+        return tuple(range(len(self.steps) - len(self.passive), len(self.steps)))
+
+    @cached_property
+    def balls(self) -> tuple[tuple[int, ...], ...]:
+        """Steps of every ball."""
+        return tuple(group for sequence in self.sequences for group in sequence if len(group) == 3)
+
+    @cached_property
+    def closure(self) -> Closure:
+        """The equations with the passive steps unknown."""
+        return Closure(self, None)
+
+    @cached_property
+    def task_closure(self) -> Closure:
+        """The equations with the passive steps and the axes of the task unknown."""
+        return Closure(self, self.task)
+
+    @cached_property
+    def start(self) -> FloatArray:
+        """Values of all steps at the reference pose in the assembly mode in use, shape (1, n_steps)."""
+        values = np.zeros((1, len(self.steps)))
+        if not self.mode:
+            return values
+        if self.mode not in self.modes:
+            fail("assembly mode", repr(self.mode), f"must be of {', '.join(self.modes) or 'none'}",
+                 suggestion(self.mode, self.modes))
+        for step, value in self.modes[self.mode].items():
+            values[0, step] = value
+        return self.closure.settle(values, self.mode)
+
+    def with_mode(self, mode: str) -> ClosedChain:
+        """Return the chain in another assembly mode."""
+        changed = replace(self, mode=mode)
+        _ = changed.start
+        return changed
+
+    def is_task_pose(self, pose: Pose) -> bool:
+        """Whether a pose is given in coordinates of the task; one that mixes both is refused."""
+        if self.task is None:
+            return False
+        named = [name for name in pose if name in self.task.coordinates]
+        both = [name for name in pose if name in self.task.axes]
+        if named and both:
+            fail("pose", f"{', '.join(named)} and {', '.join(both)}", "must not be given together",
+                 f"{', '.join(self.task.coordinates)} stand in place of {', '.join(self.task.axes)}")
+        return bool(named)
+
+    def solve(self, pose: Pose, *, start: FloatArray | None = None) -> Solution:
+        """Return the step values of a batch of poses, with the reason of every pose that cannot be.
+
+        Each pose is followed from the reference pose (or from `start`, (1 or P, n_steps)) along a straight line of its
+        coordinates in steps that Newton's method takes with small corrections, so the assembly mode is kept.
+        """
+        batch = self.batch(pose)
+        count = len(next(iter(batch.values()))) if batch else 1
+        is_task = self.is_task_pose(pose)
+        closure = self.task_closure if is_task else self.closure
+        begin = np.broadcast_to(self.start if start is None else start, (count, len(self.steps)))
+        goal = np.stack([np.broadcast_to(batch.get(axis.name, np.array([axis.rest])), (count,)) for axis in self.driven_axes],
+                        axis=-1) if self.driven_axes else np.zeros((count, 0))
+        targets = self._targets(batch, count) if is_task else {}
+        solution = solve_closure(closure, begin, goal, targets)
+        reasons = [limit_reasons(self, solution), gap_reasons(self, solution, closure)]
+        return solution.judged(reasons, strain_notes(self, solution))
+
+    def _targets(self, batch: Mapping[str, FloatArray], count: int) -> dict[str, FloatArray]:
+        assert self.task is not None
+        rest = {axis.name: axis.rest for axis in self.axes}
+        return {kind: np.broadcast_to(batch.get(name, np.array([rest[name]])), (count,))
+                for name, kind in self.task.coordinates.items()}
+
+    def step_values(self, pose: Pose) -> FloatArray:
+        """Return the values of all steps, shape (n_poses, n_steps); raises for the first pose that cannot be."""
+        return self.settled(pose)[0]
+
+    def settled(self, pose: Pose) -> tuple[FloatArray, tuple[str, ...]]:
+        """Return the step values of a batch of poses and what a person must know of them; raises for a pose that cannot be."""
+        solution = self.solve(pose)
+        first_fault(self, pose, solution)
+        return solution.values, tuple(dict.fromkeys(note for note in solution.notes if note))[:3]
+
+    def reachable(self, pose: Pose) -> tuple[BoolArray, list[str]]:
+        """Return which poses of a batch can be, and the reason of each that cannot (empty text where it can)."""
+        solution = self.solve(pose)
+        return np.array([not reason for reason in solution.reasons]), list(solution.reasons)
+
+    def positions(self, pose: Pose) -> FloatArray:
+        """Return positions of the driven axes, solved where a pose is given in the task's coordinates, (n_poses, n_driven)."""
+        if not self.is_task_pose(pose):
+            return super().positions(pose)
+        return self.positions_of(self.step_values(pose))
+
+    def positions_of(self, values: FloatArray) -> FloatArray:
+        """Return positions of the driven axes for step values, m or rad, shape (n_poses, n_driven)."""
+        rest = np.array([axis.rest for axis in self.driven_axes])
+        driven = len(self.steps) - len(self.passive)
+        return values[:, :driven] @ np.linalg.pinv(self.coupling[:driven]).T + rest
+
+    def coordinates(self, pose: Pose) -> dict[str, FloatArray]:
+        """Return the position of every axis and every coordinate of the task at a batch of poses, m or rad, (n_poses,) each."""
+        values = self.step_values(pose)
+        result = dict(zip((axis.name for axis in self.driven_axes), self.positions_of(values).T, strict=True))
+        if self.task is not None:
+            read = self.task.read(self.displacements_of(self.motions_of(values)))
+            result |= {name: read[kind] for name, kind in self.task.coordinates.items()}
+        return result
+
+    def step_rates(self, pose: Pose) -> FloatArray:
+        """Return the rate of every step per rate of every driven axis at closed loops, shape (n_poses, n_steps, n_driven)."""
+        return self.closure.rates(self.step_values(pose))
+
+    def step_name(self, step: int) -> str:
+        """Return a step in words: ``knuckle.rx``."""
+        at = self.steps[step]
+        return f"{self.names[at.joint] if self.names else at.joint}.{AXES[at.way]}"
+
+    def axis(self, name: str) -> Axis:
+        """Return an axis by name."""
+        return next(axis for axis in self.axes if axis.name == name)

@@ -1,0 +1,29 @@
+"""Described frames as transforms, and transforms as described frames."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine.description import FrameDescription
+from toolpoint.spatial import rotation
+from toolpoint.spatial import transform as tf
+
+
+def frame(description: FrameDescription) -> FloatArray:
+    """Return the transform (4, 4) of a described frame: zyx Euler angles, then the place."""
+    return tf.transform(rotation.from_euler("zyx", description.rotation), description.at)
+
+
+def describe_frame(transform: FloatArray) -> FrameDescription:
+    """Return the description of a transform (4, 4): zyx Euler angles in rad, the last zero where they are not unique."""
+    r = transform[:3, :3]
+    across = np.hypot(r[0, 0], r[1, 0])
+    middle = np.arctan2(-r[2, 0], across)
+    if across < 1e-12:
+        angles = (np.arctan2(-r[0, 1], r[1, 1]), middle, 0.0)
+    else:
+        angles = (np.arctan2(r[1, 0], r[0, 0]), middle, np.arctan2(r[2, 1], r[2, 2]))
+    x, y, z = (float(v) for v in transform[:3, 3])
+    a, b, c = (float(v) for v in angles)
+    return FrameDescription((x, y, z), (a, b, c))
