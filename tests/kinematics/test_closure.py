@@ -140,7 +140,7 @@ def test_modes_have_the_threefold_symmetry_and_split_with_tilt(head):
 def test_torn_gantry_is_refused_with_its_gap(tmp_path):
     (tmp_path / "torn.yaml").write_text(TORN)
     torn = read_machine(tmp_path / "torn.yaml")
-    with pytest.raises(ValueError, match=r"Y1 0.5 m: loop joint right_bridge is torn open by 500 mm .*let one\s+axis drive both"):
+    with pytest.raises(ValueError, match=r"Y1 0\.5 m: loop joint right_bridge is torn open by 500 mm .*one axis drive"):
         natural_frequencies(torn, {"Y1": [0.5]})
     assert np.isfinite(natural_frequencies(torn, {"Y1": [0.5], "Y2": [0.5]})).all()
 
@@ -150,10 +150,10 @@ def test_poses_that_cannot_be_say_why(head):
     ok, reasons = chain.reachable({"L1": [0.9, 0.4, 1.0], "L2": [0.9, 1.4, 1.0], "L3": [0.9, 1.4, 0.9]})
     assert list(ok) == [True, False, True]
     assert "cannot be reached" in reasons[1] and "%" in reasons[1]
-    assert "beyond 0.3 .. 1.5 m" in chain.reachable({"Z": [1.39], "tilt": [0.6], "azimuth": [0.0]})[1][0]
+    assert "beyond 0.3 m .. 1.5 m" in chain.reachable({"Z": [1.39], "tilt": [0.9], "azimuth": [np.pi]})[1][0]
     with pytest.raises(ValueError, match="must not be given together"):
         chain.step_values({"Z": 0.9, "L1": 0.9})
-    with pytest.raises(ValueError, match="L1 0.4 m"):
+    with pytest.raises(ValueError, match=r"L1 0\.4 m"):
         chain.step_values({"L1": 0.4, "L2": 1.4, "L3": 1.4})
 
 

@@ -49,12 +49,12 @@ class ThreeRps:
         return np.linalg.norm(ends - self.base * _RADIAL, axis=-1)
 
     def forward(self, legs: ArrayLike) -> FloatArray:
-        """Return the poses (z, tilt, azimuth) above the base that leg lengths (3,) allow, m and rad, shape (n, 3), highest first.
+        """Return the poses (z, tilt, azimuth) above the base that leg lengths (3,) allow, m and rad, (n, 3), highest first.
 
         Limb i ends at radius R - L_i c_i and height L_i s_i. The distance of every two ends is that of the platform's joints:
         three equations in cosines and sines. Two are solved for the second and third limb; the product of the third over
-        all four pairs of solutions, times the squared denominators, is a trigonometric polynomial of the first limb's angle. Its
-        roots are eigenvalues, and one or two steps of Newton's method bring them to rounding.
+        all four pairs of solutions, times the squared denominators, is a trigonometric polynomial of the first limb's angle.
+        Its roots are eigenvalues, and one or two steps of Newton's method bring them to rounding.
         """
         lengths = floats("legs", legs, (3,))
         for value in lengths:
@@ -68,8 +68,8 @@ class ThreeRps:
         angles = [angle for root in near for angle in self._completed(float(np.angle(root)), lengths)]
         poses = [self._pose(np.array(angle), lengths) for angle in angles]
         # Where the limbs pass each other the platform also closes turned half round, which no head is built for.
-        kept = [pose for pose in poses if pose is not None and np.abs(self.inverse(*pose) - lengths).max() < 1e-8]
-        return np.array(_distinct(kept)).reshape(-1, 3)
+        upright = [pose for pose in poses if pose is not None and np.abs(self.inverse(*pose) - lengths).max() < 1e-8]
+        return np.array(_distinct(upright)).reshape(-1, 3)
 
     def _pair(self, first: int, second: int, lengths: FloatArray) -> tuple[float, float, float, float, float]:
         """Coefficients of c_i c_j, s_i s_j, c_i, c_j and 1 in the distance of two ends less that of the platform's joints."""
@@ -88,7 +88,7 @@ class ThreeRps:
         return [((-p * k + sign * q * root), (-q * k - sign * p * root)) for sign in (1, -1)], below
 
     def _product(self, z: ComplexArray, lengths: FloatArray) -> ComplexArray:
-        c, s = (z + 1 / z) / 2, (z - 1 / z) / 2j
+        c, s = z.real + 0j, z.imag + 0j
         (second, below2), (third, below3) = self._limb(c, s, 1, lengths), self._limb(c, s, 2, lengths)
         cc, ss, ci, cj, rest = self._pair(1, 2, lengths)
         total = np.ones_like(z)
@@ -99,12 +99,12 @@ class ThreeRps:
 
     def _completed(self, angle: float, lengths: FloatArray) -> list[FloatArray]:
         """Angles of all limbs for that of the first, where the third equation holds, polished."""
-        c, s = np.array(np.cos(angle) + 0j), np.array(np.sin(angle) + 0j)
+        c, s = np.array([np.cos(angle)]).astype(complex), np.array([np.sin(angle)]).astype(complex)
         (second, below2), (third, below3) = self._limb(c, s, 1, lengths), self._limb(c, s, 2, lengths)
         result = []
         for c2, s2 in second:
             for c3, s3 in third:
-                start = np.array([angle, float(np.angle((c2 + 1j * s2) / below2)), float(np.angle((c3 + 1j * s3) / below3))])
+                start = np.array([angle, *np.angle((c2 + 1j * s2) / below2), *np.angle((c3 + 1j * s3) / below3)])
                 polished = self._polished(start, lengths)
                 if polished is not None:
                     result.append(polished)
