@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import click
+from numpy.typing import ArrayLike
 
 from toolpoint._check import one_of
 from toolpoint.app.frame import frame
@@ -63,6 +64,54 @@ def run_machining_centre(output: Path) -> None:
     run.show_rest()
 
 
+def run_three_rps_head(output: Path) -> None:
+    """Show the 3-RPS head: modes at tilted poses, responses, lobes, and frequencies and stiffness over tilt and azimuth."""
+    import numpy as np
+
+    azimuth = np.radians(np.linspace(0, 360, 25))
+    _run_over_workspace(output, "three_rps_head.yaml", {"tilt": np.radians(np.linspace(0, 30, 7)), "azimuth": azimuth})
+
+
+def run_gantry(output: Path) -> None:
+    """Show the gantry, whose axis Y drives both sides: modes, responses, lobes, frequencies and stiffness over Y and X."""
+    import numpy as np
+
+    _run_over_workspace(output, "gantry.yaml", {"Y": np.linspace(-1, 1, 11), "X": np.linspace(-0.8, 0.8, 9)})
+
+
+def _run_over_workspace(output: Path, name: str, axes: Mapping[str, ArrayLike]) -> None:
+    """Show a machine of the package and two maps of it."""
+    from importlib import resources
+
+    from toolpoint.app import console
+    from toolpoint.cutting import ZeroOrder
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.demo import workspace_page
+    from toolpoint.studies.machines.machine_report import study_machine
+    from toolpoint.studies.machines.machine_words import describe_motion
+    from toolpoint.studies.machines.pose_map import pose_map
+    from toolpoint.studies.machines.stiffness_map import stiffness_map
+
+    with resources.as_file(resources.files("toolpoint.app") / "machines" / name) as path, frame(output, False, steps=7) as run:
+        run.step("machine")
+        machine = machine_file.read(path)
+        result = study_machine(machine, step=run.step, method=ZeroOrder())
+        run.step("frequencies over the workspace")
+        frequencies = pose_map(machine, axes)
+        run.step("stiffness over the workspace")
+        stiffness = stiffness_map(machine, axes)
+        run.step("page")
+        text = path.read_text(encoding="utf-8")
+        run.save(workspace_page(result, frequencies, stiffness, source=text, file_name=name, warnings=run.warnings))
+    console.text(result.table())
+    for line in (*describe_motion(machine), *frequencies.extremes(), *stiffness.extremes()):
+        console.text(line)
+    run.show_rest()
+
+
 DEMOS: dict[str, Demo] = {
     DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", run_machining_centre),
+    "three-rps-head": Demo("parallel head with three driven limbs: closed loops, parasitic motion, maps over tilt and azimuth",
+                           run_three_rps_head),
+    "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", run_gantry),
 }

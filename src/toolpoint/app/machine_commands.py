@@ -88,16 +88,20 @@ def check(machine: Path, as_json: bool) -> None:
     from toolpoint.cutting.build import words
     from toolpoint.io.yaml import machine_file
     from toolpoint.studies.machines.machine_doubts import question_machine
+    from toolpoint.studies.machines.machine_words import describe_motion
 
     built = machine_file.read(machine)
     doubts = question_machine(built)
     cut = None if built.description.cutting is None else words(built.description.cutting)
     if as_json:
-        click.echo(json.dumps({"ok": True, "doubts": list(doubts), "coordinates": built.size, "cutting": cut}))
+        click.echo(json.dumps({"ok": True, "doubts": list(doubts), "coordinates": built.size, "cutting": cut,
+                               "motion": list(describe_motion(built))}))
         return
     for doubt in doubts:
         console.text("doubt: " + doubt)
     click.echo(repr(built))
+    for line in describe_motion(built):
+        console.text(line)
     if cut is not None:
         click.echo(f"cutting: {cut}")
 
@@ -107,26 +111,33 @@ def check(machine: Path, as_json: bool) -> None:
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",
               help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
+@click.option("--quantity", type=click.Choice(["frequency", "static", "dynamic"]), default="frequency", show_default=True,
+              help="Natural frequencies, or the static or dynamic stiffness of the tool against the work.")
 @click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--folder", type=PATH, help="Keep finished parts here and resume from them.")
 @OUTPUT
 @JSON
-def frequency_map(machine: Path, axes: Sequence[str], count: int, workers: int, folder: Path | None, output: Path,
-                  as_json: bool) -> None:
-    """Natural frequencies over a grid of axis positions; of chatter limits see map-chatter."""
+def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str, workers: int, folder: Path | None,
+                  output: Path, as_json: bool) -> None:
+    """Natural frequencies, or the tool's stiffness, over a grid of axis positions; of chatter limits see map-chatter."""
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.frequency_map import frequency_map_page
+    from toolpoint.pages.frequency_map import map_page
     from toolpoint.studies.execute import Dask, Serial
-    from toolpoint.studies.machines.pose_map import pose_map
+    from toolpoint.studies.machines.pose_map import PoseMap, pose_map
+    from toolpoint.studies.machines.stiffness_map import StiffnessMap, stiffness_map
 
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
+    engine = Dask(workers) if workers else Serial()
     with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses") as progress:
-        result = pose_map(built, positions, count, engine=Dask(workers) if workers else Serial(), folder=folder,
-                          progress=progress)
+        result: PoseMap | StiffnessMap
+        if quantity == "frequency":
+            result = pose_map(built, positions, count, engine=engine, folder=folder, progress=progress)
+        else:
+            result = stiffness_map(built, positions, quantity, engine=engine, folder=folder, progress=progress)
     if not as_json:
-        run.save(frequency_map_page(result, machine.stem))
+        run.save(map_page(result, machine.stem))
     run.warnings += result.failed()
     run.show(result)
 

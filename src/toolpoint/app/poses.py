@@ -92,4 +92,4 @@ def check(machine: Machine, pose: Pose) -> None:
         if written and name in rotary and (written == "angle") != rotary[name]:
             raise ToolpointError(f"pose {name}: given as {'an angle' if written == 'angle' else 'a length'}; the axis is "
                                  + ("rotary (rad, deg)" if rotary[name] else "linear (m, mm, um)"))
-    machine.chain.positions(pose)  # names and limits of travel
+    machine.chain.batch(pose)  # names and limits of travel

@@ -102,7 +102,8 @@ class Axis:
         return position
 
     def _meant(self, value: float) -> str:
-        """A number without a unit that would fit in degrees was hardly meant in radians."""
-        if self.is_rotary and self.lower <= np.radians(value) <= self.upper and abs(value) > np.pi:
+        """A round number beyond the travel was hardly meant in radians; one that was written in degrees is not round."""
+        is_round = abs(1e3 * value - round(1e3 * value)) < 1e-9
+        if self.is_rotary and is_round and abs(value) > np.pi:
             return f"a number without a unit is in rad; did you mean {self.name}={value:g}deg?"
         return ""

@@ -19,7 +19,7 @@ QUANTITY = "Stable depth, mm"
 
 def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] = ()) -> Report:
     """Return the page of a map: least stable depth over the workspace, by feed direction, and what is stable everywhere."""
-    units = {axis.name: "rad" if axis.is_rotary else "m" for axis in machine.chain.axes}
+    units = {axis.name: axis.unit for axis in machine.chain.axes}
     described = words(result.cut).replace(f", feed along {result.cut.feed}", "")  # the feed turns here
     report = Report(f"Chatter limits over the workspace: {machine.description.name}", f"{described}.",
                     subtitle=repr(result)[11:-1])
@@ -42,19 +42,19 @@ def _map_parts(result: ChatterMap, units: Mapping[str, str]) -> list[Chart | str
     rest = tuple(k for k in range(len(names)) if k not in several[:2])
     values = 1e3 * lowest.min(axis=rest) if rest else 1e3 * lowest
     if not several:
-        return ["One pose: " + pose_words(result.pose((0,) * len(names))) + "."]
+        return ["One pose: " + pose_words(result.pose((0,) * len(names)), result.angles) + "."]
     names_of_ways = [f"feed at {angle_words(angle)}" for angle in result.feed_angles]
     if len(names_of_ways) > 1:
         values = np.concatenate([values.min(axis=-1, keepdims=True), values], axis=-1)
         names_of_ways = ["worst direction", *names_of_ways]
     remark = _remark(result, [names[k] for k in several[2:]])
     parts: list[Chart | str] = [f"Depth that is stable at every charted speed. {remark}".strip()]
-    at = [(names[k], result.axes[names[k]], units[names[k]]) for k in several[:2]]
+    at = [(names[k], np.degrees(result.axes[names[k]]) if names[k] in result.angles else result.axes[names[k]],
+           units[names[k]]) for k in several[:2]]
     if len(at) == 1:
         chart = frequency_curves(at[0][1], values, axis=at[0][0], unit=at[0][2], names=names_of_ways, quantity=QUANTITY)
     else:
-        unit = at[0][2] if at[0][2] == at[1][2] else "m or rad"
-        chart = frequency_map(at[0][1], at[1][1], values, axes=(at[0][0], at[1][0]), unit=unit,
+        chart = frequency_map(at[0][1], at[1][1], values, axes=(at[0][0], at[1][0]), units=(at[0][2], at[1][2]),
                               names=names_of_ways, quantity=QUANTITY)
     return [*parts, Chart(chart, name="map")]
 
@@ -72,12 +72,12 @@ def _speed_parts(result: ChatterMap) -> list[Chart | str]:
     way = int(np.argmin(np.abs(result.feed_angles - worst.feed_angle)))
     curves = [StabilityCurve(result.speeds, result.everywhere, "stable at every pose and in every feed direction"),
               StabilityCurve(result.speeds, result.limit[(*index, way)],
-                             f"worst: {pose_words(worst.pose)}, feed at {angle_words(worst.feed_angle)}")]
+                             f"worst: {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}")]
     least = result.lowest.reshape(-1)
     if np.isfinite(least).any():
         *best, turn = (int(k) for k in np.unravel_index(int(np.nanargmax(least)), result.lowest.shape))
         if (*best, turn) != (*index, way):
-            label = f"best: {pose_words(result.pose(best))}, feed at {angle_words(result.feed_angles[turn])}"
+            label = f"best: {pose_words(result.pose(best), result.angles)}, feed at {angle_words(result.feed_angles[turn])}"
             curves.append(StabilityCurve(result.speeds, result.limit[(*best, turn)], label))
     top = None if np.isfinite(result.limit).any() else float(np.nanmax(result.depth_max))
     at = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))

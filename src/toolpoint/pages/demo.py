@@ -5,10 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
+from toolpoint.pages.frequency_map import map_page
 from toolpoint.pages.machine import machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.machine_report import MachineReport
+from toolpoint.studies.machines.machine_words import describe_motion
+from toolpoint.studies.machines.pose_map import PoseMap
+from toolpoint.studies.machines.stiffness_map import StiffnessMap
+
+
+def workspace_page(result: MachineReport, frequencies: PoseMap, stiffness: StiffnessMap, *, source: str, file_name: str,
+                   warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a machine with maps of its frequencies and of its tool's stiffness over the workspace."""
+    page = machine_page(result, source, file_name, problems=warnings)
+    inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
+    page = page.with_section("How it moves", Notes(describe_motion(result.machine), "note", "Axes, loops and the tool"))
+    for title, part in (("Frequencies over the workspace", frequencies), ("Static stiffness over the workspace", stiffness)):
+        maps = map_page(part, file_name)
+        page = page.with_section(title, *(inner for section in maps.sections for inner in section.parts))
+    return page.with_section(inputs.title, *inputs.parts)
 
 
 def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tuple[str, str]], *, warnings: Sequence[str] = ()

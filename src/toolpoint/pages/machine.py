@@ -12,14 +12,16 @@ from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.machines.machine_report import MachineReport, comparison, pose_name
+from toolpoint.studies.machines.machine_report import MachineReport, comparison
+from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint
 
 
 def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:
     """Return the page of a machine; `source` is the text of its file."""
     description = result.machine.description
-    report = Report(description.name, description.description, subtitle=f"{file_name}, {pose_name(result.pose)}")
+    report = Report(description.name, description.description,
+                    subtitle=f"{file_name}, {pose_words(result.machine, result.pose)}")
     scene, shapes = machine_shapes(result.machine, result.pose, 12)
     report = report.with_section(
         "Machine and modes", ShapeView(scene, shapes, "machine", description.name,
@@ -59,10 +61,16 @@ def frf_parts(study: ToolPoint) -> list[Chart]:
     """Return the direct responses along x, y and z at every pose."""
     parts = []
     for i, way in enumerate("xyz"):
-        single = {pose_name(pose): study.frf.at_pose(k).selected([i], [i]) for k, pose in enumerate(study.poses)}
+        single = {pose_words(study.machine, pose): study.frf.at_pose(k).selected([i], [i])
+                  for k, pose in enumerate(study.poses)}
         parts.append(Chart(bode(single, title=f"{study.point}, direction {way}"),
-                           f"Receptance along {way} under equal and opposite forces." if "-" in study.point else ""))
+                           _direction_text(study, way)))
     return parts
+
+
+def _direction_text(study: ToolPoint, way: str) -> str:
+    text = f"Receptance along {way} under equal and opposite forces." if "-" in study.point else ""
+    return f"{text} x, y and z are the tool's at each pose.".strip() if study.leaning() else text
 
 
 def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
@@ -70,7 +78,7 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
     assert result.study is not None
     cut = result.machine.description.cutting
     assert cut is not None
-    names = [pose_name(pose) for pose in result.study.poses]
+    names = [pose_words(result.machine, pose) for pose in result.study.poses]
     curves = [StabilityCurve(chart.speeds, chart.limit, name) for chart, name in zip(result.charts, names, strict=True)]
     words = (f"{build.words(cut)}. "
              f"Method: {result.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "

@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+    from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, update_machine
@@ -40,6 +41,7 @@ __all__ = [
     "map_chatter",
     "map_frequencies",
     "map_servo",
+    "map_stiffness",
     "modal_dynamics",
     "response_dynamics",
     "run_drives",
@@ -74,7 +76,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
 }
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
-    "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map")}
+    "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map"),
+    "map_stiffness": ("machines.stiffness_map", "stiffness_map")}
 
 
 def __getattr__(name: str) -> Any:

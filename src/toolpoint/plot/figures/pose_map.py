@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 import plotly.graph_objects as go
@@ -58,20 +58,23 @@ def frequency_map(
     frequency: ArrayLike,
     *,
     axes: tuple[str, str] = ("X", "Y"),
-    unit: str = "m",
+    units: tuple[str, str] = ("m", "m"),
     names: Sequence[str] = (),
     quantity: str = "Natural frequency, Hz",
     title: str = "",
+    reasons: Mapping[tuple[int, ...], str] | None = None,
 ) -> go.Figure:
     """Return contours over two axes, one mode at a time with buttons to change it.
 
     Parameters
     ----------
     x, y : (nx,), (ny,) floats
-        Axis positions, increasing, in `unit`.
+        Axis positions, increasing, in `units`.
     frequency : (nx, ny, m) floats
         NaN marks a pose that failed: it is drawn as a cross and not interpolated over.
-    axes, unit, names, quantity : as for `frequency_curves`
+    axes, units, names, quantity : as for `frequency_curves`
+    reasons : mapping of (i, j) to text, optional
+        Why poses failed; shown at their crosses.
     """
     across, along = increasing("x", floats("x", x)), increasing("y", floats("y", y))
     values = floats("frequency", frequency, (across.size, along.size, None), finite=False)
@@ -85,10 +88,11 @@ def frequency_map(
             x=across, y=along, z=values[:, :, i].T, name=name, visible=i == 0, colorscale="Viridis", connectgaps=False,
             contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}}, line={"width": 0.6},
             colorbar={"title": {"text": plain(quantity), "side": "right"}, "thickness": 14},
-            hovertemplate=f"{plain(axes[0])} %{{x:.4g}}, {plain(axes[1])} %{{y:.4g}} {plain(unit)}<br>%{{z:.4f}}")
-    lost = _crosses(chart, across, along, values)
-    chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(unit)}")
-    chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(unit)}")
+            hovertemplate=f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, "
+                          f"{plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.4f}}")
+    lost = _crosses(chart, (across, along), values, reasons or {})
+    chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(units[0])}")
+    chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(units[1])}")
     if len(words) > 1:
         buttons = [{"label": name, "method": "restyle",
                     "args": [{"visible": [k == i for k in range(len(words))] + [True] * lost}]}
@@ -98,11 +102,14 @@ def frequency_map(
     return chart
 
 
-def _crosses(chart: go.Figure, x: FloatArray, y: FloatArray, values: FloatArray) -> int:
+def _crosses(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, reasons: Mapping[tuple[int, ...], str]
+             ) -> int:
+    x, y = at
     i, j = np.nonzero(np.isnan(values).any(axis=2))
     if i.size == 0:
         return 0
-    chart.add_scatter(x=x[i], y=y[j], mode="markers", name="pose failed", showlegend=True,
+    texts = [plain(reasons.get((int(a), int(b)), "pose failed")) for a, b in zip(i, j, strict=True)]
+    chart.add_scatter(x=x[i], y=y[j], mode="markers", name="pose failed", showlegend=True, text=texts, hoverinfo="text",
                      marker={"symbol": "x", "color": COLOURS[1], "size": 9})
     return 1
 

@@ -7,7 +7,8 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.bodies import mesh
 from toolpoint.kinematics import Pose
-from toolpoint.machine.description import BodyDescription, ShapeDescription
+from toolpoint.machine.description import BodyDescription
+from toolpoint.machine.extent import equal_box, shape_size
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import Placement
 from toolpoint.machine.shapes import body_shapes
@@ -50,24 +51,6 @@ def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray)
         return Scene.of_mesh(name, tf.move(frame, nodes + np.array(body.centre)), faces)
     shape = body.draw or body.shape
     centre = np.array(body.centre if body.draw_at is None else body.draw_at)
-    size = _size(shape) if shape is not None else _equal_box(mass)
+    size = shape_size(shape) if shape is not None else equal_box(mass)
     centre = tf.move(frame, centre[None])[0]
     return Scene.of_boxes([Box(name, centre, size, frame[:3, :3])])
-
-
-def _size(shape: ShapeDescription) -> FloatArray:
-    if shape.size is not None:
-        return np.array(shape.size)
-    size = np.full(3, shape.diameter or 0.1)
-    if shape.length is not None:
-        size["xyz".index(shape.axis)] = shape.length
-    return size
-
-
-def _equal_box(mass: FloatArray) -> FloatArray:
-    """Return the size of the uniform box with the body's own moments about the axes through its centre, m."""
-    total = mass[0, 0]
-    first = mass[3:6, :3] / total
-    about_centre = np.diag(mass[3:6, 3:6] + total * first @ first)
-    squares = 6 / total * (about_centre.sum() - 2 * about_centre)
-    return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))

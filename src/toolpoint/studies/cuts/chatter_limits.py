@@ -17,18 +17,22 @@ HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
 
 @dataclass(frozen=True)
 class WorstCut:
-    """Where the stable depth is least: pose, feed angle (rad), speed (rev/min), depth (m), chatter frequency (Hz)."""
+    """Where the stable depth is least: pose, feed angle (rad), speed (rev/min), depth (m), chatter frequency (Hz).
+
+    angles : axes of the pose that are angles.
+    """
 
     pose: Mapping[str, float]
     feed_angle: float
     speed: float
     depth: float
     frequency: float
+    angles: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         if not np.isfinite(self.depth):
             return "no limit was found below the depths looked at"
-        return (f"{1e3 * self.depth:.4f} mm at {pose_words(self.pose)}, feed at {angle_words(self.feed_angle)}, "
+        return (f"{1e3 * self.depth:.4f} mm at {pose_words(self.pose, self.angles)}, feed at {angle_words(self.feed_angle)}, "
                 f"{self.speed:.0f} rev/min (chatter at {self.frequency:.1f} Hz)")
 
 
@@ -40,7 +44,7 @@ class ChatterMap:
     feed_angles : (n_directions,) rad from x towards y; speeds : (n_speeds,) rev/min.
     limit : (n_1, ..., n_directions, n_speeds) depth of the first loss of stability, m, infinite above `depth_max`, not a number
     where it failed; frequency : the same shape, chatter frequency there, Hz; depth_max : (n_1, ...) largest depth looked at, m.
-    failures : place and direction to reason; notes : remarks of the method; poses : those of a list.
+    failures : place and direction to reason; notes : remarks of the method; poses : those of a list; angles : axes in rad.
     """
 
     axes: Mapping[str, FloatArray]
@@ -53,6 +57,7 @@ class ChatterMap:
     failures: Mapping[tuple[int, ...], str] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
     poses: tuple[Mapping[str, float], ...] = ()
+    angles: tuple[str, ...] = ()
 
     @property
     def lowest(self) -> FloatArray:
@@ -80,7 +85,7 @@ class ChatterMap:
         way = way if direction is None else direction
         index = (*place, way, at)
         return WorstCut(self.pose(place), float(self.feed_angles[way]), float(self.speeds[at]), float(self.limit[index]),
-                        float(self.frequency[index]))
+                        float(self.frequency[index]), self.angles)
 
     def rows(self) -> list[list[str]]:
         """Return a row of texts for every feed direction, see `HEADER`: least depth, where and at which speed."""
@@ -91,7 +96,7 @@ class ChatterMap:
                 rows.append([angle_words(angle), "failed", "", "", ""])
                 continue
             worst = self.worst(way)
-            place = [pose_words(worst.pose), f"{worst.speed:.0f}", f"{worst.frequency:.1f}"]
+            place = [pose_words(worst.pose, self.angles), f"{worst.speed:.0f}", f"{worst.frequency:.1f}"]
             rows.append([angle_words(angle), depth_words(worst.depth, top), *(place if np.isfinite(worst.depth) else [""] * 3)])
         return rows
 
@@ -104,7 +109,7 @@ class ChatterMap:
         for place, reasons in by_place.items():
             ways = "" if len(reasons) == self.feed_angles.size else ", feed at " + ", ".join(
                 angle_words(self.feed_angles[way]) for way in reasons)
-            lines.append(f"{pose_words(self.pose(place))}{ways}: {next(iter(reasons.values()))}")
+            lines.append(f"{pose_words(self.pose(place), self.angles)}{ways}: {next(iter(reasons.values()))}")
         return lines
 
     def table(self) -> str:
@@ -138,9 +143,9 @@ def _finite(values: FloatArray) -> Any:
     return cells.tolist()
 
 
-def pose_words(pose: Mapping[str, float]) -> str:
-    """Return a pose in words."""
-    return ", ".join(f"{name} {value:g}" for name, value in pose.items())
+def pose_words(pose: Mapping[str, float], angles: Sequence[str] = ()) -> str:
+    """Return a pose in words, axes that are angles in degrees."""
+    return ", ".join(f"{name} {angle_words(value)}" if name in angles else f"{name} {value:g}" for name, value in pose.items())
 
 
 def depth_words(value: float, top: float) -> str:

@@ -24,7 +24,7 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
-from toolpoint.studies.machines.tool_point import depth_limit, milling_problem, tool_point
+from toolpoint.studies.machines.tool_point import batch_of, depth_limit, milling_problem, tool_point
 from toolpoint.studies.remark_kinds import one_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -79,27 +79,28 @@ class _Places:
     shape: tuple[int, ...]
     axes: Mapping[str, FloatArray]
     poses: tuple[Mapping[str, float], ...]
+    angles: tuple[str, ...]
 
     @classmethod
     def of(cls, machine: Machine, positions: Mapping[str, ArrayLike] | Sequence[Mapping[str, float]]) -> _Places:
         """Return the places after checking them against the machine's axes."""
         if not positions:
             fail("axes", "none", "must be at least one axis with its positions")
+        angles = tuple(axis.name for axis in machine.chain.axes if axis.is_rotary)
         if isinstance(positions, Mapping):
             axes = {name: np.atleast_1d(floats(f"axes[{name!r}]", v)) for name, v in positions.items()}
             for name, values in axes.items():
-                machine.chain.positions({name: float(values.min())})
-                machine.chain.positions({name: float(values.max())})
+                machine.chain.batch({name: values})
             shape = tuple(len(v) for v in axes.values())
             rows = {index: tuple(float(v[i]) for v, i in zip(axes.values(), index)) for index in _snake(shape)}
-            return cls(tuple(axes), rows, shape, axes, ())
+            return cls(tuple(axes), rows, shape, axes, (), angles)
         poses = tuple(dict(pose) for pose in positions)
         for pose in poses:
-            machine.chain.positions(pose)
-        names = tuple(axis.name for axis in machine.chain.axes)
+            machine.chain.batch(pose)
+        batch = batch_of(machine, poses)
         listed: dict[Place, tuple[float, ...]] = {
-            (i,): tuple(float(pose.get(name, 0.0)) for name in names) for i, pose in enumerate(poses)}
-        return cls(names, listed, (len(poses),), {}, poses)
+            (i,): tuple(float(at[i]) for at in batch.values()) for i in range(len(poses))}
+        return cls(tuple(batch), listed, (len(poses),), {}, poses, angles)
 
 
 @dataclass(frozen=True)
@@ -195,4 +196,5 @@ def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray,
         notes |= {} if values is None else dict.fromkeys(note for note in str(values["notes"]).split("\n") if note)
     full = (*places.shape, angles.size, speeds.size)
     return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
-                      np.array(depth).reshape(places.shape), cut, failures, one_of_each_kind(notes), places.poses)
+                      np.array(depth).reshape(places.shape), cut, failures, one_of_each_kind(notes), places.poses,
+                      places.angles)

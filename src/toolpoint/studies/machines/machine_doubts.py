@@ -2,8 +2,13 @@
 
 from __future__ import annotations
 
+import numpy as np
+
+from toolpoint._check import FloatArray
 from toolpoint.machine import Machine
-from toolpoint.machine.description import FrameDescription, JointDescription
+from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
+from toolpoint.machine.extent import equal_box, shape_size
+from toolpoint.spatial import transform as tf
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
 NOWHERE = FrameDescription()
@@ -17,11 +22,42 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
     lines += [f"joints.{name}: no place is given, so its springs stand at 0, 0, 0 of the machine; write 'at: [x, y, z]' unless "
               "that is where they are" for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
+    lines += far_joints(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
         lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write "
                      "the lower speed first")
     return tuple(lines)
+
+
+def far_joints(machine: Machine) -> list[str]:
+    """Return doubts about joints that lie farther from both of their bodies than the larger one is long."""
+    lines = []
+    for name, joint in machine.description.joints.items():
+        place = np.array(joint.frame.at)
+        spans = [_span(machine, body) for body in (joint.parent, joint.child) if body != GROUND]
+        if joint.parent_interface or joint.child_interface or joint.frame == NOWHERE or not spans:
+            continue
+        gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
+        longest = max(2 * float(half.max()) for _, half in spans)
+        if min(gaps) > max(longest, 0.1):
+            lines.append(f"joints.{name}: at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from both of its "
+                         "bodies, more than they are long; check the place and its unit")
+    return lines
+
+
+def _span(machine: Machine, name: str) -> tuple[FloatArray, FloatArray]:
+    """Centre and half size of the box around a body, machine frame at the reference pose."""
+    link, body = machine.link(name), machine.description.bodies[name]
+    frame, mass = machine.body_frames[link], machine.bodies[link].mass
+    if body.mesh is not None:
+        corners = body.mesh.corners.reshape(-1, 3) + np.array(body.centre)
+        centre, size = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0)
+    else:
+        shape = body.draw or body.shape
+        centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+        size = equal_box(mass) if shape is None else shape_size(shape)
+    return tf.move(frame, centre[None])[0], np.abs(frame[:3, :3]) @ size / 2
 
 
 def _is_out_of_place(joint: JointDescription) -> bool:

@@ -16,6 +16,7 @@ from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.placement import place_machine
 from toolpoint.machine.shapes import body_shapes
+from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, tool_point
 from toolpoint.studies.text_table import text_table
 
@@ -48,7 +49,7 @@ class MachineReport:
         for pose, chart in zip(self.study.poses if self.study else (), self.charts, strict=False):
             limit = float(np.min(chart.limit))
             depth = f"{1e3 * limit:.3f} mm" if np.isfinite(limit) else f"above {1e3 * chart.depth_max:.3g} mm"
-            lines.append(f"Stable at every charted speed, {pose_name(pose)}: {depth}")
+            lines.append(f"Stable at every charted speed, {pose_words(self.machine, pose)}: {depth}")
         return lines
 
     def to_dict(self) -> dict[str, Any]:
@@ -90,6 +91,8 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         charts = lobes(study, method=method)
     elif study is not None:
         missing.append("No stability lobes: the machine file describes no 'cutting'.")
+    if study is not None:
+        missing += study.leaning()
     return MachineReport(machine, at, frequency, study, charts, tuple(missing))
 
 
@@ -99,11 +102,6 @@ def has_damping(machine: Machine) -> bool:
         return True
     _, viscous, structural = joint_matrices(place_machine(machine))
     return bool(np.any(viscous) or np.any(structural))
-
-
-def pose_name(pose: Pose) -> str:
-    """Return a pose in words."""
-    return ", ".join(f"{name} {value:g}" for name, value in pose.items()) or "reference pose"
 
 
 def comparison(results: MachineReport) -> tuple[list[str], list[list[object]]]:

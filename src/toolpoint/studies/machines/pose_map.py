@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -11,14 +10,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, ToolpointError, count, fail, floats
+from toolpoint._check import FloatArray, count
 from toolpoint.machine.assemble import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
-from toolpoint.studies.execute import Engine, Progress, execute
+from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
 from toolpoint.studies.text_table import text_table
-
-_BLOCK = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,12 +24,18 @@ class PoseMap:
     """Frequencies over a grid.
 
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
-    failures : grid index to reason.
+    failures : grid index to reason; angles : axes in rad.
     """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
     failures: Mapping[tuple[int, ...], str] = field(default_factory=dict)
+    angles: tuple[str, ...] = ()
+
+    @property
+    def grid(self) -> Grid:
+        """The axes with their positions."""
+        return Grid(self.axes, self.angles)
 
     def spread(self) -> FloatArray:
         """Return highest minus lowest frequency of every mode over the grid, Hz, shape (n_modes,)."""
@@ -40,24 +44,27 @@ class PoseMap:
 
     def failed(self) -> list[str]:
         """Return a line on every pose that failed: where it is, and why."""
-        names = list(self.axes)
-        return [", ".join(f"{name} {self.axes[name][i]:g}" for name, i in zip(names, index, strict=True)) + f": {reason}"
-                for index, reason in self.failures.items()]
+        return self.grid.failure_lines(self.failures)
+
+    def extremes(self) -> list[str]:
+        """Return a line on every mode: where its frequency is lowest and highest."""
+        names = [f"mode {i + 1}" for i in range(self.frequency.shape[-1])]
+        return self.grid.extreme_lines(self.frequency, names, "Hz")
 
     def table(self) -> str:
-        """Return how far every mode moves over the grid as text."""
-        return text_table(repr(self), ["mode", "spread Hz"], [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())])
+        """Return how far every mode moves over the grid, and where the ends lie, as text."""
+        rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
+        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
         values = self.frequency.astype(object)
         values[np.isnan(self.frequency)] = None
         return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
-                "failures": self.failed()}
+                "failures": self.failed(), "extremes": self.extremes()}
 
     def __repr__(self) -> str:
-        grid = " x ".join(f"{name} {len(v)}" for name, v in self.axes.items())
-        return f"PoseMap({grid}, {self.frequency.shape[-1]} modes, {len(self.failures)} poses failed)"
+        return f"PoseMap({self.grid}, {self.frequency.shape[-1]} modes, {len(self.failures)} poses failed)"
 
 
 @dataclass(frozen=True)
@@ -75,24 +82,10 @@ class _Frequencies:
         return repr((self.machine.description, self.modes, self.path))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        positions = np.array(block)
-        try:
-            return {"frequency": self._at(positions), "reasons": np.array([""] * len(block))}
-        except ToolpointError:
-            return self._one_by_one(positions)
+        return over_block(self._at, self.machine, self.names, block, columns=self.modes)
 
-    def _at(self, positions: FloatArray) -> FloatArray:
-        return natural_frequencies(self.machine, dict(zip(self.names, positions.T, strict=True)), self.modes, path=self.path)
-
-    def _one_by_one(self, positions: FloatArray) -> dict[str, Any]:
-        values, reasons = np.full((len(positions), self.modes), np.nan), []
-        for i, position in enumerate(positions):
-            try:
-                values[i] = self._at(position[None])[0]
-                reasons.append("")
-            except ToolpointError as error:
-                reasons.append(str(error))
-        return {"frequency": values, "reasons": np.array(reasons)}
+    def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
+        return natural_frequencies(self.machine, poses, self.modes, path=self.path)
 
 
 def pose_map(
@@ -111,19 +104,8 @@ def pose_map(
     path : str
         ``numpy`` or ``compiled``, see `machine.frequencies.natural_frequencies`.
     """
-    if not axes:
-        fail("axes", "none", "must be at least one axis with its positions")
     modes = min(count("modes", modes), freedoms(machine))
-    grid = {name: np.atleast_1d(floats(f"axes[{name!r}]", v)) for name, v in axes.items()}
-    machine.chain.positions({name: float(v[0]) for name, v in grid.items()})
-    poses = [list(map(float, pose)) for pose in itertools.product(*grid.values())]
-    blocks = [poses[i:i + _BLOCK] for i in range(0, len(poses), _BLOCK)]
-    run = execute(_Frequencies(machine, tuple(grid), modes, path), blocks, engine, folder=folder, progress=progress)
-    shape = tuple(len(v) for v in grid.values())
-    values, reasons = [], []
-    for block, outcome in zip(blocks, run.outcomes, strict=True):
-        parts = outcome.values
-        values.append(np.full((len(block), modes), np.nan) if parts is None else parts["frequency"])
-        reasons += [outcome.failure] * len(block) if parts is None else list(map(str, parts["reasons"]))
-    failures = {tuple(int(k) for k in np.unravel_index(i, shape)): reason for i, reason in enumerate(reasons) if reason}
-    return PoseMap(grid, np.concatenate(values).reshape(*shape, modes), failures)
+    grid = check_grid(machine, axes)
+    values, failures = map_over(_Frequencies(machine, tuple(grid.axes), modes, path), grid, modes, engine=engine, folder=folder,
+                                progress=progress)
+    return PoseMap(grid.axes, values, failures, grid.angles)

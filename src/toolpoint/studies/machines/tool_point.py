@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,11 @@ from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
-from toolpoint.kinematics.chain import check_poses
+from toolpoint.kinematics.chain import Pose, check_poses
+from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
+from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, eigen, frequency_response
 
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
@@ -29,6 +31,8 @@ class ToolPoint:
 
     poses : axis name to position, one mapping a pose; modes : Modes with one leading pose axis, seen at the tool point;
     frf : Frf (n_poses, n_f, 3, 3), receptance, m/N; point : the name of the point, ``tool-table`` when it is relative.
+    axes : (n_poses, 3, 3), the tool's x, y and z at every pose as columns in the machine frame; modes and responses are seen
+    along them. They are the machine's axes where the tool stands as z does, carried along by the smallest turn where it leans.
     """
 
     machine: Machine
@@ -36,6 +40,12 @@ class ToolPoint:
     point: str
     modes: Modes
     frf: Frf
+    axes: FloatArray
+
+    def leaning(self) -> list[str]:
+        """Return a line on every pose at which the tool does not stand along the machine's z: where it points."""
+        return [f"{pose_words(self.machine, pose)}: the tool's axis is {direction_words(turn[:, 2])}; x, y and z are the tool's"
+                for pose, turn in zip(self.poses, self.axes, strict=True) if turn[2, 2] < 1 - 1e-12]
 
     def __repr__(self) -> str:
         return f"ToolPoint({self.machine.name!r}, {self.point}, {len(self.poses)} poses, {self.frf!r})"
@@ -65,12 +75,14 @@ def tool_point(
         fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     poses = tuple(check_poses(poses) if poses is not None else description.poses) or ({},)
-    batch = {axis.name: np.array([float(pose.get(axis.name, 0.0)) for pose in poses]) for axis in machine.chain.axes}
+    batch = batch_of(machine, poses)
     # Read as the cut reads them: the point named 7 of a measured machine is the number 7.
     labels = [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")]
     system = assemble(machine, batch or None, labels, modal_damping=False)
     if not batch:
         system = _as_batch(system, len(poses))
+    axes = tool_axes(machine, batch, len(poses))
+    system = seen_along(system, axes)
     modes = eigen.solve_undamped(system)
     if description.damping_ratio is not None:
         modes = modes.with_damping(description.damping_ratio)
@@ -78,7 +90,33 @@ def tool_point(
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
              "give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(modes) if frequency is None else increasing("frequency", np.asarray(frequency, float))
-    return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines))
+    return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines), axes)
+
+
+def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str, FloatArray]:
+    """Return a sequence of poses as one batch: every axis that a pose names, at rest where another does not."""
+    rest = {axis.name: axis.rest for axis in machine.chain.axes}
+    names = dict.fromkeys(name for pose in poses for name in pose)
+    return {name: np.array([float(pose.get(name, rest.get(name, 0.0))) for pose in poses]) for name in names}
+
+
+def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1) -> FloatArray:
+    """Return the tool's x, y and z at a batch of poses as columns in the machine frame, shape (n_poses, 3, 3)."""
+    description = machine.description
+    if description.tool is None:
+        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+    link = machine.link(description.points[description.tool].body)
+    direction = np.array(description.tool_axis)
+    if link >= 0:
+        direction = machine.chain.displacements(pose or {})[:, link, :3, :3] @ direction
+    return np.broadcast_to(smallest_turn(direction), (count, 3, 3))
+
+
+def seen_along(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem:
+    """Return a batch of systems whose three outputs and inputs x, y, z are seen along other axes (n_poses, 3, 3)."""
+    if np.array_equal(axes, np.broadcast_to(np.eye(3), axes.shape)):
+        return system
+    return replace(system, output_map=np.swapaxes(axes, -1, -2) @ system.output_map, input_map=system.input_map @ axes)
 
 
 def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:

@@ -1,0 +1,152 @@
+r"""How near a pose is to a singular one, of which kind, and where along an axis the nearest one lies.
+
+With all steps s of the joints the loops ask J ds = 0. *Actuation*: the columns of the passive steps lose rank, so the machine
+can move with its axes held. *Constraint*: J as a whole loses rank, so the joints gain a motion that no axis commands. *Lost
+motion*: axes move and the tool does not follow in some direction. Rows and columns are weighed by a length, so that metres and
+radians compare. Source: Zlatanov, Bonev, Gosselin, Constraint singularities of parallel mechanisms, ICRA 2002.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail, positive
+from toolpoint.kinematics.chain import Pose
+from toolpoint.kinematics.closed import ClosedChain
+from toolpoint.kinematics.closure import Closure
+from toolpoint.kinematics.tree import TreeChain
+
+KINDS = ("actuation", "constraint", "lost motion")
+SINGULAR = 1e6  # condition number of a pose that counts as singular
+
+
+@dataclass(frozen=True, eq=False)
+class PoseCondition:
+    """Condition numbers (P,) of each kind at poses, infinite where singular; `length` (m) weighs metres against rad."""
+
+    actuation: FloatArray
+    constraint: FloatArray
+    lost_motion: FloatArray
+    length: float
+
+    def reasons(self, limit: float = SINGULAR) -> list[str]:
+        """Return for every pose what kind of singular pose it is, empty where it is none."""
+        numbers = np.stack([self.actuation, self.constraint, self.lost_motion], axis=-1)
+        return [", ".join(f"singular pose ({kind}, condition number {row[k]:.3g} with lengths over {self.length:.3g} m)"
+                          for k, kind in enumerate(KINDS) if not row[k] < limit) for row in numbers]
+
+
+def pose_condition(chain: TreeChain, pose: Pose, link: int | None = None, *, length: float | None = None) -> PoseCondition:
+    """Return how well conditioned a chain is at a batch of poses.
+
+    Parameters
+    ----------
+    chain : TreeChain or ClosedChain
+    pose : mapping of axis name to positions
+    link : int, optional
+        The link of the tool, for lost motion; left out of account where left out.
+    length : float, optional
+        m; the size of the chain where left out.
+    """
+    size = positive("length", length if length is not None else getattr(chain, "length", 1.0))
+    values = chain.step_values(pose)
+    actuation: FloatArray = np.ones(len(values))
+    constraint: FloatArray = np.ones(len(values))
+    if isinstance(chain, ClosedChain) and chain.loops and chain.passive:
+        actuation, constraint = _loop_conditions(chain, values, size)
+    lost: FloatArray = np.ones(len(values))
+    if link is not None and chain.driven_axes:
+        lost = _tool_condition(chain, pose, link, size)
+    return PoseCondition(actuation, constraint, lost, size)
+
+
+def _loop_conditions(chain: ClosedChain, values: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
+    closure = Closure(chain, None)
+    rate = closure.evaluate(values, {})[1] * (chain.length / length)
+    step_scale = np.array([1.0 if step.turns else 1 / length for step in chain.steps])
+    rank = _ranks(closure, chain, step_scale)
+    passive = np.linalg.svd(rate[:, :, list(chain.passive_steps)] / step_scale[list(chain.passive_steps)], compute_uv=False)
+    whole = np.linalg.svd(rate / step_scale, compute_uv=False)
+    return tuple(_ratio(values, number) for values, number in zip((passive, whole), rank))  # type: ignore[return-value]
+
+
+def _ranks(closure: Closure, chain: ClosedChain, step_scale: FloatArray) -> tuple[int, int]:
+    """Ranks of both matrices at the reference pose: redundant equations are no singular pose."""
+    rate = closure.evaluate(np.asarray(chain.start), {})[1][0] / step_scale
+    ranks = []
+    for matrix in (rate[:, list(chain.passive_steps)], rate):
+        singular = np.linalg.svd(matrix, compute_uv=False)
+        ranks.append(int((singular > 1e-9 * singular.max(initial=0.0)).sum()))
+    return ranks[0], ranks[1]
+
+
+def _ratio(singular: FloatArray, rank: int) -> FloatArray:
+    if rank == 0:
+        return np.ones(len(singular))
+    with np.errstate(divide="ignore"):
+        return np.asarray(singular[:, 0] / np.where(singular[:, rank - 1] < 1e-15 * singular[:, 0], 0.0, singular[:, rank - 1]))
+
+
+def _tool_condition(chain: TreeChain, pose: Pose, link: int, length: float) -> FloatArray:
+    twists = chain.axis_twists(pose, link)
+    active = np.abs(twists).max(axis=(0, 2)) > 0
+    weights = np.array([1 / length] * 3 + [1.0] * 3)
+    scale = np.array([1.0 if axis.is_rotary else 1 / length for axis in chain.driven_axes])[active]
+    matrix = np.swapaxes(twists[:, active] * weights / scale[:, None], -1, -2)
+    singular = np.linalg.svd(matrix, compute_uv=False)
+    return _ratio(singular, min(int(active.sum()), 6))
+
+
+def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, link: int | None = None, *, samples: int = 121
+                        ) -> tuple[float, str] | None:
+    """Return the distance (m or rad) along an axis from a pose to the nearest singular one within its travel, and its kind.
+
+    The inverse condition number is sampled over the travel and its minima are refined; None where none is singular. Where the
+    travel ends before the chain does, that end counts as out of reach, not as singular.
+    """
+    known = {each.name: each for each in chain.axes}
+    if axis not in known:
+        fail("axis", repr(axis), f"must be of {', '.join(known)}")
+    part = known[axis]
+    here = float(np.atleast_1d(pose.get(axis, part.rest))[0])
+    reach = np.pi if part.is_rotary else 4 * float(getattr(chain, "length", 1.0))
+    low, high = max(part.lower, here - reach), min(part.upper, here + reach)
+    places = np.linspace(low, high, samples)
+    inverse = np.array([_inverse_condition(chain, {**pose, axis: place}, link) for place in places])
+    candidates = [i for i in range(1, samples - 1) if _dips(inverse, i)]
+    results = [_refined(chain, (pose, axis), (places[i - 1], places[i + 1]), link) for i in candidates]
+    near = [(abs(place - here), kind) for place, kind in results if kind] if results else []
+    return min(near) if near else None
+
+
+def _dips(inverse: FloatArray, i: int) -> bool:
+    return bool((inverse[i] <= np.minimum(inverse[i - 1], inverse[i + 1])).any())
+
+
+def _inverse_condition(chain: TreeChain, pose: Pose, link: int | None) -> FloatArray:
+    try:
+        condition = pose_condition(chain, pose, link)
+    except ToolpointError:
+        return np.full(3, np.nan)
+    return 1 / np.array([condition.actuation[0], condition.constraint[0], condition.lost_motion[0]])
+
+
+def _refined(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
+    """Golden-section search of the least inverse condition number; the kind is empty where it stays above zero."""
+    (pose, axis), (low, high) = at, span
+    golden = (np.sqrt(5) - 1) / 2
+
+    def value(place: float) -> float:
+        row = _inverse_condition(chain, {**pose, axis: place}, link)
+        return 0.0 if np.isnan(row).all() else float(np.nanmin(row))
+
+    for _ in range(60):
+        left, right = high - golden * (high - low), low + golden * (high - low)
+        low, high = (low, right) if value(left) < value(right) else (left, high)
+    place = (low + high) / 2
+    row = _inverse_condition(chain, {**pose, axis: place}, link)
+    if np.isnan(row).all() or np.nanmin(row) > 1e-5:
+        return place, ""
+    return place, KINDS[int(np.nanargmin(row))]

@@ -1,0 +1,27 @@
+"""How large bodies are: of a described shape, or of the box with a body's moments of inertia."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine.description import ShapeDescription
+
+
+def shape_size(shape: ShapeDescription) -> FloatArray:
+    """Return the size of the box around a described shape, m, shape (3,)."""
+    if shape.size is not None:
+        return np.array(shape.size)
+    size = np.full(3, shape.diameter or 0.1)
+    if shape.length is not None:
+        size["xyz".index(shape.axis)] = shape.length
+    return size
+
+
+def equal_box(mass: FloatArray) -> FloatArray:
+    """Return the size of the uniform box with the body's own moments about the axes through its centre, m."""
+    total = mass[0, 0]
+    first = mass[3:6, :3] / total
+    about_centre = np.diag(mass[3:6, 3:6] + total * first @ first)
+    squares = 6 / total * (about_centre.sum() - 2 * about_centre)
+    return np.sqrt(np.maximum(squares, 1e-6 * max(float(squares.max()), 1e-9)))

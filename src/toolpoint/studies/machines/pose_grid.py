@@ -1,0 +1,139 @@
+"""Grids of poses: any quantity over them, poses that cannot be kept with their reason, where the extremes lie in words."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import BoolArray, FloatArray, ToolpointError, fail, floats
+from toolpoint.kinematics import ClosedChain
+from toolpoint.kinematics.singularity import pose_condition
+from toolpoint.machine.model import Machine
+from toolpoint.studies.execute import Engine, Progress, execute
+
+_BLOCK = 256
+AtPoses = Callable[[Mapping[str, FloatArray]], FloatArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """Axis name to its positions, m or rad; angles : the axes in rad."""
+
+    axes: Mapping[str, FloatArray]
+    angles: tuple[str, ...] = ()
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of positions of every axis."""
+        return tuple(len(at) for at in self.axes.values())
+
+    def unit(self, name: str) -> str:
+        """Unit in which a person reads an axis."""
+        return "deg" if name in self.angles else "m"
+
+    def shown(self, name: str) -> FloatArray:
+        """Positions of an axis in the unit that a person reads."""
+        return np.degrees(self.axes[name]) if name in self.angles else np.asarray(self.axes[name])
+
+    def words(self, index: Sequence[int]) -> str:
+        """A place of the grid in words."""
+        return ", ".join(f"{name} {self.shown(name)[i]:.6g}" + (" deg" if name in self.angles else "")
+                         for name, i in zip(self.axes, index, strict=True))
+
+    def failure_lines(self, failures: Mapping[tuple[int, ...], str]) -> list[str]:
+        """Return a line on every pose that failed."""
+        return [f"{self.words(index)}: {reason}" for index, reason in failures.items()]
+
+    def extreme_lines(self, values: FloatArray, names: Sequence[str], unit: str) -> list[str]:
+        """Return a line on every column of values (n_1, ..., n_columns): where it is lowest and highest."""
+        lines = []
+        for k, name in enumerate(names):
+            column = values[..., k]
+            if np.isnan(column).all():
+                lines.append(f"{name}: no pose could be computed")
+                continue
+            low, high = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
+            span = float(column[high] - column[low])
+            if span <= 1e-9 * abs(float(column[high])):
+                lines.append(f"{name}: {column[low]:.6g} {unit} at every pose")
+                continue
+            lines.append(f"{name}: lowest {column[low]:.6g} {unit} at {self.words([int(i) for i in low])}; "
+                         f"highest {column[high]:.6g} {unit} at {self.words([int(i) for i in high])}")
+        return lines
+
+    def __str__(self) -> str:
+        return " x ".join(f"{name} {len(at)}" for name, at in self.axes.items())
+
+
+def check_grid(machine: Machine, axes: Mapping[str, ArrayLike]) -> Grid:
+    """Return a grid of axis positions after checking names and limits of travel."""
+    if not axes:
+        fail("axes", "none", "must be at least one axis with its positions")
+    grid = {name: np.atleast_1d(floats(f"axes[{name!r}]", at)) for name, at in axes.items()}
+    for name, at in grid.items():
+        machine.chain.batch({name: at[:1]})
+    if isinstance(machine.chain, ClosedChain):
+        machine.chain.is_task_pose(grid)
+    return Grid(grid, tuple(axis.name for axis in machine.chain.axes if axis.is_rotary))
+
+
+def over_block(at_poses: AtPoses, machine: Machine, names: Sequence[str], block: Sequence[Sequence[float]], *, columns: int
+               ) -> dict[str, Any]:
+    """Return the values of a block of poses and the reason of each that failed; only those that can be are computed."""
+    positions = np.array(block)
+    poses = dict(zip(names, positions.T, strict=True))
+    values, reasons = np.full((len(block), columns), np.nan), _reasons(machine, poses, len(block))
+    good = np.array([not reason for reason in reasons])
+    if good.any():
+        try:
+            values[good] = at_poses({name: at[good] for name, at in poses.items()})
+        except ToolpointError:
+            for i in np.flatnonzero(good):
+                try:
+                    values[i] = at_poses({name: at[i:i + 1] for name, at in poses.items()})[0]
+                except ToolpointError as error:
+                    reasons[i] = str(error)
+    return {"values": values, "reasons": np.array(reasons)}
+
+
+def _reasons(machine: Machine, poses: Mapping[str, FloatArray], count: int) -> list[str]:
+    """Why poses cannot be: out of reach, beyond limits, torn or singular; empty where they can."""
+    chain = machine.chain
+    if not isinstance(chain, ClosedChain):
+        return [""] * count
+    can_be, reasons = chain.reachable(poses)
+    if can_be.any() and chain.loops:
+        reached = {name: at[can_be] for name, at in poses.items()}
+        singular = pose_condition(chain, reached).reasons()
+        for i, reason in zip(np.flatnonzero(can_be), singular, strict=True):
+            reasons[i] = reason
+    return reasons
+
+
+def map_over(function: Any, grid: Grid, columns: int, *, engine: Engine | None = None, folder: str | Path | None = None,
+             progress: Progress | None = None) -> tuple[FloatArray, dict[tuple[int, ...], str]]:
+    """Run a function of blocks of poses (see `over_block`) over a grid; return values (n_1, ..., n_columns) and failures."""
+    poses = [list(map(float, pose)) for pose in itertools.product(*grid.axes.values())]
+    blocks = [poses[i:i + _BLOCK] for i in range(0, len(poses), _BLOCK)]
+    run = execute(function, blocks, engine, folder=folder, progress=progress)
+    values, reasons = [], []
+    for block, outcome in zip(blocks, run.outcomes, strict=True):
+        parts = outcome.values
+        values.append(np.full((len(block), columns), np.nan) if parts is None else parts["values"])
+        reasons += [outcome.failure] * len(block) if parts is None else list(map(str, parts["reasons"]))
+    failures = {tuple(int(k) for k in np.unravel_index(i, grid.shape)): reason for i, reason in enumerate(reasons) if reason}
+    return np.concatenate(values).reshape(*grid.shape, columns), failures
+
+
+def good_poses(failures: Mapping[tuple[int, ...], str], shape: tuple[int, ...]) -> BoolArray:
+    """Return which poses of a grid did not fail."""
+    result = np.ones(shape, bool)
+    for index in failures:
+        result[index] = False
+    return result
