@@ -1,0 +1,1 @@
+"""Vision: video in, displacement, mode shapes and magnified motion out."""

@@ -1,0 +1,1 @@
+"""Displacement: where every block or point of the picture is in every frame, with its uncertainty; several methods."""

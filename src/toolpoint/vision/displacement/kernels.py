@@ -1,0 +1,236 @@
+"""Compiled passes over frames: block means, differences, template products, Lucas-Kanade steps."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+TAPS = 8
+
+
+@njit(cache=True)
+def sum_blocks(frames, side, means, extremes, white):
+    """Put the mean of every block (side x side) into `means` (n, rows, columns); count black and white pixels of frames."""
+    n, rows, columns = frames.shape
+    height, width = means.shape[1], means.shape[2]
+    # Levels change from frame to frame by noise: a pixel counts as clipped at the ends of the scale only.
+    for t in range(n):
+        for by in range(height):
+            for bx in range(width):
+                total = 0
+                for y in range(by * side, (by + 1) * side):
+                    line = frames[t, y]
+                    part = 0
+                    for x in range(bx * side, (bx + 1) * side):
+                        part += line[x]
+                    total += part
+                means[t, by, bx] = total / (side * side)
+    for y in range(rows):
+        for x in range(columns):
+            for t in range(0, n, 8):
+                value = frames[t, y, x]
+                if value == 0 or value == white:
+                    extremes[y, x] += 1
+
+
+@njit(cache=True)
+def add_differences(before, frame, after, squares, products):
+    """Add the squares of a frame's change, and the product of its two changes, to the sums (rows, columns)."""
+    rows, columns = frame.shape
+    for y in range(rows):
+        for x in range(columns):
+            value = np.int32(frame[y, x])
+            first, second = value - np.int32(before[y, x]), np.int32(after[y, x]) - value
+            squares[y, x] += first * first
+            products[y, x] += first * second
+
+
+@njit(cache=True, fastmath=True)
+def _product(frame, template, top, left):
+    total_x, total_y = np.float32(0.0), np.float32(0.0)
+    for y in range(template.shape[1]):
+        line, first, second = frame[top + y], template[0, y], template[1, y]
+        for x in range(template.shape[2]):
+            value = np.float32(line[left + x])
+            total_x += first[x] * value
+            total_y += second[x] * value
+    return total_x, total_y
+
+
+@njit(cache=True)
+def track(frames, corners, templates, step, reach, edges, normal, state, result, lost):
+    """Track windows by template products.
+
+    corners : (n_points, 2) top and left; templates : (n_points, step, step, 2, h, w) for the texture moved by (i, j)/step
+    pixels down and right; reach : largest distance from a template that counts, pixels; edges : (n_points,) windows that
+    see along `normal` (n_points, 2) only; state : (n_points, 2) last
+    displacement (right, down); result : (n, n_points, 2); lost : (n_points,) frames without a settled place.
+    """
+    n, rows, columns = frames.shape
+    height, width = templates.shape[4], templates.shape[5]
+    for p in range(corners.shape[0]):
+        right, down = state[p, 0], state[p, 1]
+        for t in range(n):
+            settled = False
+            for _ in range(6):
+                i, j = int(np.floor(down * step + 0.5)), int(np.floor(right * step + 0.5))
+                whole_y, whole_x = i // step, j // step
+                top, left = corners[p, 0] + whole_y, corners[p, 1] + whole_x
+                if top < 0 or left < 0 or top + height > rows or left + width > columns:
+                    break
+                dx, dy = _product(frames[t], templates[p, i - whole_y * step, j - whole_x * step], top, left)
+                right, down = j / step + dx, i / step + dy
+                if edges[p]:  # across the normal nothing is known: it must not wander
+                    along = right * normal[p, 0] + down * normal[p, 1]
+                    right, down = along * normal[p, 0], along * normal[p, 1]
+                if abs(dx) <= reach and abs(dy) <= reach:
+                    settled = True
+                    break
+            if not settled:
+                lost[p] += 1
+                right, down = state[p, 0], state[p, 1]
+            result[t, p, 0], result[t, p, 1] = right, down
+            state[p, 0], state[p, 1] = right, down
+
+
+@njit(cache=True, fastmath=True)
+def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, lost):
+    """Track windows by Lucas-Kanade steps, inverse compositional, on frames interpolated by a Lanczos kernel of eight taps.
+
+    texture : (n_points, h, w) of the reference; slopes : (n_points, 2, h, w); inverse : (n_points, 2, 2) of the
+    Gauss-Newton matrix; the rest as in `track`.
+    """
+    n, rows, columns = frames.shape
+    height, width = texture.shape[1], texture.shape[2]
+    wx, wy = np.empty(TAPS, np.float32), np.empty(TAPS, np.float32)
+    lines = np.empty((height + TAPS, width), np.float32)
+    for p in range(corners.shape[0]):
+        right, down = state[p, 0], state[p, 1]
+        for t in range(n):
+            settled = False
+            for _ in range(20):
+                whole_y, whole_x = int(np.floor(down)), int(np.floor(right))
+                top, left = corners[p, 0] + whole_y - TAPS // 2 + 1, corners[p, 1] + whole_x - TAPS // 2 + 1
+                if top < 0 or left < 0 or top + height + TAPS > rows or left + width + TAPS > columns:
+                    break
+                _lanczos(right - whole_x, wx)
+                _lanczos(down - whole_y, wy)
+                for y in range(height + TAPS - 1):
+                    line = frames[t, top + y]
+                    for x in range(width):
+                        total = np.float32(0.0)
+                        for k in range(TAPS):
+                            total += wx[k] * np.float32(line[left + x + k])
+                        lines[y, x] = total
+                gx, gy = np.float32(0.0), np.float32(0.0)
+                for y in range(height):
+                    for x in range(width):
+                        total = -texture[p, y, x]
+                        for k in range(TAPS):
+                            total += wy[k] * lines[y + k, x]
+                        gx += slopes[p, 0, y, x] * total
+                        gy += slopes[p, 1, y, x] * total
+                dx = inverse[p, 0, 0] * gx + inverse[p, 0, 1] * gy
+                dy = inverse[p, 1, 0] * gx + inverse[p, 1, 1] * gy
+                right, down = right - dx, down - dy
+                if abs(dx) < tolerance and abs(dy) < tolerance:
+                    settled = True
+                    break
+            if not settled:
+                lost[p] += 1
+                right, down = state[p, 0], state[p, 1]
+            result[t, p, 0], result[t, p, 1] = right, down
+            state[p, 0], state[p, 1] = right, down
+
+
+@njit(cache=True)
+def _lanczos(f, w):
+    """Put the weights of a Lanczos kernel at f, 0 <= f < 1, into w; their sum is one."""
+    total = 0.0
+    half = TAPS // 2
+    for k in range(TAPS):
+        s = np.pi * (f - (k - half + 1))
+        value = 1.0 if abs(s) < 1e-9 else half * np.sin(s) * np.sin(s / half) / (s * s)
+        w[k] = value
+        total += value
+    for k in range(TAPS):
+        w[k] /= total
+
+
+@njit(cache=True, fastmath=True)
+def filter_window(frame, top, left, size, stride, wave_re, wave_im, bell, across, lines_re, lines_im, out):
+    """Put the complex band-pass of a window into `out` (2, rows, columns), every `stride` pixels.
+
+    wave : (m,) complex weights along the columns (across: along the rows), bell : (m,) weights the other way; the window
+    begins at (top, left) and its filters reach m // 2 pixels beyond it.
+    """
+    m = wave_re.size
+    half = m // 2
+    number = (size + stride - 1) // stride
+    if across:
+        for y in range(number):
+            for x in range(size + 2 * half):
+                re, im = np.float32(0.0), np.float32(0.0)
+                for k in range(m):
+                    value = np.float32(frame[top + y * stride + k - half, left + x - half])
+                    re += wave_re[k] * value
+                    im += wave_im[k] * value
+                lines_re[y, x], lines_im[y, x] = re, im
+        for y in range(number):
+            for x in range(number):
+                re, im = np.float32(0.0), np.float32(0.0)
+                for k in range(m):
+                    re += bell[k] * lines_re[y, x * stride + k]
+                    im += bell[k] * lines_im[y, x * stride + k]
+                out[0, y, x], out[1, y, x] = re, im
+        return
+    for y in range(number):
+        for x in range(size + 2 * half):
+            total = np.float32(0.0)
+            for k in range(m):
+                total += bell[k] * np.float32(frame[top + y * stride + k - half, left + x - half])
+            lines_re[y, x] = total
+        for x in range(number):
+            re, im = np.float32(0.0), np.float32(0.0)
+            for k in range(m):
+                re += wave_re[k] * lines_re[y, x * stride + k]
+                im += wave_im[k] * lines_re[y, x * stride + k]
+            out[0, y, x], out[1, y, x] = re, im
+
+
+@njit(cache=True)
+def follow_phase(frames, corners, side, stride, wave_re, wave_im, bell, rest, slopes, inverse, last, turns, result):
+    """Displacement of windows from their local phase, unwrapped in time.
+
+    rest : (n_points, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n_points, 2, 2, k, k)
+    derivative of the phase by right and down; inverse : (n_points, 2, 2); last, turns : (n_points, 2, k, k) phase of the
+    frame before and whole turns since the first.
+    """
+    m = wave_re.size
+    number = rest.shape[3]
+    lines_re = np.empty((number, side + m), np.float32)
+    lines_im = np.empty((number, side + m), np.float32)
+    out = np.empty((2, number, number), np.float32)
+    for p in range(corners.shape[0]):
+        for t in range(frames.shape[0]):
+            gx, gy = 0.0, 0.0
+            for o in range(2):
+                filter_window(frames[t], corners[p, 0], corners[p, 1], side, stride, wave_re, wave_im, bell, o == 1, lines_re,
+                              lines_im, out)
+                for y in range(number):
+                    for x in range(number):
+                        a, b = rest[p, o, 0, y, x], rest[p, o, 1, y, x]
+                        re, im = out[0, y, x] * a + out[1, y, x] * b, out[1, y, x] * a - out[0, y, x] * b
+                        phase = np.arctan2(im, re)
+                        step = phase - last[p, o, y, x]
+                        if step > np.pi:
+                            turns[p, o, y, x] -= 1
+                        elif step < -np.pi:
+                            turns[p, o, y, x] += 1
+                        last[p, o, y, x] = phase
+                        amplitude = a * a + b * b
+                        whole = amplitude * (phase + 2 * np.pi * turns[p, o, y, x])
+                        gx += slopes[p, o, 0, y, x] * whole
+                        gy += slopes[p, o, 1, y, x] * whole
+            result[t, p, 0] = inverse[p, 0, 0] * gx + inverse[p, 0, 1] * gy
+            result[t, p, 1] = inverse[p, 1, 0] * gx + inverse[p, 1, 1] * gy

@@ -1,0 +1,105 @@
+"""Points: where the texture shows motion, in both directions, across an edge only, or not at all."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, IndexArray, fail
+from toolpoint.vision.displacement.reference import Reference
+from toolpoint.vision.displacement.survey import SATURATED, Survey
+
+BLIND, EDGE, BOTH = 0, 1, 2
+SIGHTS = ("blind", "across the edge only", "both directions")
+# Pixels a frame: a direction whose standard deviation is above this is not measured.
+COARSEST = 0.3
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Square windows of the picture and how well motion shows in each.
+
+    corners : (n, 2) top row and left column; side : pixels; sight : (n,) of `SIGHTS`; normal : (n, 2) direction (right,
+    down) that shows best; bound : (n, 2) least standard deviation (Cramer-Rao) along the normal and across it, pixels a
+    frame, infinite where not measured; saturated : (n,) share of black or white pixels.
+    """
+
+    corners: IndexArray
+    side: int
+    sight: IndexArray
+    normal: FloatArray
+    bound: FloatArray
+    saturated: FloatArray
+
+    @property
+    def centres(self) -> FloatArray:
+        """Centres (n, 2), column and row."""
+        return self.corners[:, ::-1] + (self.side - 1) / 2
+
+    def selected(self, keep: np.ndarray) -> Windows:
+        """Return these windows."""
+        return Windows(self.corners[keep], self.side, self.sight[keep], self.normal[keep], self.bound[keep],
+                       self.saturated[keep])
+
+
+def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturated: FloatArray | None = None,
+               coarsest: float = COARSEST) -> Windows:
+    """Return the windows at these corners (top row, left column), judged by their texture."""
+    rows, columns = reference.picture.shape
+    if side < 5 or side > min(rows, columns) - 4:
+        fail("window", f"{side} pixels", f"must be 5 to {min(rows, columns) - 4}")
+    middle = corners + side // 2
+    information = reference.information(side)[middle[:, 0], middle[:, 1]]
+    size, vectors = np.linalg.eigh(information)
+    size, vectors = size[:, ::-1], vectors[:, :, ::-1]  # the normal, which shows best, first
+    bound = np.where(size > 0, 1 / np.sqrt(np.maximum(size, 1e-12)), np.inf)
+    seen = bound <= coarsest
+    sight = seen[:, 0].astype(int) + (seen[:, 0] & seen[:, 1])
+    clipped = np.zeros(len(corners)) if saturated is None else _share(saturated, corners, side)
+    sight = np.where(clipped > SATURATED, BLIND, sight)
+    bound = np.where(np.arange(2) < sight[:, None], bound, np.inf)
+    return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped)
+
+
+def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4) -> Windows:
+    """Return windows side by side over the whole picture."""
+    rows, columns = reference.picture.shape
+    top, left = np.arange(margin, rows - side - margin + 1, side), np.arange(margin, columns - side - margin + 1, side)
+    corners = np.stack(np.meshgrid(top, left, indexing="ij"), axis=-1).reshape(-1, 2)
+    return windows_at(reference, corners, side, saturated=survey.saturated)
+
+
+def choose_points(reference: Reference, survey: Survey, count: int = 200, side: int = 21) -> Windows:
+    """Return windows on corners and edges: the best of the picture, spread over it.
+
+    The picture is parted into cells, four a point wanted; each gives its best place (least bound across the worse direction,
+    or along the normal where there are only edges), the best cells win.
+    """
+    rows, columns = reference.picture.shape
+    margin = side // 2 + 6
+    if min(rows, columns) <= 2 * margin:
+        fail("window", f"{side} pixels in a picture of {columns} x {rows}", "must leave room to move", "take a smaller one")
+    size = np.linalg.eigvalsh(reference.information(side))
+    size[:margin], size[-margin:], size[:, :margin], size[:, -margin:] = 0.0, 0.0, 0.0, 0.0
+    score = np.maximum(size[..., 0], 1e-3 * size[..., 1])
+    step = max(side // 2, int(np.sqrt(rows * columns / (4 * count))))
+    places = []
+    for top in range(0, rows, step):
+        for left in range(0, columns, step):
+            cell = score[top:top + step, left:left + step]
+            at = np.unravel_index(int(np.argmax(cell)), cell.shape)
+            if cell[at] > 0:
+                places.append((float(cell[at]), top + int(at[0]), left + int(at[1])))
+    places.sort(reverse=True)
+    if not places:
+        fail("clip", "no texture", "needs edges or corners that move", "stick or spray a pattern on the machine, light it, focus")
+    corners = np.array([(y - side // 2, x - side // 2) for _, y, x in places])
+    windows = windows_at(reference, corners, side, saturated=survey.saturated)
+    return windows.selected(np.flatnonzero(windows.sight > BLIND)[:count])
+
+
+def _share(saturated: FloatArray, corners: IndexArray, side: int) -> FloatArray:
+    total = np.pad(np.cumsum(np.cumsum(saturated > 0.5, axis=0), axis=1), ((1, 0), (1, 0)))
+    y, x = corners[:, 0], corners[:, 1]
+    return (total[y + side, x + side] - total[y, x + side] - total[y + side, x] + total[y, x]) / side**2

@@ -1,0 +1,151 @@
+r"""Reference: the mean of frames in which the machine is at the same place, its noise, and the texture that motion is seen by.
+
+The noise of a pixel has the variance :math:`\sigma^2 = a + b I`; the texture's bound on displacement is the inverse of
+:math:`J = \sum \nabla I \nabla I^T / \sigma^2` over a window (Cramer-Rao). Source: Healey, Kondepudy, IEEE PAMI 16 (1994)
+267 (noise); Shi, Tomasi, CVPR 1994 (structure tensor).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy.ndimage import correlate1d, spline_filter1d, uniform_filter
+
+from toolpoint._check import FloatArray
+from toolpoint.vision.clip import Clip
+from toolpoint.vision.displacement.survey import Survey
+
+BINS = 24
+ROUNDING = 1 / 12
+
+
+@dataclass(frozen=True, eq=False)
+class Reference:
+    """The picture at rest.
+
+    picture : (rows, columns), grey levels; constant, slope : variance of a pixel's noise, a + b I; whiteness : correlation
+    of a pixel's successive changes, -0.5 for white noise; held : share of equal successive values beyond what white noise
+    of that size gives; frames : how many were averaged.
+    """
+
+    picture: FloatArray
+    constant: float
+    slope: float
+    whiteness: float
+    held: float
+    frames: int
+
+    @property
+    def variance(self) -> FloatArray:
+        """Variance of the noise of every pixel of a single frame, (rows, columns)."""
+        return np.maximum(self.constant + self.slope * self.picture, ROUNDING)
+
+    @property
+    def noise(self) -> float:
+        """Standard deviation of the noise at the mean grey level."""
+        return float(np.sqrt(self.variance.mean()))
+
+    def moved(self, right: float, down: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the picture moved by part of a pixel, and its derivatives by right and down of the motion."""
+        value_x, slope_x = _weights(right)
+        value_y, slope_y = _weights(down)
+        inside = correlate1d(self._coefficients, value_x, axis=1, mode="mirror")
+        picture = correlate1d(inside, value_y, axis=0, mode="mirror")
+        by_down = -correlate1d(inside, slope_y, axis=0, mode="mirror")
+        by_right = -correlate1d(correlate1d(self._coefficients, slope_x, axis=1, mode="mirror"), value_y, axis=0, mode="mirror")
+        return picture, by_right, by_down
+
+    @property
+    def _coefficients(self) -> FloatArray:
+        if not hasattr(self, "_spline"):
+            lines = spline_filter1d(self.picture.astype(np.float64), 5, axis=0, mode="mirror")
+            object.__setattr__(self, "_spline", spline_filter1d(lines, 5, axis=1, mode="mirror").astype(np.float32))
+        return self._spline  # type: ignore[attr-defined]
+
+    def information(self, window: int) -> FloatArray:
+        """Return J over a window around every pixel, less what noise in the reference adds, (rows, columns, 2, 2), 1/px^2."""
+        _, x, y = self.moved(0.0, 0.0)
+        weight, area = 1 / self.variance, float(window * window)
+        false = area * _slope_noise() / self.frames
+        result = np.empty((*self.picture.shape, 2, 2))
+        for i, j, product in ((0, 0, x * x), (1, 1, y * y), (0, 1, x * y)):
+            total = area * uniform_filter(product * weight, window, mode="constant")
+            result[..., i, j] = result[..., j, i] = total - (false if i == j else 0.0)
+        return result
+
+
+@lru_cache(maxsize=1)
+def _slope_noise() -> float:
+    """Return the variance of the spline's slope for white noise of variance one."""
+    impulse = np.zeros(65)
+    impulse[32] = 1.0
+    return float((correlate1d(spline_filter1d(impulse, 5, mode="mirror"), _weights(0.0)[1].astype(float)) ** 2).sum())
+
+
+def _weights(shift: float) -> tuple[FloatArray, FloatArray]:
+    """Return the weights (7,) on spline coefficients that give value and slope at -shift, |shift| < 1."""
+    places = np.arange(-3, 4) + shift
+    return _spline5(places).astype(np.float32), (-_slope5(places)).astype(np.float32)
+
+
+def _spline5(x: FloatArray) -> FloatArray:
+    s = np.abs(x)
+    near, middle = 66 - 60 * s**2 + 30 * s**4 - 10 * s**5, 51 + 75 * s - 210 * s**2 + 150 * s**3 - 45 * s**4 + 5 * s**5
+    return np.select([s < 1, s < 2, s < 3], [near, middle, np.maximum(3 - s, 0) ** 5], 0.0) / 120
+
+
+def _slope5(x: FloatArray) -> FloatArray:
+    s, sign = np.abs(x), np.sign(x)
+    near = -120 * s + 120 * s**3 - 50 * s**4
+    middle = 75 - 420 * s + 450 * s**2 - 180 * s**3 + 25 * s**4
+    return sign * np.select([s < 1, s < 2, s < 3], [near, middle, -5 * np.maximum(3 - s, 0) ** 4], 0.0) / 120
+
+
+def take_reference(clip: Clip, survey: Survey) -> Reference:
+    """Return the reference of a clip: the mean of its frames alike, and the noise of its quiet ones."""
+    from toolpoint.vision.displacement.kernels import add_differences
+
+    rows, columns = clip.shape
+    total = np.zeros((rows, columns), np.int64)
+    squares, products = np.zeros((rows, columns), np.int64), np.zeros((rows, columns), np.int64)
+    start, stop = survey.quiet
+    alike = set(survey.alike.tolist())
+    equal = pairs = at = 0
+    last: list[np.ndarray] = []
+    for frames in clip.chunks():
+        for k, frame in enumerate(frames, start=at):
+            if k in alike:
+                total += frame
+            if start <= k < stop:
+                last = [*last[-2:], frame.copy()]
+                if len(last) == 3:
+                    add_differences(*last, squares, products)
+                    equal += int((last[0] == last[1])[::4, ::4].sum())
+                    pairs += last[0][::4, ::4].size
+        at += len(frames)
+    count = stop - start - 2
+    picture, variance = total / len(alike), squares / (2 * count)
+    a, b = _fit_noise(picture, variance, count)
+    sigma = np.sqrt(max(float(np.median(variance)), ROUNDING))
+    chance = min(1.0, 1 / (2 * np.sqrt(np.pi) * sigma))
+    return Reference(picture.astype(np.float32), a, b, float(products.sum() / max(squares.sum(), 1)),
+                     equal / max(pairs, 1) - chance, len(alike))
+
+
+def _fit_noise(picture: FloatArray, variance: FloatArray, frames: int) -> tuple[float, float]:
+    """Return a and b of the variance a + b I through the medians of classes of equal brightness."""
+    order = np.argsort(picture, axis=None)
+    groups = np.array_split(order, BINS)
+    level = np.array([np.median(picture.flat[group]) for group in groups])
+    # Medians, so that moving edges do not swell the noise; that of a chi-squared variable lies below its mean.
+    freedoms = 2 * frames / 3
+    noise = np.array([np.median(variance.flat[group]) for group in groups]) / (1 - 2 / (9 * freedoms)) ** 3
+    used = (level > 2) & (noise > 0)
+    if used.sum() < 3 or np.ptp(level[used]) < 20:
+        return max(float(noise.mean()), ROUNDING), 0.0
+    slope, constant = np.polyfit(level[used], noise[used], 1)
+    if slope <= 0 or constant < 0:
+        return (max(float(noise[used].mean()), ROUNDING), 0.0) if slope <= 0 else (0.0, float((noise / level)[used].mean()))
+    return float(constant), float(slope)

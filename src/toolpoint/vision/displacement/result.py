@@ -1,0 +1,117 @@
+"""DisplacementField: what a method returns, displacement of windows over time with its uncertainty and doubts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, IndexArray, fail, frozen
+from toolpoint.vibration import Dof, Record
+from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, SIGHTS, Windows
+from toolpoint.vision.view import View
+
+
+@dataclass(frozen=True, eq=False)
+class DisplacementField:
+    """Displacement of windows of the picture, pixels.
+
+    Parameters
+    ----------
+    windows : Windows
+    values : (frames, n, 2) floats
+        Right and down from the reference; of a window that sees across an edge only, the part along its normal; zero where
+        blind.
+    covariance : (n, 2, 2) floats
+        Of one frame's values, pixels squared, from the noise of the sensor and the texture.
+    frame_rate : float
+        Hz.
+    row_delay : float
+        Time between rows, s.
+    lost : (n,) ints
+        Frames in which a window was not followed.
+    method : str
+    doubts : tuple of str
+    start : float
+        Time of the first frame, s.
+    """
+
+    windows: Windows
+    values: FloatArray
+    covariance: FloatArray
+    frame_rate: float
+    row_delay: float
+    lost: IndexArray
+    method: str
+    doubts: tuple[str, ...] = field(default=())
+    start: float = 0.0
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", frozen(self.values))
+
+    @property
+    def time(self) -> FloatArray:
+        """Time of every frame's first row, s."""
+        return self.start + np.arange(len(self.values)) / self.frame_rate
+
+    @property
+    def delay(self) -> FloatArray:
+        """Time of each window after the first row, s, (n,)."""
+        return self.windows.centres[:, 1] * self.row_delay
+
+    @property
+    def quality(self) -> list[str]:
+        """What each window sees: ``both directions``, ``across the edge only`` or ``blind``."""
+        return [SIGHTS[sight] for sight in self.windows.sight]
+
+    def selected(self, keep: np.ndarray) -> DisplacementField:
+        """Return these windows."""
+        return replace(self, windows=self.windows.selected(keep), values=self.values[:, keep],
+                       covariance=self.covariance[keep], lost=self.lost[keep])
+
+    def changed(self, values: FloatArray, *doubts: str) -> DisplacementField:
+        """Return the field with other values and further doubts."""
+        return replace(self, values=values, doubts=tuple(dict.fromkeys((*self.doubts, *doubts))))
+
+    def measured(self) -> tuple[FloatArray, FloatArray, IndexArray, FloatArray]:
+        """Return every measured direction as a channel.
+
+        Returns values (frames, m), standard deviations (m,), window of each (m,), unit direction of each (m, 2). A window
+        that sees both ways gives right and down, one at an edge the direction of its normal.
+        """
+        sight, normal = self.windows.sight, self.windows.normal
+        both, edge = np.flatnonzero(sight == BOTH), np.flatnonzero(sight == EDGE)
+        window = np.concatenate([np.repeat(both, 2), edge])
+        direction = np.concatenate([np.tile(np.eye(2), (both.size, 1)), normal[edge]])
+        values = np.einsum("tni,ni->tn", self.values[:, window], direction)
+        sigma = np.sqrt(np.einsum("ni,nij,nj->n", direction, self.covariance[window], direction))
+        return values, sigma, window, direction
+
+    def record(self, view: View | None = None, *, windows: IndexArray | None = None) -> Record:
+        """Return the measured directions as a Record: metres where the view knows its scale, else pixels.
+
+        Windows are points 1, 2, ..; directions are those of the view, or across the edge as a vector. Channels are sampled
+        `delay` after the record's times where the shutter rolls.
+        """
+        view = view or View()
+        part = self if windows is None else self.selected(windows)
+        if not (part.windows.sight > BLIND).any():
+            fail("record", "no window that sees motion", "must be one at least", "add texture, light or focus")
+        values, _, window, direction = part.measured()
+        factor = 1.0 if view.scale is None else view.scale
+        labels = [_label(int(w) + 1, d, view) for w, d in zip(window, direction, strict=True)]
+        # A direction that the machine counts the other way is labelled with its sign.
+        return Record(values * factor, self.frame_rate, tuple(labels), ("displacement",) * len(labels),
+                      units=("px" if view.scale is None else "m",) * len(labels), start=self.start, name=self.method)
+
+    def __repr__(self) -> str:
+        kinds = [int((self.windows.sight == sight).sum()) for sight in (BOTH, EDGE, BLIND)]
+        return (f"DisplacementField({len(self.values)} frames, windows: {kinds[0]} see both directions, {kinds[1]} across an "
+                f"edge, {kinds[2]} blind; {self.method})")
+
+
+def _label(point: int, direction: FloatArray, view: View) -> Dof:
+    if abs(direction[0]) == 1.0 or abs(direction[1]) == 1.0:
+        return Dof(point, view.right if direction[0] else view.down)
+    vector = direction @ view.axes
+    return Dof(point, "edge", tuple(float(v) for v in vector / np.linalg.norm(vector)))

@@ -1,0 +1,110 @@
+r"""Template inner products: displacement as the product of a window's pixels with two fixed patterns (the default).
+
+In a window, :math:`I_t = (1 + g) I_\delta + o - \nabla I_\delta \cdot (d - \delta) + n` with gain and offset of the light:
+linear least squares, weighted with the noise, gives :math:`d = \delta + P I_t` with P (2 x pixels) computed once. As P is
+orthogonal to the texture and to a constant, light cancels. Templates for the texture moved by quarters of a pixel keep
+the linear model near its truth; whole pixels move the window. Source: Lucas, Kanade, IJCAI 1981; Hager, Belhumeur,
+IEEE PAMI 20 (1998) 1025 (gain and offset).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from toolpoint._check import FloatArray
+from toolpoint.vision.clip import Frames
+from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
+from toolpoint.vision.displacement.reference import Reference
+
+BATCH = 400
+Pass = Callable[[Frames], FloatArray]
+
+
+@dataclass(frozen=True)
+class TemplateProducts:
+    """Displacement by template inner products with joint gain and offset.
+
+    step : templates a pixel each way; more follow the texture closer and take more memory.
+    """
+
+    step: int = 4
+
+    @property
+    def name(self) -> str:
+        """Name in messages."""
+        return "template products"
+
+    def prepare(self, reference: Reference, windows: Windows) -> tuple[Pass, FloatArray, FloatArray]:
+        """Return the pass over a chunk of frames, the covariance (n, 2, 2) of a frame, and the counts of lost frames (n,)."""
+        from toolpoint.vision.displacement.kernels import track
+
+        n, side = len(windows.corners), windows.side
+        templates = np.zeros((n, self.step, self.step, 2, side, side), np.float32)
+        covariance = np.zeros((n, 2, 2))
+        for i in range(self.step):
+            for j in range(self.step):
+                moved = self._secants(reference, j / self.step, i / self.step)
+                for part in np.array_split(np.arange(n), -(-n // BATCH)):
+                    templates[part, i, j], spread = _solve(moved, reference.variance, windows.selected(part))
+                    covariance[part] += spread / self.step**2
+        state, lost = np.zeros((n, 2)), np.zeros(n, np.int64)
+        corners, normal = np.ascontiguousarray(windows.corners), np.ascontiguousarray(windows.normal)
+        edges = windows.sight == EDGE
+
+        def measure(frames: Frames) -> FloatArray:
+            result = np.zeros((len(frames), n, 2), np.float32)
+            track(frames, corners, templates, self.step, 0.75 / self.step, edges, normal, state, result, lost)
+            return result
+        return measure, covariance, lost
+
+
+    def _secants(self, reference: Reference, right: float, down: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the moved texture and its change per pixel of motion over three quarters of a cell.
+
+        Against a tangent the slope of the result keeps to one over the cell.
+        """
+        h = 0.375 / self.step
+        picture = reference.moved(right, down)[0]
+        by_right = (reference.moved(right + h, down)[0] - reference.moved(right - h, down)[0]) / (2 * h)
+        by_down = (reference.moved(right, down + h)[0] - reference.moved(right, down - h)[0]) / (2 * h)
+        return picture, by_right, by_down
+
+
+def _solve(
+    moved: tuple[FloatArray, FloatArray, FloatArray], variance: FloatArray, windows: Windows
+) -> tuple[FloatArray, FloatArray]:
+    """Return the templates (n, 2, side, side) and the covariance (n, 2, 2) for one place of the texture."""
+    side, n = windows.side, len(windows.corners)
+    y, x = windows.corners[:, 0], windows.corners[:, 1]
+    cut = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float) for part in (*moved, variance)]
+    picture, right, down, noise = cut
+    weight = 1 / noise
+    seen = np.stack([right, down], axis=2)
+    normal = windows.normal
+    edge = np.einsum("npk,nk->np", seen, normal)
+    # One unknown along the normal where only that shows; the other column is left empty.
+    seen = np.where((windows.sight == EDGE)[:, None, None], np.stack([edge, np.zeros_like(edge)], axis=2), seen)
+    seen = _free_of(np.stack([np.ones_like(picture), picture - picture.mean(axis=1, keepdims=True)], axis=2), seen, weight)
+    gram = np.einsum("npi,np,npj->nij", seen, weight, seen)
+    gram[windows.sight == BLIND] = np.eye(2)
+    gram[windows.sight == EDGE, 1, 1] = 1.0
+    inverse = np.linalg.inv(gram)
+    rows = np.einsum("nij,npj,np->nip", inverse, seen, weight)
+    turn = np.where((windows.sight == EDGE)[:, None, None], np.stack([normal, np.zeros_like(normal)], axis=2), np.eye(2))
+    turn = np.where((windows.sight == BLIND)[:, None, None], 0.0, turn)
+    inverse[windows.sight == EDGE, 1, 1] = 0.0
+    covariance = turn @ inverse @ np.swapaxes(turn, 1, 2)
+    return (turn @ rows).reshape(n, 2, side, side).astype(np.float32), covariance
+
+
+def _free_of(nuisance: FloatArray, columns: FloatArray, weight: FloatArray) -> FloatArray:
+    """Return the columns less what light could explain of them, in the weighted sense."""
+    gram = np.einsum("npi,np,npj->nij", nuisance, weight, nuisance)
+    gram += 1e-9 * np.trace(gram, axis1=1, axis2=2)[:, None, None] * np.eye(gram.shape[1])
+    share = np.linalg.solve(gram, np.einsum("npi,np,npj->nij", nuisance, weight, columns))
+    return columns - nuisance @ share
+

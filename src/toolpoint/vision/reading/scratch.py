@@ -1,0 +1,54 @@
+"""Scratch: decoded frames kept in an unnamed file, so that a video is decoded once however often it is read."""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from collections.abc import Iterator
+from typing import IO
+
+import numpy as np
+
+from toolpoint.vision.clip import Frames
+
+LARGEST_BYTES = 4_000_000_000
+SPARE = 2
+
+
+class Scratch:
+    """Frames of one source in a temporary file without a name: it goes away with the object."""
+
+    def __init__(self, limit: int | None = None) -> None:
+        self.limit = LARGEST_BYTES if limit is None else limit
+        self.is_whole = False
+        self._file: IO[bytes] | None = None
+        self._count = 0
+        self._shape: tuple[int, int] = (0, 0)
+        self._kind = np.dtype(np.uint8)
+
+    def keep(self, chunks: Iterator[Frames]) -> Iterator[Frames]:
+        """Pass chunks on and keep them as they come, as long as there is room."""
+        self._file, self._count = None, 0
+        room = min(self.limit, shutil.disk_usage(tempfile.gettempdir()).free // SPARE)
+        file: IO[bytes] | None = tempfile.TemporaryFile() if room > 0 else None
+        for frames in chunks:
+            if file is not None:
+                if (self._count + len(frames)) * frames[0].nbytes > room:
+                    file.close()
+                    file = None
+                else:
+                    frames.tofile(file)
+                    self._count += len(frames)
+                    self._shape, self._kind = (frames.shape[1], frames.shape[2]), frames.dtype
+            yield frames
+        self._file, self.is_whole = file, file is not None
+
+    def chunks(self, size: int) -> Iterator[Frames]:
+        """Yield the kept frames."""
+        assert self._file is not None
+        rows, columns = self._shape
+        for start in range(0, self._count, size):
+            number = min(size, self._count - start)
+            # A reader that stops half way must not move the place of another one.
+            self._file.seek(start * rows * columns * self._kind.itemsize)
+            yield np.fromfile(self._file, self._kind, number * rows * columns).reshape(number, rows, columns)

@@ -1,0 +1,193 @@
+"""Videos by PyAV (extra `video`), frame after frame: luminance, time stamps, rotation, codec, and what is wrong with them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.vision.clip import LARGEST, SMALLEST, Clip, Frames
+from toolpoint.vision.reading.scratch import Scratch
+
+LOSSLESS = ("ffv1", "rawvideo", "huffyuv", "ffvhuff", "png", "utvideo", "qtrle", "v210")
+# Rates at which players show frames: a true rate equal to one of these is mostly the wrong one.
+PLAYED = 61.0
+STEADY = 0.02
+_RATE_TAGS = ("com.android.capture.fps", "com.apple.quicktime.capture.fps")
+
+
+@dataclass(frozen=True)
+class Header:
+    """What a video file says of itself."""
+
+    shape: tuple[int, int]
+    bits: int
+    codec: str
+    played_rate: float
+    stated_rate: float | None
+    interlaced: bool
+    turns: int
+
+
+@dataclass(frozen=True, eq=False)
+class VideoFrames:
+    """Frames of a video file, decoded in order; kept on scratch after the first whole reading.
+
+    `times`: time stamps of the frames in s of playback, filled by the first whole reading.
+    """
+
+    path: Path
+    header: Header
+    scratch: Scratch
+    times: list[float] = field(default_factory=list, repr=False)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns as the picture is meant to be seen."""
+        rows, columns = self.header.shape
+        return (columns, rows) if self.header.turns % 2 else (rows, columns)
+
+    @property
+    def bits(self) -> int:
+        """Bits of a pixel."""
+        return self.header.bits
+
+    def chunks(self, size: int) -> Iterator[Frames]:
+        """Yield the frames in order."""
+        if self.scratch.is_whole:
+            return self.scratch.chunks(size)
+        return self.scratch.keep(self._gathered(size))
+
+    def _gathered(self, size: int) -> Iterator[Frames]:
+        part: list[Frames] = []
+        self.times.clear()
+        for frame in self._decoded():
+            part.append(frame)
+            if len(part) == size:
+                yield np.stack(part)
+                part = []
+        if part:
+            yield np.stack(part)
+
+    def _decoded(self) -> Iterator[Frames]:
+        av = _library()
+        try:
+            with av.open(str(self.path)) as container:
+                stream = container.streams.video[0]
+                stream.thread_type = "NONE"
+                for frame in container.decode(stream):
+                    if (frame.height, frame.width) != self.header.shape:
+                        fail("path", f"{self.path.name}: frame {len(self.times)} is {frame.width} x {frame.height} pixels",
+                             f"must be like the first, {self.header.shape[1]} x {self.header.shape[0]}", "cut the video there")
+                    self.times.append(float("nan") if frame.time is None else float(frame.time))
+                    yield np.ascontiguousarray(np.rot90(luminance(frame, self.header.bits), self.header.turns))
+        except ToolpointError:
+            raise
+        except Exception as error:  # the library raises an error of its own for every fault of a file
+            raise ToolpointError(f"path: {self.path.name} cannot be decoded after frame {len(self.times)} ({str(error)[:200]}); "
+                                 "it is damaged or cut: copy it again, or cut it before that frame", argument="path") from None
+
+
+def read(path: Path, frame_rate: float, scratch: int | None = None) -> Clip:
+    """Return the clip of a video file; its header is read now, its frames when they are needed."""
+    header = read_header(path)
+    return Clip(VideoFrames(path, header, Scratch(scratch)), frame_rate, name=path.name,
+                doubts=tuple(_header_doubts(header, frame_rate)), is_lossy=header.codec not in LOSSLESS)
+
+
+def read_header(path: Path) -> Header:
+    """Return what a video says of itself; refuse a file without a video that can be decoded."""
+    av = _library()
+    try:
+        with av.open(str(path)) as container:
+            if not container.streams.video:
+                fail("path", f"{path.name} has no video stream", "must have one")
+            stream = container.streams.video[0]
+            frame = next(container.decode(stream), None)
+            if frame is None:
+                fail("path", f"{path.name} has no frame that can be decoded ({stream.codec_context.name})", "must have frames")
+            context = stream.codec_context
+            tags = {**container.metadata, **stream.metadata}
+            rate = next((float(tags[tag]) for tag in _RATE_TAGS if tag in tags), None)
+            header = Header((frame.height, frame.width), _bits(frame), context.name, float(stream.average_rate or 0), rate,
+                            bool(frame.interlaced_frame), _turns(frame))
+    except ToolpointError:
+        raise
+    except Exception as error:  # as above
+        raise ToolpointError(f"path: {path.name} is no video that can be read ({type(error).__name__}: {str(error)[:200]}); "
+                             "convert it, for example to FFV1 in .mkv or to a folder of PNG images", argument="path") from None
+    rows, columns = header.shape
+    if not (SMALLEST <= rows <= LARGEST and SMALLEST <= columns <= LARGEST):
+        fail("path", f"{path.name} is {columns} x {rows} pixels", f"must be {SMALLEST} to {LARGEST} wide and high")
+    return header
+
+
+def luminance(frame: Any, bits: int) -> Frames:
+    """Return the luminance plane of a decoded frame, (rows, columns)."""
+    name = frame.format.name
+    if name.startswith(("yuv", "gray", "nv")) and "be" not in name:
+        plane = frame.planes[0]
+        kind = np.dtype(np.uint8 if bits == 8 else "<u2")
+        lines = np.frombuffer(plane, kind).reshape(-1, plane.line_size // kind.itemsize)
+        return lines[:frame.height, :frame.width]
+    return np.asarray(frame.to_ndarray(format="gray" if bits == 8 else "gray16le"))
+
+
+def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
+    """Return what uneven time stamps say: a variable rate, dropped or repeated frames."""
+    steps = np.diff(times[np.isfinite(times)])
+    if steps.size < 4:
+        return []
+    usual = float(np.median(steps))
+    if usual <= 0 or (steps <= 0).any():
+        return ["time stamps of the video do not increase: the order of frames cannot be trusted"]
+    odd = np.flatnonzero(np.abs(steps / usual - 1) > max(STEADY, 0.6e-3 / usual * 2))
+    if odd.size == 0:
+        return []
+    whole = np.round(steps[odd] / usual)
+    if odd.size < 0.1 * steps.size and (np.abs(steps[odd] / usual - whole) < 0.1).all() and (whole > 1).all():
+        missing = int((whole - 1).sum())
+        return [f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all later times are wrong by "
+                "as many frames; cut the clip there"]
+    return [f"variable frame rate: steps between frames are {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms; frequencies "
+            "and damping rest on equal steps: record with a fixed rate"]
+
+
+def _header_doubts(header: Header, frame_rate: float) -> list[str]:
+    doubts = []
+    if header.stated_rate and abs(header.stated_rate / frame_rate - 1) > 0.02:
+        doubts.append(f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, {frame_rate:g} was stated: "
+                      "all frequencies scale with it")
+    elif frame_rate <= PLAYED and abs(header.played_rate / frame_rate - 1) < 0.02:
+        doubts.append(f"the stated rate, {frame_rate:g} frames/s, is that at which the file is played: a high-speed video is "
+                      "filmed faster, and all frequencies scale with the rate; state that of the camera")
+    if header.interlaced:
+        doubts.append("interlaced video: odd and even rows were filmed at different times; rates and shapes are doubtful")
+    return doubts
+
+
+def _bits(frame: Any) -> int:
+    components = frame.format.components
+    return int(min(16, max(8, components[0].bits))) if components else 8
+
+
+def _turns(frame: Any) -> int:
+    """Return by how many quarter turns, counter-clockwise, the picture is to be turned to stand upright."""
+    angle = int(round(float(getattr(frame, "rotation", 0) or 0)))
+    if angle % 90:
+        fail("path", f"a rotation of {angle} degrees", "must be a multiple of 90")
+    return (angle // 90) % 4
+
+
+def _library() -> Any:
+    try:
+        import av
+    except ImportError:
+        raise ToolpointError("video: reading video files needs PyAV; install it with  pip install 'toolpoint[video]'  or "
+                             "convert the video to a folder of PNG images") from None
+    av.logging.set_level(av.logging.PANIC)
+    return av

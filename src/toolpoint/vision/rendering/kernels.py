@@ -1,0 +1,77 @@
+"""Compiled rendering: every pixel is the value of the body's spline at the place that has moved there."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from toolpoint.vision.rendering.texture import FINE
+
+
+@njit(cache=True, inline="always")
+def _cubic(f, w):
+    g = 1.0 - f
+    w[0] = g * g * g / 6.0
+    w[1] = (4.0 - 3.0 * f * f * (2.0 - f)) / 6.0
+    w[2] = (4.0 - 3.0 * g * g * (2.0 - g)) / 6.0
+    w[3] = f * f * f / 6.0
+
+
+@njit(cache=True, fastmath=True)
+def draw_body(picture, texture, cover, corner, size, centre, extent, field, amplitude):
+    """Draw one body into a picture (rows, columns), float32.
+
+    texture, cover : (h, w) spline coefficients of grey and of how much of the pixel the body covers, `FINE` a pixel, their
+    corner at `corner` (column, row); size : (columns, rows) drawn around it. field : (n_modes, 2, 6) displacement over
+    (1, a, b, a^2, a b, b^2), a and b from `centre` in units of `extent`; amplitude : (rows of picture or 1, n_modes).
+    """
+    rows, columns = picture.shape
+    h, w = texture.shape
+    n_modes = field.shape[0]
+    wx, wy = np.empty(4, np.float32), np.empty(4, np.float32)
+    c = np.empty((2, 6), np.float64)
+    top, left = max(0, corner[1] - 4), max(0, corner[0] - 4)
+    bottom, right = min(rows, corner[1] + size[1] + 4), min(columns, corner[0] + size[0] + 4)
+    for y in range(top, bottom):
+        q = amplitude[min(y, amplitude.shape[0] - 1)]
+        c[:] = 0.0
+        for r in range(n_modes):
+            for i in range(2):
+                for k in range(6):
+                    c[i, k] += q[r] * field[r, i, k]
+        b = (y - centre[1]) / extent
+        for x in range(left, right):
+            a = (x - centre[0]) / extent
+            px = FINE * (x - (c[0, 0] + a * (c[0, 1] + a * c[0, 3] + b * c[0, 4]) + b * (c[0, 2] + b * c[0, 5])) - corner[0])
+            py = FINE * (y - (c[1, 0] + a * (c[1, 1] + a * c[1, 3] + b * c[1, 4]) + b * (c[1, 2] + b * c[1, 5])) - corner[1])
+            ix, iy = int(np.floor(px)), int(np.floor(py))
+            if ix < 1 or iy < 1 or ix > w - 3 or iy > h - 3:
+                continue
+            _cubic(px - ix, wx)
+            _cubic(py - iy, wy)
+            if cover[iy - 1, ix - 1] * cover[iy - 1, ix + 2] * cover[iy + 2, ix - 1] * cover[iy + 2, ix + 2] >= 1.0:
+                share = 1.0
+            else:
+                share = 0.0
+                for j in range(4):
+                    for i in range(4):
+                        share += wy[j] * wx[i] * cover[iy - 1 + j, ix - 1 + i]
+                if share <= 0.0:
+                    continue
+            grey = 0.0
+            for j in range(4):
+                line = texture[iy - 1 + j]
+                grey += wy[j] * (wx[0] * line[ix - 1] + wx[1] * line[ix] + wx[2] * line[ix + 1] + wx[3] * line[ix + 2])
+            picture[y, x] += share * (grey - picture[y, x])
+
+
+@njit(cache=True, fastmath=True)
+def expose(picture, noise, start, gain, white, out):
+    """Round a picture to grey levels with noise from a pool, beginning at `start`."""
+    rows, columns = picture.shape
+    k = start
+    for y in range(rows):
+        for x in range(columns):
+            value = np.floor(picture[y, x] * gain + noise[k] + np.float32(0.5))
+            out[y, x] = min(max(value, np.float32(0.0)), np.float32(white))
+            k += 1
