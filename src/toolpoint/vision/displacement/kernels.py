@@ -45,29 +45,36 @@ def add_differences(before, frame, after, squares, products):
             products[y, x] += first * second
 
 
-@njit(cache=True, fastmath=True)
-def _product(frame, template, top, left):
-    total_x, total_y = np.float32(0.0), np.float32(0.0)
+@njit(cache=True, fastmath=True, inline="always")
+def _product(frame, template, top, left, sums):
+    # Sums by column, added up at the end: so the loop over a row runs in full vectors, whatever the width.
+    width = template.shape[2]
+    sums[:] = 0.0
     for y in range(template.shape[1]):
         line, first, second = frame[top + y], template[0, y], template[1, y]
-        for x in range(template.shape[2]):
+        for x in range(width):
             value = np.float32(line[left + x])
-            total_x += first[x] * value
-            total_y += second[x] * value
+            sums[0, x] += first[x] * value
+            sums[1, x] += second[x] * value
+    total_x, total_y = np.float32(0.0), np.float32(0.0)
+    for x in range(width):
+        total_x += sums[0, x]
+        total_y += sums[1, x]
     return total_x, total_y
 
 
 @njit(cache=True)
-def track(frames, corners, templates, step, reach, edges, normal, state, result, lost):
+def track(frames, corners, templates, ready, step, reach, edges, normal, state, result, lost):
     """Track windows by template products.
 
     corners : (n_points, 2) top and left; templates : (n_points, step, step, 2, h, w) for the texture moved by (i, j)/step
-    pixels down and right; reach : largest distance from a template that counts, pixels; edges : (n_points,) windows that
+    pixels down and right, those that are `ready` (step, step): 1, 0 where not, made 2 where one was needed; reach : largest distance from a template that counts, pixels; edges : (n_points,) windows that
     see along `normal` (n_points, 2) only; state : (n_points, 2) last
     displacement (right, down); result : (n, n_points, 2); lost : (n_points,) frames without a settled place.
     """
     n, rows, columns = frames.shape
     height, width = templates.shape[4], templates.shape[5]
+    sums = np.zeros((2, width), np.float32)
     for p in range(corners.shape[0]):
         right, down = state[p, 0], state[p, 1]
         for t in range(n):
@@ -78,7 +85,11 @@ def track(frames, corners, templates, step, reach, edges, normal, state, result,
                 top, left = corners[p, 0] + whole_y, corners[p, 1] + whole_x
                 if top < 0 or left < 0 or top + height > rows or left + width > columns:
                     break
-                dx, dy = _product(frames[t], templates[p, i - whole_y * step, j - whole_x * step], top, left)
+                row, column = i - whole_y * step, j - whole_x * step
+                if ready[row, column] != 1:
+                    ready[row, column] = 2
+                    break
+                dx, dy = _product(frames[t], templates[p, row, column], top, left, sums)
                 right, down = j / step + dx, i / step + dy
                 if edges[p]:  # across the normal nothing is known: it must not wander
                     along = right * normal[p, 0] + down * normal[p, 1]
@@ -234,3 +245,16 @@ def follow_phase(frames, corners, side, stride, wave_re, wave_im, bell, rest, sl
                         gy += slopes[p, o, 1, y, x] * whole
             result[t, p, 0] = inverse[p, 0, 0] * gx + inverse[p, 0, 1] * gy
             result[t, p, 1] = inverse[p, 1, 0] * gx + inverse[p, 1, 1] * gy
+
+
+@njit(cache=True, fastmath=True)
+def add_projection(frames, weights, total):
+    """Add frames (n, rows, columns) times weights (k, n) to `total` (k, rows, columns), float32."""
+    n, rows, columns = frames.shape
+    for y in range(rows):
+        for k in range(weights.shape[0]):
+            line = total[k, y]
+            for t in range(n):
+                weight, values = weights[k, t], frames[t, y]
+                for x in range(columns):
+                    line[x] += weight * np.float32(values[x])

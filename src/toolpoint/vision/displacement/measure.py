@@ -19,7 +19,6 @@ from toolpoint.vision.displacement.templates import TemplateProducts
 METHODS: dict[str, TemplateProducts | LucasKanade | LocalPhase] = {
     "templates": TemplateProducts(), "lucas-kanade": LucasKanade(), "phase": LocalPhase()}
 Method = TemplateProducts | LucasKanade | LocalPhase
-MANY = 800
 LOST = 0.01
 
 
@@ -52,8 +51,6 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
         ``templates`` (default), ``lucas-kanade``, ``phase``, or one with its own settings, e.g. ``LocalPhase(wavelength=10)``.
     """
     chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
-    if isinstance(method, str) and method == "templates" and len(windows.corners) > MANY:
-        chosen = TemplateProducts(2)  # four times less memory for whole pictures
     if len(windows.corners) == 0:
         fail("windows", "none", "must be one at least", "choose points where the picture has texture")
     clip = scanned.clip

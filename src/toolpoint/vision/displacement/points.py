@@ -62,12 +62,12 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped)
 
 
-def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4) -> Windows:
+def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4, coarsest: float = COARSEST) -> Windows:
     """Return windows side by side over the whole picture."""
     rows, columns = reference.picture.shape
     top, left = np.arange(margin, rows - side - margin + 1, side), np.arange(margin, columns - side - margin + 1, side)
     corners = np.stack(np.meshgrid(top, left, indexing="ij"), axis=-1).reshape(-1, 2)
-    return windows_at(reference, corners, side, saturated=survey.saturated)
+    return windows_at(reference, corners, side, saturated=survey.saturated, coarsest=coarsest)
 
 
 def choose_points(reference: Reference, survey: Survey, count: int = 200, side: int = 21) -> Windows:

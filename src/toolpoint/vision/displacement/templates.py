@@ -31,7 +31,7 @@ class TemplateProducts:
     step : templates a pixel each way; more follow the texture closer and take more memory.
     """
 
-    step: int = 4
+    step: int = 2
 
     @property
     def name(self) -> str:
@@ -42,25 +42,38 @@ class TemplateProducts:
         """Return the pass over a chunk of frames, the covariance (n, 2, 2) of a frame, and the counts of lost frames (n,)."""
         from toolpoint.vision.displacement.kernels import track
 
-        n, side = len(windows.corners), windows.side
-        templates = np.zeros((n, self.step, self.step, 2, side, side), np.float32)
+        n, side, step = len(windows.corners), windows.side, self.step
+        wide = -(-side // 8) * 8  # whole vectors: the columns beyond the window have no weight
+        templates = np.zeros((n, step, step, 2, side, wide), np.float32)
         covariance = np.zeros((n, 2, 2))
-        for i in range(self.step):
-            for j in range(self.step):
-                moved = self._secants(reference, j / self.step, i / self.step)
-                for part in np.array_split(np.arange(n), -(-n // BATCH)):
-                    templates[part, i, j], spread = _solve(moved, reference.variance, windows.selected(part))
-                    covariance[part] += spread / self.step**2
+        ready = np.zeros((step, step), np.int8)
+        batches = np.array_split(np.arange(n), -(-n // BATCH))
+
+        def build(i: int, j: int) -> None:
+            moved = self._secants(reference, j / step, i / step)
+            for part in batches:
+                templates[part, i, j, :, :, :side], spread = solve_windows(moved, reference.variance, windows.selected(part))
+                covariance[part] = spread if i == j == 0 else covariance[part]
+            ready[i, j] = 1
+
+        build(0, 0)
         state, lost = np.zeros((n, 2)), np.zeros(n, np.int64)
         corners, normal = np.ascontiguousarray(windows.corners), np.ascontiguousarray(windows.normal)
         edges = windows.sight == EDGE
 
         def measure(frames: Frames) -> FloatArray:
             result = np.zeros((len(frames), n, 2), np.float32)
-            track(frames, corners, templates, self.step, 0.75 / self.step, edges, normal, state, result, lost)
-            return result
+            begin = state.copy(), lost.copy()
+            while True:
+                track(frames, corners, templates, ready, step, 0.75 / step, edges, normal, state, result, lost)
+                missing = np.argwhere(ready == 2)
+                if missing.size == 0:
+                    return result
+                # Templates for other parts of a pixel are built when motion first comes there, and the chunk is done again.
+                for i, j in missing:
+                    build(int(i), int(j))
+                state[:], lost[:] = begin
         return measure, covariance, lost
-
 
     def _secants(self, reference: Reference, right: float, down: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the moved texture and its change per pixel of motion over three quarters of a cell.
@@ -74,7 +87,7 @@ class TemplateProducts:
         return picture, by_right, by_down
 
 
-def _solve(
+def solve_windows(
     moved: tuple[FloatArray, FloatArray, FloatArray], variance: FloatArray, windows: Windows
 ) -> tuple[FloatArray, FloatArray]:
     """Return the templates (n, 2, side, side) and the covariance (n, 2, 2) for one place of the texture."""

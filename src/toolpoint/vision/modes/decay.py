@@ -1,0 +1,152 @@
+r"""Free decay of a displacement field as responses for modal identification.
+
+Every channel is divided by its standard deviation, so noise is alike in all; singular values tell motion from noise, and
+the components above it carry all of the motion. The discrete transform of a decay :math:`A e^{s t}` over N samples is, on
+its own lines, :math:`A (1 - e^{s N \Delta t}) / (1 - e^{(s - i \omega) \Delta t})`: one pole exactly, without leakage and
+without a window (a Hann window on a decay would bias the damping). So the transforms are responses to one reference.
+Source: Marchenko, Pastur, Math. USSR Sbornik 1 (1967) 457 (singular values of noise).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail, scalar
+from toolpoint.vibration import Frf
+from toolpoint.vision.displacement.result import DisplacementField
+
+MOST_COMPONENTS = 10
+RARE = float(np.log(1e3))
+SETTLING = 0.006
+FEWEST_FRAMES = 48
+# Above this share of the frame rate a pole's image beyond half the rate is too near to be a term outside the band.
+HIGHEST = 0.42
+
+
+@dataclass(frozen=True, eq=False)
+class FreeDecay:
+    """Components of a decay.
+
+    Parameters
+    ----------
+    components : (frames, k) floats
+        Singular components, the strongest first, in units of the noise of one channel.
+    shapes : (m, k) floats
+        Part of every measured channel (of `DisplacementField.measured`, over its standard deviation) in each.
+    singular : (frames or m,) floats
+        All singular values, relative to the edge of those of noise.
+    first : int
+        Frame in which the decay begins.
+    frame_rate : float
+    """
+
+    components: FloatArray
+    shapes: FloatArray
+    singular: FloatArray
+    first: int
+    frame_rate: float
+
+    def responses(self, low: float = 0.0) -> Frf:
+        """Return the transforms of the components as responses to one reference, from `low` (Hz) up."""
+        n = len(self.components)
+        spectra = np.fft.rfft(self.components, axis=0) / self.frame_rate
+        frequency = np.fft.rfftfreq(n, 1 / self.frame_rate)
+        keep = (frequency > max(low, 0.5 / n * self.frame_rate)) & (frequency <= HIGHEST * self.frame_rate)
+        labels = tuple(f"component {k + 1}:+x" for k in range(spectra.shape[1]))
+        values = spectra[keep][:, :, None]
+        noise = np.full(values.shape, n / self.frame_rate**2)
+        return Frf(frequency[keep], values, labels, ("impulse:+x",), "receptance", variance=noise)
+
+    def spectrum(self, windows: int = 0) -> tuple[FloatArray, ComplexArray]:
+        """Return frequencies (n_f,), Hz, and transforms (n_f, k) of the components."""
+        n = len(self.components)
+        return np.fft.rfftfreq(n, 1 / self.frame_rate), np.fft.rfft(self.components, axis=0) / n
+
+    def __repr__(self) -> str:
+        return (f"FreeDecay({self.components.shape[1]} components above the noise, {len(self.components)} frames from frame "
+                f"{self.first} on)")
+
+
+def find_decay(field: DisplacementField, start: float | None = None, stop: float | None = None) -> FreeDecay:
+    """Return the free decay of a field.
+
+    Parameters
+    ----------
+    field : DisplacementField
+    start, stop : float, optional
+        Seconds from the first frame; the decay begins a moment after the onset of motion where left out.
+
+    Raises
+    ------
+    ToolpointError
+        Where no window sees motion, no motion stands out of the noise, or the decay has fewer than 48 frames.
+    """
+    values, sigma, _, _ = field.measured()
+    if values.shape[1] == 0:
+        fail("field", "no window that sees motion", "must be one at least", "add texture, light or focus")
+    scaled = values / sigma
+    scaled = scaled - scaled.mean(axis=0)
+    first = _onset(scaled, field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
+    last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * field.frame_rate))
+    if last - first < FEWEST_FRAMES or first < 0:
+        fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
+             "film longer after the blow, or state where the decay starts and stops")
+    part = scaled[first:last] - scaled[first:last].mean(axis=0)
+    left, singular, right = _svd(part)
+    edge = _noise_edge(singular, *part.shape)
+    above = np.flatnonzero(singular[:MOST_COMPONENTS] > edge)
+    kept = [int(k) for k in above if _stands_out(left[:, k])]
+    if not kept:
+        fail("field", "no motion stands out of the noise of the camera",
+             f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the noise's)",
+             "strike harder, come closer, light better; motion along the line of sight does not show")
+    return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, field.frame_rate)
+
+
+def _stands_out(history: FloatArray) -> bool:
+    """Return whether the strongest spectral line is above what white noise has once in a thousand times (Fisher's test).
+
+    Windows that overlap share noise, so that some of its singular values stand out: in time it is white all the same.
+    """
+    power = np.abs(np.fft.rfft(history)[1:]) ** 2
+    return bool(power.max() > (np.log(power.size) + RARE) * power.mean())
+
+
+def _svd(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the singular value decomposition through the smaller Gram matrix: quick, and precise above the noise."""
+    frames, channels = values.shape
+    if frames <= channels:
+        square, left = np.linalg.eigh(values @ values.T)
+        singular, left = np.sqrt(np.maximum(square[::-1], 0.0)), left[:, ::-1]
+        return left, singular, (left.T @ values) / np.maximum(singular, 1e-12)[:, None]
+    square, right = np.linalg.eigh(values.T @ values)
+    singular, right = np.sqrt(np.maximum(square[::-1], 0.0)), right[:, ::-1]
+    return (values @ right) / np.maximum(singular, 1e-12), singular, right.T
+
+
+def _noise_edge(singular: FloatArray, frames: int, channels: int) -> float:
+    """Return the largest singular value of noise, its size taken from the median singular value."""
+    ratio = min(frames, channels) / max(frames, channels)
+    # Median of the Marchenko-Pastur law, by its density on a grid.
+    low, high = (1 - np.sqrt(ratio)) ** 2, (1 + np.sqrt(ratio)) ** 2
+    x = np.linspace(low, high, 2001)[1:-1]
+    density = np.sqrt((high - x) * (x - low)) / x
+    total = np.cumsum(density)
+    median = float(x[int(np.searchsorted(total, 0.5 * total[-1]))])
+    used = singular[:min(frames, channels)]
+    return float(np.median(used) * np.sqrt(high / median)) if used.size > 8 else float(np.sqrt(max(frames, channels)) * (1 + np.sqrt(ratio)))
+
+
+def _onset(scaled: FloatArray, rate: float) -> int:
+    """Return the frame at which free motion begins: just after the onset, the first one where it is under way already."""
+    energy = (scaled**2).mean(axis=1)
+    short = max(3, round(0.004 * rate))
+    smooth = np.convolve(energy, np.ones(short) / short, "same")
+    quiet = np.quantile(smooth, 0.1)
+    early = smooth[:short].mean()
+    if early > 0.2 * smooth.max() or smooth.max() < 1.5 * quiet:
+        return 0
+    level = early + 0.1 * (smooth.max() - early)
+    return int(np.argmax(smooth > level)) + max(1, round(SETTLING * rate))

@@ -1,0 +1,81 @@
+"""Full-field shapes: the video is projected on the poles first, then every window's shape is read from a few pictures.
+
+The product of pixels and exponentials is a sum over frames that needs no tracking: two modes are four pictures. Linear in
+the motion, so good to about half a pixel; beyond, tracked windows are better (`point_shapes`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.vision.displacement.measure import Scan
+from toolpoint.vision.displacement.points import Windows, grid_windows
+from toolpoint.vision.displacement.survey import Progress
+from toolpoint.vision.displacement.templates import solve_windows
+from toolpoint.vision.modes.projection import DecayBasis, PointShapes, decay_basis
+
+BATCH = 400
+# A window whose noise a frame is above this, pixels, adds nothing to a shape.
+COARSEST = 3.0
+
+
+@dataclass(frozen=True, eq=False)
+class FullField:
+    """Shapes of windows side by side over the whole picture, and the pictures that they came from.
+
+    windows : Windows; shapes : PointShapes; pictures : (r, rows, columns) complex change of the grey levels by each mode.
+    """
+
+    windows: Windows
+    shapes: PointShapes
+    pictures: ComplexArray
+
+
+def project_frames(scanned: Scan, basis: DecayBasis, first: int, progress: Progress | None = None) -> ComplexArray:
+    """Return the change of the grey levels by every pole, (r, rows, columns) complex."""
+    from toolpoint.vision.displacement.kernels import add_projection
+
+    frames_of_basis = len(basis.columns)
+    count = 2 * basis.poles.size
+    weights = basis.weights[:count].astype(np.float32)
+    total = np.zeros((count, *scanned.clip.shape), np.float32)
+    at = 0
+    for frames in scanned.clip.chunks():
+        low, high = max(at, first), min(at + len(frames), first + frames_of_basis)
+        if high > low:
+            add_projection(frames[low - at:high - at], np.ascontiguousarray(weights[:, low - first:high - first]), total)
+        at += len(frames)
+        if progress is not None:
+            progress("full-field shapes", at, scanned.survey.frames)
+    return np.asarray(total[0::2] + 1j * total[1::2])
+
+
+def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int = 16, stop: int | None = None,
+               progress: Progress | None = None) -> FullField:
+    """Return the shapes of the whole picture for known poles (rad/s), from frame `first` to `stop`."""
+    last = scanned.survey.frames if stop is None else stop
+    basis = decay_basis(poles, np.arange(last - first) / scanned.clip.frame_rate)
+    pictures = project_frames(scanned, basis, first, progress)
+    windows = grid_windows(scanned.reference, scanned.survey, side, coarsest=COARSEST)
+    moved = scanned.reference.moved(0.0, 0.0)
+    n = len(windows.corners)
+    shape, covariance = np.empty((n, 2, basis.poles.size), complex), np.empty((n, 2, 2))
+    for part in np.array_split(np.arange(n), -(-n // BATCH)):
+        few = windows.selected(part)
+        templates, covariance[part] = solve_windows(moved, scanned.reference.variance, few)
+        y, x = few.corners[:, 0], few.corners[:, 1]
+        for r, picture in enumerate(pictures):
+            cut = sliding_window_view(picture, (side, side))[y, x]
+            shape[part, :, r] = np.einsum("nihw,nhw->ni", templates, cut)
+    delay = windows.centres[:, 1] * scanned.clip.row_delay
+    shape *= np.exp(-basis.poles * delay[:, None])[:, None, :]
+    return FullField(windows, PointShapes(shape, covariance, basis, np.ones(n)), pictures)
+
+
+def shape_lengths(field: FullField) -> FloatArray:
+    """Return the length of the shape at every window, (n, r), pixels."""
+    return np.asarray(np.sqrt((np.abs(field.shapes.shape) ** 2).sum(axis=1)))

@@ -1,0 +1,121 @@
+"""Lines that are no modes: lamps, harmonics, steady forces; and what a frequency may be an alias of."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.vibration import Modes
+from toolpoint.vision.modes.decay import RARE, FreeDecay
+
+MAINS = (50.0, 60.0)
+STEADY = 5e-4
+HARMONICS = (2, 3)
+
+
+def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
+    """Return the frequencies (Hz) of lines in the brightness of whole frames that stand out of its noise, strongest first."""
+    n = len(brightness)
+    window = np.hanning(n)
+    power = np.abs(np.fft.rfft((brightness - brightness.mean()) * window)) ** 2
+    low = max(3, int(20 * n / frame_rate))
+    inside = power[low:]
+    if inside.size < 8:
+        return ()
+    level = np.median(inside) / np.log(2)
+    lines: list[float] = []
+    for k in np.argsort(-inside):
+        if inside[k] < 4 * (np.log(inside.size) + RARE) * level or len(lines) == 4:
+            break
+        f = _interpolated(power, int(k) + low) * frame_rate / n
+        if all(abs(f - other) > 3 * frame_rate / n for other in lines):
+            lines.append(f)
+    return tuple(lines)
+
+
+def _interpolated(power: FloatArray, k: int) -> float:
+    if not 0 < k < power.size - 1:
+        return float(k)
+    a, b, c = np.log(np.maximum(power[k - 1:k + 2], 1e-300))
+    return k + 0.5 * (a - c) / (a - 2 * b + c) if a - 2 * b + c < 0 else float(k)
+
+
+def name_line(frequency: float, frame_rate: float) -> str:
+    """Return what a lamp line is: twice the mains, or what that is seen as at this frame rate."""
+    for mains in MAINS:
+        for times in (2, 4, 6):
+            true = times * mains
+            seen = abs(true - frame_rate * round(true / frame_rate))
+            if abs(seen - frequency) < max(0.6, 0.004 * frequency):
+                return f"lamp line, {true:g} Hz of {mains:g} Hz mains" + ("" if true < frame_rate / 2 else ", aliased")
+    return "lamp line"
+
+
+def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, resolution: float) -> tuple[str, ...]:
+    """Return for every identified mode what it may be instead of a mode of the machine, empty where nothing speaks for it.
+
+    resolution : width of a line of the record, Hz.
+    """
+    names = []
+    for i in range(modes.count):
+        f, ratio = float(modes.frequency[i]), float(modes.damping_ratio[i])
+        near = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
+        harmonic = _harmonic(modes, i)
+        if near is not None:
+            names.append(name_line(near, frame_rate))
+        elif harmonic:
+            names.append(harmonic)
+        elif ratio < STEADY:
+            names.append("steady line: something drives it (spindle, pump, mains), no decay")
+        else:
+            names.append("")
+    return tuple(names)
+
+
+def alias_candidates(frequency: float, frame_rate: float) -> tuple[float, float]:
+    """Return the two lowest frequencies above half the frame rate that would be seen at this one."""
+    return frame_rate - frequency, frame_rate + frequency
+
+
+def _harmonic(modes: Modes, i: int) -> str:
+    """Return whether mode i has n times frequency and decay of a stronger mode: large motion shows squared."""
+    strength = np.abs(modes.shape).max(axis=0)
+    for j in range(modes.count):
+        if j == i or strength[j] < 5 * strength[i]:
+            continue
+        for n in HARMONICS:
+            width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
+            if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
+                return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
+    return ""
+
+
+def find_break(decay: FreeDecay, poles: ComplexArray) -> tuple[int, float]:
+    """Return the frame after which one set of amplitudes fits least well with those before, and by how much (chi-squared).
+
+    Two separate decays explain a clip better than one where frames were dropped or repeated, or at a second blow. The gain
+    is chi-squared with two degrees of freedom for every mode and component if nothing is wrong.
+    """
+    n = len(decay.components)
+    waves = np.exp(poles * (np.arange(n) / decay.frame_rate)[:, None])
+    columns = np.concatenate([waves.real, -waves.imag], axis=1)
+    size = columns.shape[1]
+    joint = _left(columns.T @ columns, columns.T @ decay.components)
+    best = (0, 0.0)
+    for k in range(max(24, 2 * size), n - max(24, 2 * size), max(1, n // 240)):
+        parts = [_left(part.T @ part, part.T @ values)
+                 for part, values in ((columns[:k], decay.components[:k]), (columns[k:], decay.components[k:]))]
+        gain = sum(parts) - joint
+        if gain > best[1]:
+            best = (k + decay.first, float(gain))
+    return best
+
+
+def _left(gram: FloatArray, moments: FloatArray) -> float:
+    """Return the squared length that columns explain, from their normal equations."""
+    scale = 1 / np.sqrt(np.maximum(np.diagonal(gram), 1e-300))
+    matrix = gram * scale[:, None] * scale + 1e-9 * np.eye(len(gram))
+    right = moments * scale[:, None]
+    return float((right * np.linalg.solve(matrix, right)).sum())
