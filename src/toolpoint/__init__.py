@@ -13,7 +13,8 @@ from toolpoint._check import ToolpointError, ToolpointWarning
 __version__ = "0.1.0"
 
 _NOUNS = ("Dof", "Frf", "Modes", "Record", "SecondOrderSystem", "StateSpace")
-_ROOMS = ("spatial", "vibration", "signals", "modal_identification", "joint_identification", "updating", "kinematics", "bodies",
+_ROOMS = ("spatial", "vibration", "signals", "vision", "modal_identification", "joint_identification", "updating",
+          "kinematics", "bodies",
           "joints", "cutting", "drives", "machine", "studies", "io", "plot", "app")
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
 MODULES = sorted(SOURCE.rglob("*.py"))
 HOME = {"plotly": "plot", "h5py": "io", "ruamel": "io", "distributed": "studies/execute.py", "dask": "studies/execute.py",
-        "pydantic": "io", "click": "app", "rich": "app"}
+        "pydantic": "io", "click": "app", "rich": "app", "av": "vision/", "PIL": "vision/"}
 
 
 @cache
@@ -39,7 +39,7 @@ def test_libraries_stay_in_their_rooms(library, home):
 
 
 def test_no_plotly_or_other_heavy_library_on_import():
-    heavy = ["plotly", "h5py", "ruamel", "pydantic", "numba", "distributed", "dask", "rich", "click", "scipy"]
+    heavy = ["plotly", "h5py", "ruamel", "pydantic", "numba", "distributed", "dask", "rich", "click", "scipy", "PIL", "av"]
     code = f"import toolpoint, sys, json; print(json.dumps([m for m in {heavy} if m in sys.modules]))"
     assert json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) == []
 

@@ -54,10 +54,11 @@ class Region:
     def within(self, shape: tuple[int, int], name: str = "region") -> Region:
         """Return the region after checking that it lies in a picture of (rows, columns)."""
         rows, columns = shape
-        fits = 0 <= self.left and 0 <= self.top and self.left + self.width <= columns and self.top + self.height <= rows
+        fits = self.left >= 0 and self.top >= 0 and self.left + self.width <= columns and self.top + self.height <= rows
         if not fits or self.width < SMALLEST or self.height < SMALLEST:
             fail(name, f"{self.left},{self.top},{self.width},{self.height}",
-                 f"must lie within 0,0,{columns},{rows} (left,top,width,height) and be at least {SMALLEST} pixels wide and high")
+                 f"must lie within 0,0,{columns},{rows} (left,top,width,height) and be at least {SMALLEST} pixels wide and "
+                 f"high")
         return self
 
     def holds(self, points: np.ndarray) -> np.ndarray:
@@ -148,7 +149,8 @@ class FrameArray:
 
     def __post_init__(self) -> None:
         if self.frames.ndim != 3 or self.frames.dtype not in (np.uint8, np.uint16):
-            fail("frames", f"shape {self.frames.shape}, {self.frames.dtype}", "must be (frames, rows, columns) of uint8 or uint16")
+            fail("frames", f"shape {self.frames.shape}, {self.frames.dtype}",
+                 "must be (frames, rows, columns) of uint8 or uint16")
         rows, columns = self.frames.shape[1:]
         if not (SMALLEST <= rows <= LARGEST and SMALLEST <= columns <= LARGEST):
             fail("frames", f"{columns} x {rows} pixels", f"must be {SMALLEST} to {LARGEST} wide and high")

@@ -70,7 +70,8 @@ class View:
         """Return the view with the scale of a known length (m) between two places in the picture (column, row)."""
         pixels = float(np.linalg.norm(floats("second", second, (2,)) - floats("first", first, (2,))))
         if pixels < 10:
-            fail("scaled_by", f"{pixels:.3g} pixels between the two places", "must be 10 at least", "take a longer known length")
+            fail("scaled_by", f"{pixels:.3g} pixels between the two places", "must be 10 at least",
+                 "take a longer known length")
         return View(self.right, self.down, positive("length", length) / pixels, self.origin)
 
     def project(self, places: ArrayLike) -> FloatArray:

@@ -35,12 +35,11 @@ def sum_blocks(frames, side, means, extremes, white):
 
 @njit(cache=True)
 def add_differences(before, frame, after, squares, products):
-    """Add the squares of a frame's change, and the product of its two changes, to the sums (rows, columns)."""
+    """Add the squares of a frame's change, and the product of its two changes, to the sums (rows, columns), all float32."""
     rows, columns = frame.shape
     for y in range(rows):
         for x in range(columns):
-            value = np.int32(frame[y, x])
-            first, second = value - np.int32(before[y, x]), np.int32(after[y, x]) - value
+            first, second = frame[y, x] - before[y, x], after[y, x] - frame[y, x]
             squares[y, x] += first * first
             products[y, x] += first * second
 
@@ -68,8 +67,9 @@ def track(frames, corners, templates, ready, step, reach, edges, normal, state, 
     """Track windows by template products.
 
     corners : (n_points, 2) top and left; templates : (n_points, step, step, 2, h, w) for the texture moved by (i, j)/step
-    pixels down and right, those that are `ready` (step, step): 1, 0 where not, made 2 where one was needed; reach : largest distance from a template that counts, pixels; edges : (n_points,) windows that
-    see along `normal` (n_points, 2) only; state : (n_points, 2) last
+    pixels down and right; ready : (step, step) 1 for those that are built, 0 else, made 2 where one was needed; reach :
+    largest distance from a template that counts, pixels; edges : (n_points,) windows that see along `normal` (n_points, 2)
+    only; state : (n_points, 2) last
     displacement (right, down); result : (n, n_points, 2); lost : (n_points,) frames without a settled place.
     """
     n, rows, columns = frames.shape

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, one_of
+from toolpoint._check import FloatArray, IndexArray, fail, one_of
 from toolpoint.vision.clip import Clip
 from toolpoint.vision.displacement.lucas_kanade import LucasKanade
 from toolpoint.vision.displacement.phase import LocalPhase
@@ -67,7 +67,7 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
     return DisplacementField(windows, values, covariance, clip.frame_rate, clip.row_delay, lost, chosen.name, tuple(doubts))
 
 
-def _without_lost(windows: Windows, values: FloatArray, lost: FloatArray) -> tuple[Windows, FloatArray]:
+def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tuple[Windows, FloatArray]:
     """Return the windows with those blind that were lost for more than a hundredth of the frames."""
     gone = lost > LOST * len(values)
     if not gone.any():
@@ -77,7 +77,7 @@ def _without_lost(windows: Windows, values: FloatArray, lost: FloatArray) -> tup
                    bound=np.where(gone[:, None], np.inf, windows.bound)), values
 
 
-def _doubts(windows: Windows, lost: FloatArray, frames: int) -> list[str]:
+def _doubts(windows: Windows, lost: IndexArray, frames: int) -> list[str]:
     doubts = []
     gone = int((lost > LOST * frames).sum())
     if gone:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import convolve1d
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import ComplexArray, FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
 from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
 from toolpoint.vision.displacement.reference import Reference
@@ -46,7 +46,7 @@ class LocalPhase:
         wave = wave - bell * wave.sum() / bell.sum()
         return wave / np.abs(wave).sum(), bell / bell.sum()
 
-    def prepare(self, reference: Reference, windows: Windows) -> tuple[Pass, FloatArray, FloatArray]:
+    def prepare(self, reference: Reference, windows: Windows) -> tuple[Pass, FloatArray, IndexArray]:
         """Return the pass over a chunk of frames, the covariance (n, 2, 2) of a frame, and the counts of lost frames (n,)."""
         from toolpoint.vision.displacement.kernels import follow_phase
 
@@ -59,7 +59,7 @@ class LocalPhase:
         inside = ((windows.corners >= half) & (windows.corners + side + half <= (rows, columns))).all(axis=1)
         usable = inside & (windows.sight > BLIND)
         covariance, inverse = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
-        for p in np.flatnonzero(usable):
+        for p in np.flatnonzero(usable).tolist():
             cut = tuple(slice(at, at + side, self.stride) for at in windows.corners[p])
             for o, (value, by_right, by_down) in enumerate(filtered):
                 part = value[cut]
@@ -105,7 +105,8 @@ class LocalPhase:
         for o in range(2):
             for i in range(2):
                 spread = np.zeros(noise.shape, complex)
-                spread[half:half + side:self.stride, half:half + side:self.stride] = slopes[o, i] * (rest[o, 0] + 1j * rest[o, 1])
+                spread[half:half + side:self.stride, half:half + side:self.stride] = slopes[o,
+                                                                                            i] * (rest[o, 0] + 1j * rest[o, 1])
                 axis = 1 - o
                 lines = convolve1d(spread.real, bell, axis=1 - axis) + 1j * convolve1d(spread.imag, bell, axis=1 - axis)
                 weights[i] += (convolve1d(lines.real, wave.imag, axis=axis, mode="constant")

@@ -62,7 +62,8 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     return Windows(corners, side, sight, vectors[:, :, 0], bound, clipped)
 
 
-def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4, coarsest: float = COARSEST) -> Windows:
+def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin: int = 4,
+                 coarsest: float = COARSEST) -> Windows:
     """Return windows side by side over the whole picture."""
     rows, columns = reference.picture.shape
     top, left = np.arange(margin, rows - side - margin + 1, side), np.arange(margin, columns - side - margin + 1, side)
@@ -93,7 +94,8 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, side: 
                 places.append((float(cell[at]), top + int(at[0]), left + int(at[1])))
     places.sort(reverse=True)
     if not places:
-        fail("clip", "no texture", "needs edges or corners that move", "stick or spray a pattern on the machine, light it, focus")
+        fail("clip", "no texture", "needs edges or corners that move",
+             "stick or spray a pattern on the machine, light it, focus")
     corners = np.array([(y - side // 2, x - side // 2) for _, y, x in places])
     windows = windows_at(reference, corners, side, saturated=survey.saturated)
     return windows.selected(np.flatnonzero(windows.sight > BLIND)[:count])

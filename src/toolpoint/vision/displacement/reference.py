@@ -13,11 +13,12 @@ from functools import lru_cache
 import numpy as np
 from scipy.ndimage import correlate1d, spline_filter1d, uniform_filter
 
-from toolpoint._check import FloatArray
+from toolpoint._check import BoolArray, FloatArray
 from toolpoint.vision.clip import Clip
 from toolpoint.vision.displacement.survey import Survey
 
 BINS = 24
+PLAIN_SHARE = 0.3
 ROUNDING = 1 / 12
 
 
@@ -26,15 +27,13 @@ class Reference:
     """The picture at rest.
 
     picture : (rows, columns), grey levels; constant, slope : variance of a pixel's noise, a + b I; whiteness : correlation
-    of a pixel's successive changes, -0.5 for white noise; held : share of equal successive values beyond what white noise
-    of that size gives; frames : how many were averaged.
+    of a pixel's successive changes, -0.5 for white noise; frames : how many were averaged.
     """
 
     picture: FloatArray
     constant: float
     slope: float
     whiteness: float
-    held: float
     frames: int
 
     @property
@@ -109,29 +108,34 @@ def take_reference(clip: Clip, survey: Survey) -> Reference:
 
     rows, columns = clip.shape
     total = np.zeros((rows, columns), np.int64)
-    squares, products = np.zeros((rows, columns), np.int64), np.zeros((rows, columns), np.int64)
+    squares, products = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+    gain = (1 / (1 + survey.brightness)).astype(np.float32)
     start, stop = survey.quiet
     alike = set(survey.alike.tolist())
-    equal = pairs = at = 0
+    at = 0
     last: list[np.ndarray] = []
     for frames in clip.chunks():
         for k, frame in enumerate(frames, start=at):
             if k in alike:
                 total += frame
             if start <= k < stop:
-                last = [*last[-2:], frame.copy()]
+                last = [*last[-2:], frame * gain[k]]  # lamps are no noise
                 if len(last) == 3:
-                    add_differences(*last, squares, products)
-                    equal += int((last[0] == last[1])[::4, ::4].sum())
-                    pairs += last[0][::4, ::4].size
+                    add_differences(last[0], last[1], last[2], squares, products)
         at += len(frames)
     count = stop - start - 2
     picture, variance = total / len(alike), squares / (2 * count)
     a, b = _fit_noise(picture, variance, count)
-    sigma = np.sqrt(max(float(np.median(variance)), ROUNDING))
-    chance = min(1.0, 1 / (2 * np.sqrt(np.pi) * sigma))
-    return Reference(picture.astype(np.float32), a, b, float(products.sum() / max(squares.sum(), 1)),
-                     equal / max(pairs, 1) - chance, len(alike))
+    plain = _plain(picture)
+    whiteness = float(products[plain].sum() / max(squares[plain].sum(), 1))
+    return Reference(picture.astype(np.float32), a, b, whiteness, len(alike))
+
+
+def _plain(picture: FloatArray) -> BoolArray:
+    """Return the pixels with the least texture: what changes there is noise, also where the machine moves."""
+    down, right = np.gradient(picture)
+    slope = np.hypot(down, right)
+    return slope <= np.quantile(slope, PLAIN_SHARE)
 
 
 def _fit_noise(picture: FloatArray, variance: FloatArray, frames: int) -> tuple[float, float]:

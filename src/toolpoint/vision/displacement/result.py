@@ -114,4 +114,5 @@ def _label(point: int, direction: FloatArray, view: View) -> Dof:
     if abs(direction[0]) == 1.0 or abs(direction[1]) == 1.0:
         return Dof(point, view.right if direction[0] else view.down)
     vector = direction @ view.axes
-    return Dof(point, "edge", tuple(float(v) for v in vector / np.linalg.norm(vector)))
+    x, y, z = (float(v) for v in vector / np.linalg.norm(vector))
+    return Dof(point, "edge", (x, y, z))

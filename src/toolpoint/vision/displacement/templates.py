@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vision.clip import Frames
 from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
 from toolpoint.vision.displacement.reference import Reference
@@ -38,7 +38,7 @@ class TemplateProducts:
         """Name in messages."""
         return "template products"
 
-    def prepare(self, reference: Reference, windows: Windows) -> tuple[Pass, FloatArray, FloatArray]:
+    def prepare(self, reference: Reference, windows: Windows) -> tuple[Pass, FloatArray, IndexArray]:
         """Return the pass over a chunk of frames, the covariance (n, 2, 2) of a frame, and the counts of lost frames (n,)."""
         from toolpoint.vision.displacement.kernels import track
 

@@ -19,8 +19,8 @@ from toolpoint.vision.modes.projection import PointShapes
 
 ORDERS = ("translation", "rigid", "affine", "quadratic")
 FEWEST_WINDOWS = 3
-# Standard deviations: a body's motion below this is not told from rest.
-STILL = 4.0
+# Pixels around a body in front that are left out behind it: its edge moves with it, and regions are rough.
+EDGE_MARGIN = 5.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +106,7 @@ def _inside(windows: Windows, region: Region) -> np.ndarray:
 
 
 def _touches(windows: Windows, region: Region) -> np.ndarray:
-    half = windows.side / 2
+    half = windows.side / 2 + EDGE_MARGIN
     x, y = windows.centres[:, 0], windows.centres[:, 1]
     return ((x + half > region.left) & (x - half < region.left + region.width)
             & (y + half > region.top) & (y - half < region.top + region.height))
@@ -119,7 +119,8 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, at
         blind = np.full((modes, 12, 12), np.inf)
         return BodyMotion(name, region, ("unknown",) * modes, np.zeros((modes, 12), complex), blind, shapes.basis.covariance,
                           np.full(modes, np.nan), int(at.size), (
-                              f"{name}: {at.size} windows with texture, {FEWEST_WINDOWS} at least are needed: its motion is not "
+                              f"{name}: {at.size} windows with texture, {FEWEST_WINDOWS} at least are needed: its motion is "
+                              f"not "
                               "known; stick or spray a pattern on it",))
     rows, values = _rows(windows, shapes, at)
     terms = _terms(windows.centres[at], region)

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, scalar
-from toolpoint.vibration import Frf
+from toolpoint.vibration import Dof, Frf
 from toolpoint.vision.displacement.result import DisplacementField
 
 MOST_COMPONENTS = 10
@@ -54,10 +54,10 @@ class FreeDecay:
         spectra = np.fft.rfft(self.components, axis=0) / self.frame_rate
         frequency = np.fft.rfftfreq(n, 1 / self.frame_rate)
         keep = (frequency > max(low, 0.5 / n * self.frame_rate)) & (frequency <= HIGHEST * self.frame_rate)
-        labels = tuple(f"component {k + 1}:+x" for k in range(spectra.shape[1]))
+        labels = tuple(Dof(f"component {k + 1}", "+x") for k in range(spectra.shape[1]))
         values = spectra[keep][:, :, None]
         noise = np.full(values.shape, n / self.frame_rate**2)
-        return Frf(frequency[keep], values, labels, ("impulse:+x",), "receptance", variance=noise)
+        return Frf(frequency[keep], values, labels, (Dof("impulse", "+x"),), "receptance", variance=noise)
 
     def spectrum(self, windows: int = 0) -> tuple[FloatArray, ComplexArray]:
         """Return frequencies (n_f,), Hz, and transforms (n_f, k) of the components."""
@@ -100,7 +100,8 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     kept = [int(k) for k in above if _stands_out(left[:, k])]
     if not kept:
         fail("field", "no motion stands out of the noise of the camera",
-             f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the noise's)",
+             f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the "
+             "noise's)",
              "strike harder, come closer, light better; motion along the line of sight does not show")
     return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, field.frame_rate)
 
@@ -136,7 +137,9 @@ def _noise_edge(singular: FloatArray, frames: int, channels: int) -> float:
     total = np.cumsum(density)
     median = float(x[int(np.searchsorted(total, 0.5 * total[-1]))])
     used = singular[:min(frames, channels)]
-    return float(np.median(used) * np.sqrt(high / median)) if used.size > 8 else float(np.sqrt(max(frames, channels)) * (1 + np.sqrt(ratio)))
+    if used.size > 8:
+        return float(np.median(used) * np.sqrt(high / median))
+    return float(np.sqrt(max(frames, channels)) * (1 + np.sqrt(ratio)))
 
 
 def _onset(scaled: FloatArray, rate: float) -> int:

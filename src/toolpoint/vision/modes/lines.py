@@ -13,6 +13,7 @@ from toolpoint.vision.modes.decay import RARE, FreeDecay
 MAINS = (50.0, 60.0)
 STEADY = 5e-4
 HARMONICS = (2, 3)
+LOBES = 24
 
 
 def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
@@ -30,7 +31,8 @@ def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
         if inside[k] < 4 * (np.log(inside.size) + RARE) * level or len(lines) == 4:
             break
         f = _interpolated(power, int(k) + low) * frame_rate / n
-        if all(abs(f - other) > 3 * frame_rate / n for other in lines):
+        # The window's own side lobes stand around a strong line.
+        if all(abs(f - other) > LOBES * frame_rate / n for other in lines):
             lines.append(f)
     return tuple(lines)
 
@@ -65,8 +67,8 @@ def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, resoluti
         harmonic = _harmonic(modes, i)
         if near is not None:
             names.append(name_line(near, frame_rate))
-        elif harmonic:
-            names.append(harmonic)
+        elif harmonic or _sideband(modes, i, lamps):
+            names.append(harmonic or _sideband(modes, i, lamps))
         elif ratio < STEADY:
             names.append("steady line: something drives it (spindle, pump, mains), no decay")
         else:
@@ -89,6 +91,17 @@ def _harmonic(modes: Modes, i: int) -> str:
             width = max(0.015 * n * modes.frequency[j], n * modes.damping_ratio[j] * modes.frequency[j])
             if abs(modes.frequency[i] - n * modes.frequency[j]) < width:
                 return f"{n} times mode {j + 1} ({modes.frequency[j]:.4g} Hz): a harmonic of large motion"
+    return ""
+
+
+def _sideband(modes: Modes, i: int, lamps: Sequence[float]) -> str:
+    """Return whether mode i lies beside a lamp line by the frequency of a stronger mode: light times motion."""
+    strength = np.abs(modes.shape).max(axis=0)
+    f = modes.frequency
+    for j in np.flatnonzero(strength > 3 * strength[i]):
+        for lamp in lamps:
+            if min(abs(f[i] - abs(lamp - f[j])), abs(f[i] - lamp - f[j])) < max(0.01 * f[i], 0.5):
+                return f"sideband of the lamp line at {lamp:.4g} Hz and mode {j + 1}"
     return ""
 
 

@@ -88,4 +88,5 @@ def _gaps(paths: list[Path]) -> tuple[str, ...]:
     off = np.flatnonzero(steps != usual)
     if off.size == 0:
         return ()
-    return (f"numbers of the images jump at {off.size} places, first after {paths[int(off[0])].name}: frames may be missing there",)
+    return (f"numbers of the images jump at {off.size} places, first after {paths[int(off[0])].name}: frames may be missing "
+            f"there",)

@@ -53,7 +53,8 @@ def read_array(path: Path, frame_rate: float, bits: int | None = None) -> Clip:
     except ToolpointError:
         raise
     except Exception as error:  # numpy raises what the damage brings: ValueError, SyntaxError, struct.error ...
-        raise ToolpointError(f"path: {path.name} is no .npy file that can be read ({str(error)[:200]})", argument="path") from None
+        raise ToolpointError(f"path: {path.name} is no .npy file that can be read ({str(error)[:200]})",
+                             argument="path") from None
     if len(shape) != 3 or kind.kind != "u" or kind.itemsize > 2 or by_columns:
         fail("path", f"{path.name} holds {kind} of shape {shape}" + (", by columns" if by_columns else ""),
              "must be (frames, rows, columns) of uint8 or uint16, by rows", "scale, round and save it anew")

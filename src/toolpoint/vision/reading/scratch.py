@@ -30,7 +30,7 @@ class Scratch:
         """Pass chunks on and keep them as they come, as long as there is room."""
         self._file, self._count = None, 0
         room = min(self.limit, shutil.disk_usage(tempfile.gettempdir()).free // SPARE)
-        file: IO[bytes] | None = tempfile.TemporaryFile() if room > 0 else None
+        file: IO[bytes] | None = tempfile.TemporaryFile() if room > 0 else None  # noqa: SIM115 - lives on with the object
         for frames in chunks:
             if file is not None:
                 if (self._count + len(frames)) * frames[0].nbytes > room:

@@ -88,7 +88,8 @@ class VideoFrames:
         except ToolpointError:
             raise
         except Exception as error:  # the library raises an error of its own for every fault of a file
-            raise ToolpointError(f"path: {self.path.name} cannot be decoded after frame {len(self.times)} ({str(error)[:200]}); "
+            raise ToolpointError(f"path: {self.path.name} cannot be decoded after frame {len(self.times)} "
+                                 f"({str(error)[:200]}); "
                                  "it is damaged or cut: copy it again, or cut it before that frame", argument="path") from None
 
 
@@ -132,9 +133,10 @@ def luminance(frame: Any, bits: int) -> Frames:
     if name.startswith(("yuv", "gray", "nv")) and "be" not in name:
         plane = frame.planes[0]
         kind = np.dtype(np.uint8 if bits == 8 else "<u2")
-        lines = np.frombuffer(plane, kind).reshape(-1, plane.line_size // kind.itemsize)
+        lines: Frames = np.frombuffer(plane, kind).reshape(-1, plane.line_size // kind.itemsize)  # type: ignore[assignment]
         return lines[:frame.height, :frame.width]
-    return np.asarray(frame.to_ndarray(format="gray" if bits == 8 else "gray16le"))
+    grey: Frames = frame.to_ndarray(format="gray" if bits == 8 else "gray16le")
+    return grey
 
 
 def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
@@ -151,7 +153,8 @@ def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
     whole = np.round(steps[odd] / usual)
     if odd.size < 0.1 * steps.size and (np.abs(steps[odd] / usual - whole) < 0.1).all() and (whole > 1).all():
         missing = int((whole - 1).sum())
-        return [f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all later times are wrong by "
+        return [f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all later times are "
+                f"wrong by "
                 "as many frames; cut the clip there"]
     return [f"variable frame rate: steps between frames are {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms; frequencies "
             "and damping rest on equal steps: record with a fixed rate"]
@@ -177,7 +180,7 @@ def _bits(frame: Any) -> int:
 
 def _turns(frame: Any) -> int:
     """Return by how many quarter turns, counter-clockwise, the picture is to be turned to stand upright."""
-    angle = int(round(float(getattr(frame, "rotation", 0) or 0)))
+    angle = round(float(getattr(frame, "rotation", 0) or 0))
     if angle % 90:
         fail("path", f"a rotation of {angle} degrees", "must be a multiple of 90")
     return (angle // 90) % 4

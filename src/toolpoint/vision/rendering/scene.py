@@ -39,7 +39,8 @@ class PicturedBody:
     def __post_init__(self) -> None:
         need = (FINE * (self.box[3] + 2 * MARGIN), FINE * (self.box[2] + 2 * MARGIN))
         if self.texture.shape != need:
-            fail("PicturedBody.texture", f"shape {self.texture.shape}", f"must be {need}: {FINE} a pixel, the box and {MARGIN} around it")
+            fail("PicturedBody.texture", f"shape {self.texture.shape}",
+                 f"must be {need}: {FINE} a pixel, the box and {MARGIN} around it")
         object.__setattr__(self, "field", floats("PicturedBody.field", self.field, (None, 2, 6)))
 
     @property

@@ -1,0 +1,49 @@
+"""A machine in a picture: where each body is seen, and the motion of its joints as the video has it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.machine import Machine
+from toolpoint.machine.placement import place_machine
+from toolpoint.spatial import transform as tf
+from toolpoint.vision.clip import Region
+from toolpoint.vision.view import View
+
+INSET = 2
+
+
+def body_regions(machine: Machine, view: View, shape: tuple[int, int], pose: Mapping[str, float] | None = None
+                 ) -> dict[str, Region]:
+    """Return where the boxes of a machine's bodies are seen in a picture of (rows, columns), from back to front."""
+    seen = []
+    for name, corners in body_corners(machine, pose).items():
+        pixels = view.project(corners)
+        low = np.maximum(np.ceil(pixels.min(axis=0)) + INSET, 0).astype(int)
+        high = np.minimum(np.floor(pixels.max(axis=0)) - INSET, (shape[1] - 1, shape[0] - 1)).astype(int)
+        if (high - low >= 8).all():
+            region = Region(int(low[0]), int(low[1]), int(high[0] - low[0] + 1), int(high[1] - low[1] + 1))
+            seen.append((-float((corners @ view.normal).min()), name, region))
+    if not seen:
+        fail("view", "no body of the machine lies in the picture", "must show them", "check scale, origin and directions")
+    return {name: region for _, name, region in sorted(seen)}
+
+
+def body_corners(machine: Machine, pose: Mapping[str, float] | None = None) -> dict[str, FloatArray]:
+    """Return the corners (8, 3) of the drawn or inertial box of every body that has one, machine axes, m."""
+    place = place_machine(machine, pose)
+    signs = np.stack(np.meshgrid(*[[-0.5, 0.5]] * 3, indexing="ij"), axis=-1).reshape(-1, 3)
+    result = {}
+    for name, body in machine.description.bodies.items():
+        box = body.draw or body.shape
+        if box is None or box.size is None:
+            continue
+        centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+        result[name] = tf.move(place.frames[0, machine.link(name)], centre + signs * np.array(box.size))
+    if not result:
+        fail("machine", "no body with a box", "must have bodies with a shape or drawn as one",
+             "state the bodies' regions by hand")
+    return result

@@ -1,0 +1,48 @@
+"""Shapes of windows and bodies of a picture as Modes in the machine's axes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, suggestion
+from toolpoint.vibration import Dof, Modes
+from toolpoint.vision.displacement.result import DisplacementField
+from toolpoint.vision.modes.bodies import BodyMotion
+from toolpoint.vision.modes.projection import PointShapes
+from toolpoint.vision.view import View
+
+
+def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, view: View) -> Modes:
+    """Return the modes at the measured directions of windows, metres where the view knows its scale, else pixels."""
+    _, _, window, direction = field.measured()
+    labels = field.record(view).channels
+    factor = 1.0 if view.scale is None else view.scale
+    shape = np.einsum("mi,mir->mr", direction, shapes.shape[window]) * factor
+    trace = np.trace(shapes.basis.covariance, axis1=1, axis2=2)
+    variance = np.einsum("mi,mij,mj->m", direction, shapes.covariance[window], direction)[:, None] * trace * factor**2
+    return Modes(poles.frequency, poles.damping_ratio, shape, labels, "unscaled", covariance=poles.covariance,
+                 shape_variance=variance)
+
+
+def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, places: Mapping[str | int, tuple[str, FloatArray]]
+               ) -> Modes:
+    """Return the modes at places on bodies, (3,) in m, in both directions of the picture, metres."""
+    known = {body.name: body for body in bodies}
+    rows, variances, labels = [], [], []
+    for name, (owner, place) in places.items():
+        if owner not in known:
+            fail("places", f"no body {owner!r} in the video", f"must be of {', '.join(known) or 'none'}",
+                 suggestion(owner, list(known)))
+        body = known[owner]
+        if "unknown" in body.orders:
+            continue
+        pixel = view.project(np.asarray(place, float)[None])
+        rows.append(body.shape_at(pixel)[0] * view.metres)
+        variances.append((body.deviation_at(pixel)[0] * view.metres) ** 2)
+        labels += [Dof(name, view.right), Dof(name, view.down)]
+    if not rows:
+        fail("places", "none on a body whose motion is known", "must be one at least", "put texture on the bodies")
+    return Modes(poles.frequency, poles.damping_ratio, np.concatenate(rows), tuple(labels), "unscaled",
+                 covariance=poles.covariance, shape_variance=np.concatenate(variances))

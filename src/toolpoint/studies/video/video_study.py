@@ -1,0 +1,332 @@
+"""Modes from a video: poles by modal identification or from a record beside the camera, shapes by every window and body."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.modal_identification import Identification, identify
+from toolpoint.studies.text_table import text_table
+from toolpoint.studies.video.shape_modes import body_modes, window_modes
+from toolpoint.vibration import Dof, Modes
+from toolpoint.vision.clip import Clip, Region
+from toolpoint.vision.displacement.background import background_windows, without_shake
+from toolpoint.vision.displacement.measure import Method, Scan, measure, scan
+from toolpoint.vision.displacement.points import BLIND, Windows, choose_points, grid_windows
+from toolpoint.vision.displacement.quality import Quality, judge_quality
+from toolpoint.vision.displacement.result import DisplacementField
+from toolpoint.vision.displacement.survey import Progress
+from toolpoint.vision.modes.bodies import BodyMotion, fit_bodies
+from toolpoint.vision.modes.decay import FreeDecay, find_decay
+from toolpoint.vision.modes.full_field import FullField, full_field
+from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
+from toolpoint.vision.modes.projection import PointShapes, point_shapes
+from toolpoint.vision.view import View
+
+HEADER = ("mode", "frequency Hz", "+- Hz", "damping %", "+- %", "largest motion px", "seen", "if aliased Hz", "remark")
+# Advice of an identification of measured responses that does not hold for the transforms of a decay.
+_OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", "stated variance")
+CYCLES = 2.5
+LARGE = 0.5
+BROKEN = 10.0
+
+
+@dataclass(frozen=True, eq=False)
+class VideoStudy:
+    """What a video tells.
+
+    Parameters
+    ----------
+    scan : Scan
+        The clip, its survey and its picture at rest.
+    quality : Quality
+    points : DisplacementField
+        Of points on edges and corners, background motion taken off.
+    decay : FreeDecay
+    identification : Identification, optional
+        Where the poles are the video's own.
+    poles : Modes
+        Frequencies, damping and their covariance; one Dof.
+    names : tuple of str
+        What each pole may be instead of a mode, empty for a mode.
+    seen : (r,) floats
+        Largest motion of each mode over its standard deviation.
+    shapes : PointShapes
+        Of the points.
+    picture : FullField
+        Of the whole picture.
+    bodies : tuple of BodyMotion
+    view : View
+    source : str
+        Where the poles come from: ``video`` or the record's name.
+    doubts, notes : tuple of str
+    """
+
+    scan: Scan
+    quality: Quality
+    points: DisplacementField
+    decay: FreeDecay
+    identification: Identification | None
+    poles: Modes
+    names: tuple[str, ...]
+    seen: FloatArray
+    shapes: PointShapes
+    picture: FullField
+    bodies: tuple[BodyMotion, ...]
+    view: View
+    source: str = "video"
+    doubts: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = field(default=())
+
+    @property
+    def is_mode(self) -> np.ndarray:
+        """Which poles are taken for modes of the machine."""
+        return np.array([not name for name in self.names], bool)
+
+    @property
+    def gives_damping(self) -> bool:
+        """Whether damping can be stated: the clip carries amplitudes, or the poles come from a record."""
+        return self.quality.accepts_amplitude or self.source != "video"
+
+    @property
+    def modes(self) -> Modes:
+        """The modes at the measured directions of the points, labels 1, 2, ..; metres where the scale is known, else pixels."""
+        return window_modes(self.poles, self.points, self.shapes, self.view).selected(np.flatnonzero(self.is_mode).tolist())
+
+    def modes_at(self, places: Mapping[str | int, tuple[str, FloatArray]]) -> Modes:
+        """Return the modes at places (3,) in m on bodies, by the motion of each: name to (body, place)."""
+        modes = body_modes(self.poles, self.bodies, self.view, places)
+        return modes.selected(np.flatnonzero(self.is_mode).tolist())
+
+    def rows(self) -> list[list[str]]:
+        """Return the table's rows, one a pole."""
+        result = []
+        rate = self.scan.clip.frame_rate
+        lengths = np.sqrt((np.abs(self.shapes.shape) ** 2).sum(axis=1)).max(axis=0)
+        for i in range(self.poles.count):
+            low, high = alias_candidates(float(self.poles.frequency[i]), rate)
+            widths = ("", "") if self.poles.covariance is None else (
+                f"{self.poles.frequency_interval[i]:.2g}", f"{100 * self.poles.damping_interval[i]:.2g}")
+            damping = (f"{100 * self.poles.damping_ratio[i]:.3f}", widths[1]) if self.gives_damping else ("refused", "")
+            result.append([str(i + 1), f"{self.poles.frequency[i]:.3f}", widths[0], *damping, f"{lengths[i]:.4f}",
+                           "no" if self.seen[i] < 5 else f"{self.seen[i]:.0f} sigma",
+                           f"{low:.1f}, {high:.1f}" if self.source == "video" else "", self.names[i]])
+        return result
+
+    def table(self) -> str:
+        """Return doubts first, then poles, bodies and what was measured, as text."""
+        lines = [f"doubt: {text}" for text in self.doubts]
+        lines.append(text_table(f"Modes of {self.scan.clip.name} (poles from the {self.source})", HEADER, self.rows()))
+        lines.append(f"displacement: {self.points!r}")
+        for body in self.bodies:
+            orders = ", ".join(body.orders)
+            lines.append(f"body {body.name}: {orders}; {body.windows} windows")
+        return "\n".join(lines)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the poles as plain data; damping None where it is refused."""
+        damping = self.poles.damping_ratio.tolist() if self.gives_damping else [None] * self.poles.count
+        result: dict[str, Any] = {
+            "doubts": list(self.doubts), "frame_rate_hz": self.scan.clip.frame_rate, "source_of_poles": self.source,
+            "frequency_hz": self.poles.frequency.tolist(), "damping_ratio": damping, "remark": list(self.names),
+            "seen_sigma": self.seen.tolist(), "accepts_amplitude": self.quality.accepts_amplitude, "notes": list(self.notes),
+            "bodies": {body.name: list(body.orders) for body in self.bodies}}
+        if self.poles.covariance is not None:
+            result["frequency_interval_hz"] = _finite(self.poles.frequency_interval)
+            result["damping_interval"] = _finite(self.poles.damping_interval) if self.gives_damping else None
+        return result
+
+    def __repr__(self) -> str:
+        return f"VideoStudy({self.scan.clip!r}, {int(self.is_mode.sum())} modes, {len(self.bodies)} bodies)"
+
+
+def study_video(
+    clip: Clip, *, method: str | Method = "templates", points: int = 300, view: View | None = None,
+    background: Sequence[Region] = (), bodies: Mapping[str, Region] | None = None, band: tuple[float, float] | None = None,
+    start: float | None = None, stop: float | None = None, poles: Modes | None = None, side: int = 16,
+    progress: Progress | None = None,
+) -> VideoStudy:
+    """Return the modes that a video shows.
+
+    Parameters
+    ----------
+    clip : Clip
+        See `toolpoint.vision.read_clip`.
+    method : str or method object
+        Of displacement: ``templates``, ``lucas-kanade``, ``phase``.
+    points : int
+        Points on edges and corners.
+    view : View, optional
+        How the picture lies in the machine, and its scale.
+    background : sequence of Region
+        Parts that stand still: the camera's motion is taken off by them.
+    bodies : name to Region, optional
+        Where each body is seen, from back to front.
+    band : (low, high), Hz, optional
+        In which poles are looked for.
+    start, stop : float, optional
+        Of the free decay, s from the first frame.
+    poles : Modes, optional
+        From a hammer or accelerometer record beside the video: then only shapes come from it, also beyond half the frame rate.
+    side : int
+        Pixels of the windows of the whole picture.
+    progress : function of name, done, total
+
+    Raises
+    ------
+    ToolpointError
+        Where nothing in the picture shows motion, and for what the parts refuse.
+    """
+    scanned = scan(clip, progress)
+    quality = judge_quality(scanned)
+    still = [region.within(scanned.clip.shape, "background") for region in background]
+    regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
+    field = _steady(measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress),
+                    scanned, still, method)
+    decay = find_decay(field, start, stop)
+    lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
+    known, identification = (poles, None) if poles is not None else _identified(decay, band)
+    shapes = point_shapes(field, known.poles, decay.first)
+    names = ("",) * known.count if poles is not None else name_modes(
+        _with_shapes(known, shapes), lamps, clip.frame_rate, clip.frame_rate / len(decay.components))
+    whole = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
+    moved = fit_bodies(whole.windows, whole.shapes, regions)
+    seen = _seen(shapes)
+    doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
+    notes = (*quality.notes, *field.doubts,
+             *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
+             *_advice(identification))
+    return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, whole, moved, view or View(),
+                      "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
+
+
+def _steady(field: DisplacementField, scanned: Scan, still: Sequence[Region], method: str | Method) -> DisplacementField:
+    """Return the field without the camera's motion; windows for the background are measured apart."""
+    if not still:
+        return field
+    rows = grid_windows(scanned.reference, scanned.survey, field.windows.side)
+    inside = np.zeros(len(rows.corners), bool)
+    for region in still:
+        inside |= region.holds(rows.centres - rows.side / 2) & region.holds(rows.centres + rows.side / 2)
+    extra = rows.selected(np.flatnonzero(inside & (rows.sight > BLIND)))
+    if len(extra.corners) == 0:
+        fail("background", "no texture in it", "must show whether the camera moves",
+             "a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
+    joined = join_fields(field, measure(scanned, extra, method))
+    steady = without_shake(joined, background_windows(joined, still))
+    return steady.selected(np.arange(len(joined.windows.corners)) < len(field.windows.corners))
+
+
+def join_fields(first: DisplacementField, second: DisplacementField) -> DisplacementField:
+    """Return the windows of both fields of one clip."""
+    a, b = first.windows, second.windows
+    windows = Windows(np.concatenate([a.corners, b.corners]), a.side, np.concatenate([a.sight, b.sight]),
+                      np.concatenate([a.normal, b.normal]), np.concatenate([a.bound, b.bound]),
+                      np.concatenate([a.saturated, b.saturated]))
+    return replace(first, windows=windows, values=np.concatenate([first.values, second.values], axis=1),
+                   covariance=np.concatenate([first.covariance, second.covariance]),
+                   lost=np.concatenate([first.lost, second.lost]),
+                   doubts=tuple(dict.fromkeys((*first.doubts, *second.doubts))))
+
+
+def _identified(decay: FreeDecay, band: tuple[float, float] | None) -> tuple[Modes, Identification]:
+    length = len(decay.components) / decay.frame_rate
+    try:
+        result = identify(decay.responses(CYCLES / length), band=band)
+    except ToolpointError as error:
+        raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
+                             "or give the poles of a record") from None
+    return result.modes, result
+
+
+def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
+    flat = shapes.shape.reshape(-1, poles.count)
+    return Modes(poles.frequency, poles.damping_ratio, flat, tuple(Dof(i + 1, "+x") for i in range(len(flat))), "unscaled")
+
+
+def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, still: Sequence[Region],
+                   side: int, progress: Progress | None) -> FullField:
+    """Return the shapes of the whole picture: projected frames for small motion, tracked windows for large or shaken ones."""
+    size = float(np.quantile(np.abs(field.values - field.values.mean(axis=0)), 0.999))
+    if size <= LARGE and not still:
+        stop = decay.first + len(decay.components)
+        return full_field(scanned, known.poles, decay.first, side=side, stop=stop, progress=progress)
+    windows = grid_windows(scanned.reference, scanned.survey, side)
+    tracked = measure(scanned, windows, progress=progress)
+    if still:
+        tracked = without_shake(tracked, background_windows(tracked, still))
+    shapes = point_shapes(tracked, known.poles, decay.first)
+    return FullField(tracked.windows, shapes, np.zeros((known.count, 0, 0), complex))
+
+
+def _seen(shapes: PointShapes) -> FloatArray:
+    ratio = np.abs(shapes.shape) / np.maximum(shapes.deviation(), 1e-12)[:, :]
+    used = shapes.covariance[:, 0, 0] + shapes.covariance[:, 1, 1] > 0
+    # Together, not the luckiest point: root of the mean chi-squared, less what noise gives.
+    square = (ratio[used] ** 2).sum(axis=(0, 1))
+    return np.asarray(np.sqrt(np.maximum(square - 2 * used.sum(), 0.0)))
+
+
+def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
+            bodies: tuple[BodyMotion, ...], seen: FloatArray) -> tuple[str, ...]:
+    doubts = [*quality.doubts, *scanned.clip.doubts]
+    at, gain = find_break(decay, known.poles)
+    freedom = 2 * known.count * decay.components.shape[1]
+    if gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
+        doubts.append(f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine was struck "
+                      f"again; "
+                      "damping and intervals rest on one unbroken decay: state start and stop")
+    doubts += [text for body in bodies for text in body.doubts]
+    for i in np.flatnonzero(seen < 5):
+        doubts.append(f"mode {i + 1} at {known.frequency[i]:.4g} Hz does not stand out of the noise in the video: its shape "
+                      f"is noise, "
+                      "or the motion is along the line of sight")
+    rows = field.windows.centres[:, 1]
+    if scanned.clip.row_delay == 0:
+        doubts += _rolling(known, field, decay, rows)
+    return tuple(dict.fromkeys(doubts))
+
+
+def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: FloatArray) -> list[str]:
+    """Return a doubt where the phase of the strongest mode runs with the row: a rolling shutter that was not stated."""
+    shapes = point_shapes(field, known.poles, decay.first)
+    strongest = int(np.argmax((np.abs(shapes.shape) ** 2).sum(axis=(0, 1))))
+    values = shapes.shape[:, :, strongest]
+    weight = np.abs(values) ** 2 / np.maximum(shapes.deviation()[:, :, strongest] ** 2, 1e-12)
+    square = (weight * np.exp(2j * np.angle(values))).sum(axis=1)
+    used = np.abs(square) > 50
+    if used.sum() < 12 or np.ptp(rows[used]) < 40:
+        return []
+    centre = np.angle(square[used].sum())
+    phase = np.angle(square[used] * np.exp(-1j * centre)) / 2
+    sure = np.sqrt(np.abs(square[used]))
+    slope, slope_error = _line(rows[used], phase, sure)
+    delay = slope / (2 * np.pi * known.frequency[strongest])
+    total = delay * field.windows.centres[:, 1].max()
+    if abs(slope) < 6 * slope_error or abs(total) < 0.1 / field.frame_rate:
+        return []
+    return [f"the phase of mode {strongest + 1} runs with the row: the shutter seems to roll by {1e6 * delay:.3g} us a row; "
+            f"state it "
+            "(row delay), so that shapes get their true phases"]
+
+
+def _line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, float]:
+    design = np.stack([np.ones_like(x), x], axis=1) * weight[:, None]
+    inverse = np.linalg.inv(design.T @ design)
+    solution = inverse @ (design.T @ (y * weight))
+    left = y * weight - design @ solution
+    return float(solution[1]), float(np.sqrt(inverse[1, 1] * max(1.0, (left**2).mean())))
+
+
+def _advice(identification: Identification | None) -> tuple[str, ...]:
+    if identification is None:
+        return ()
+    return tuple(text for text in identification.advice if not any(part in text for part in _OF_RESPONSES))
+
+
+def _finite(values: FloatArray) -> list[float | None]:
+    return [value if np.isfinite(value) else None for value in values.tolist()]

@@ -1,0 +1,123 @@
+"""A video test of a machine with known truth: its bodies, textured, filmed while they ring after a blow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.machine import Machine, assemble
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.video.machine_view import INSET, body_corners, body_regions
+from toolpoint.vibration import Dof, eigen
+from toolpoint.vision.clip import Clip, Region
+from toolpoint.vision.rendering.scene import MARGIN, Camera, Motion, PicturedBody, Scene2D, film
+from toolpoint.vision.rendering.texture import plain, random_texture
+from toolpoint.vision.view import View
+
+CONTRAST, BLUR, WALL = 14.0, 1.3, 215.0
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualVideo:
+    """The clip, the scene it is of (with its true motion), where it was filmed from and where the bodies are seen."""
+
+    clip: Clip
+    scene: Scene2D
+    view: View
+    regions: dict[str, Region]
+
+
+def film_machine(
+    machine: Machine, view: View, struck: Dof | str, *, rng: np.random.Generator, camera: Camera | None = None,
+    frames: int = 960, largest: float = 0.5, pose: Mapping[str, float] | None = None, contrast: float = CONTRAST,
+    textured: Mapping[str, bool] | None = None,
+) -> VirtualVideo:
+    """Return the video of a machine that rings after a blow.
+
+    Parameters
+    ----------
+    machine : Machine
+        With boxes to draw; it moves in its modes, each with the damping ratio of the damped one of equal rank.
+    view : View
+        With its scale.
+    struck : Dof
+        Where the blow falls.
+    rng : numpy.random.Generator
+        Of textures and noise.
+    camera : Camera, optional
+    frames : int
+    largest : float
+        Largest motion in the picture, pixels: it says how strong the blow is.
+    contrast : float
+        Standard deviation of the textures, grey levels.
+    textured : body to bool, optional
+        False for bodies without texture.
+    """
+    camera = camera or Camera()
+    shapes = body_shapes(machine, pose)
+    regions = body_regions(machine, view, camera.shape, pose)
+    label = struck if isinstance(struck, Dof) else Dof.parse(struck)
+    motion = _ringing(machine, label, pose)
+    bodies = []
+    for name, region in regions.items():
+        box = (region.left - INSET, region.top - INSET, region.width + 2 * INSET, region.height + 2 * INSET)
+        size = (box[3] + 2 * MARGIN, box[2] + 2 * MARGIN)
+        grey = float(rng.uniform(95, 140))
+        has = (textured or {}).get(name, True)
+        texture = random_texture(size, rng, blur=BLUR, contrast=contrast, grey=grey) if has else plain(size, grey)
+        face = float((body_corners(machine, pose)[name] @ view.normal).min())
+        twist = shapes.twists[machine.link(name)]
+        bodies.append(PicturedBody(name, box, texture, _field(box, twist, view, face)))
+    rows, columns = camera.shape
+    scene = Scene2D(tuple(bodies), motion, plain((rows + 2 * MARGIN, columns + 2 * MARGIN), WALL))
+    scene = scene.changed(_scaled(motion, _largest(scene, camera, frames), positive("largest", largest)))
+    return VirtualVideo(film(scene, camera, frames, rng=rng, name=f"virtual video {view.right[1]}{view.down[1]}"), scene, view,
+                        regions)
+
+
+def _ringing(machine: Machine, struck: Dof, pose: Mapping[str, float] | None) -> Motion:
+    """Return modal amplitudes over time for a unit impulse, unit modal mass."""
+    system = assemble(machine, pose, (struck,))
+    real, damped = eigen.solve_undamped(system), eigen.solve_damped(system)
+    omega, zeta = real.omega, np.clip(damped.damping_ratio[:real.count], 0.0, 0.999)
+    rate = omega * np.sqrt(1 - zeta**2)
+    size = real.shape[0] / rate
+
+    def amplitudes(times: FloatArray) -> FloatArray:
+        t = np.maximum(np.asarray(times, float)[:, None], 0.0)
+        return np.asarray(size * np.exp(-zeta * omega * t) * np.sin(rate * t))
+    return amplitudes
+
+
+def _scaled(motion: Motion, now: float, then: float) -> Motion:
+    if now <= 0:
+        fail("struck", "the blow moves nothing in the picture", "must have a part along it",
+             "strike in the plane of the picture")
+    return lambda times: motion(times) * (then / now)
+
+
+def _largest(scene: Scene2D, camera: Camera, frames: int) -> float:
+    """Return the largest motion of a body's corner over the frames, pixels."""
+    amplitudes = scene.amplitudes(np.arange(frames) / camera.frame_rate)
+    top = 0.0
+    for body in scene.bodies:
+        left, upper, width, height = body.box
+        corners = np.array([[left + i * width, upper + j * height] for i in (0, 1) for j in (0, 1)], float)
+        top = max(top, float(np.abs(np.einsum("nir,tr->tni", body.shape_at(corners), amplitudes)).max()))
+    return top
+
+
+def _field(box: tuple[int, int, int, int], twist: FloatArray, view: View, face: float) -> FloatArray:
+    """Return the motion of a body's front face in the picture, (n_modes, 2, 6), pixels for unit amplitude."""
+    extent = max(box[2], box[3]) / 2
+    centre = np.array([box[0] + (box[2] - 1) / 2, box[1] + (box[3] - 1) / 2])
+    places = view.locate(centre + extent * np.array([[0, 0], [1, 0], [0, 1]]), face)
+    moved = np.stack([view.axes @ (tf.point_velocity(place) @ twist) / view.metres for place in places])
+    field = np.zeros((twist.shape[1], 2, 6))
+    field[:, :, 0] = moved[0].T
+    field[:, :, 1], field[:, :, 2] = (moved[1] - moved[0]).T, (moved[2] - moved[0]).T
+    return field

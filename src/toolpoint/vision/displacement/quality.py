@@ -1,0 +1,63 @@
+"""Quality: whether a clip can carry amplitudes and damping, or frequencies and shapes only, and why.
+
+A sensor's noise is white in time. Compression with loss smooths it away before it smooths motion, and what is left of small
+motion is too small and decays too fast, while the picture looks cleaner than before: so it is the noise that is asked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from toolpoint.vision.displacement.measure import Scan
+from toolpoint.vision.displacement.survey import SATURATED
+
+# Correlation of successive changes: -0.5 is white. x264 at quality 10: -0.488, 14: -0.471, 18: -0.440, 23: -0.13.
+WHITE_ENOUGH = -0.46
+ROUNDED = 0.35
+FEW_REPEATS = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Quality:
+    """Verdict on a clip.
+
+    accepts_amplitude : whether amplitudes, damping and their intervals can be trusted; doubts : reasons, worst first; notes :
+    remarks that change nothing.
+    """
+
+    accepts_amplitude: bool
+    doubts: tuple[str, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+
+def judge_quality(scanned: Scan) -> Quality:
+    """Return whether a clip can carry amplitudes and damping."""
+    clip, survey, reference = scanned.clip, scanned.survey, scanned.reference
+    refusals: list[str] = []
+    notes: list[str] = []
+    if clip.is_lossy and (reference.whiteness > WHITE_ENOUGH or reference.noise < ROUNDED):
+        refusals.append(
+            f"compressed too much: the noise of the sensor is smoothed away ({reference.noise:.2f} grey levels left, "
+            f"correlation of "
+            f"successive changes {reference.whiteness:.3f}, white noise has -0.5), so small motion is too; amplitudes and "
+            f"damping "
+            "are not given: record with less compression (x264 at quality 10 or better), or raw frames")
+    elif not clip.is_lossy and reference.whiteness > WHITE_ENOUGH and reference.noise > ROUNDED:
+        notes.append(f"noise is not white in time (correlation of successive changes {reference.whiteness:.3f} instead of "
+                     f"-0.5): the "
+                     "camera or a conversion smoothed the frames; stated uncertainties may be too small")
+    if len(survey.repeats) > FEW_REPEATS:
+        refusals.append(
+            f"{len(survey.repeats)} frames repeat the one before, first frame {survey.repeats[0]}: the true rate is lower than "
+            "stated or frames were filled in; damping is not given: export the frames of the camera as they are")
+    refusals += list(survey.doubts)
+    if reference.noise < ROUNDED:
+        notes.append(f"noise of {reference.noise:.2f} grey levels is below the rounding of the levels: stated uncertainties "
+                     f"are "
+                     "rough; a little more gain makes small motion measurable")
+    clipped = float((survey.saturated > 0.5).mean())
+    if clipped > SATURATED:
+        notes.append(f"{100 * clipped:.0f} % of the picture is black or white (saturated) and shows no motion")
+    return Quality(not refusals, tuple(refusals), tuple(dict.fromkeys((*clip.doubts, *notes))))
+
+
