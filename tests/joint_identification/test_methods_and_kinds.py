@@ -15,6 +15,8 @@ from toolpoint.joint_identification import (
     identify_joints,
 )
 from toolpoint.joint_identification.finite_motion import bisector_axis, meeting_point, relative_bisector_axes
+from toolpoint.joint_identification.kinds import WAYS as KINDS
+from toolpoint.joint_identification.kinds import effective_moves, unit_twists
 from toolpoint.joint_identification.measured import component
 from toolpoint.joint_identification.relative_motion import screw_axis
 from toolpoint.joint_identification.rigid_motion import rigid_motion
@@ -78,17 +80,39 @@ def test_every_kind_is_told_with_its_position_and_direction(kind, seed):
         assert np.linalg.norm(away) < 4 * np.sqrt(np.trace(joint.position_covariance)) + 1e-9
 
 
-@pytest.mark.parametrize("basis", [
-    np.vstack([turns(POINT, X)[:3] + 0.3 * X[:, None], X[:, None]]),  # a screw of 0.3 m/rad
-    np.hstack([turns(POINT, X), turns(POINT + 0.5 * Y, Z)]),  # two axes that do not meet
-    np.hstack([slides(X, Y)]),
-    np.hstack([turns(POINT, X, Y, Z), slides(X)])], ids=["screw", "skew axes", "two slides", "four freedoms"])
-def test_other_joints_are_general_and_marked(basis):
+@pytest.mark.parametrize(("basis", "kind", "free"), [
+    (np.vstack([turns(POINT, X)[:3] + 0.3 * X[:, None], X[:, None]]), "screw", ()),  # 0.3 m/rad
+    (np.hstack([slides(X, Y)]), "two slides", ("x", "y")),
+    (np.hstack([slides(X), turns(POINT, Z)]), "turn and slide", ("x", "rz")),
+    (np.hstack([turns(POINT, X, Y, Z), slides(X)]), "free in x rx ry rz", ("x", "rx", "ry", "rz")),
+    (np.hstack([turns(POINT, X, Y, Z), slides(Y, Z)]), "guide", ("y", "z", "rx", "ry", "rz")),
+    (np.eye(6), "mount", ("x", "y", "z", "rx", "ry", "rz"))], ids=lambda v: v if isinstance(v, str) else "")
+def test_any_set_of_directions_is_a_kind(basis, kind, free):
+    modes, points, parts = made(basis, 0.01, np.random.default_rng(3), modes=7)
+    joint = identify_joints(modes, points, parts, chain=("base", "part")).joint("part")
+    assert (joint.kind, joint.freedoms) == (kind, free) and joint.certain
+    assert np.linalg.svd(np.linalg.qr(joint.screws)[0].T @ np.linalg.qr(basis)[0])[1].min() > 0.999
+    if kind == "screw":
+        assert joint.pitches[0] == pytest.approx(0.3, abs=0.01) and "screw" in joint.free_text
+
+
+def test_there_are_twenty_sets_of_directions_and_the_parameters_of_each_are_those_of_its_subspace():
+    """Law: motions of the frame that the chart leaves out do not move the span; with them the parameters are six."""
+    assert len(KINDS) == 20
+    for ways in KINDS.values():
+        units, moves = unit_twists(ways), effective_moves(ways)
+        still = np.linalg.svd(moves, full_matrices=True)[0][:, moves.shape[1]:] if moves.shape[1] else np.eye(6)
+        for twist in still.T:
+            moved = tf.adjoint(tf.exponential(0.7 * twist)) @ units
+            assert np.linalg.matrix_rank(np.hstack([units, moved]), tol=1e-9) == len(ways)
+
+
+def test_skew_axes_are_general_and_marked():
+    basis = np.hstack([turns(POINT, X), turns(POINT + 0.5 * Y, Z)])
     modes, points, parts = made(basis, 0.01, np.random.default_rng(3), modes=6)
     with pytest.warns(UserWarning, match="doubtful"):
         joint = identify_joints(modes, points, parts, chain=("base", "part")).joint("part")
-    assert joint.kind == "general"
-    assert joint.screws.shape == basis.shape
+    assert joint.kind == "general" and joint.screws.shape == basis.shape
     # The subspace of free twists is the made one.
     assert np.linalg.svd(np.linalg.qr(joint.screws)[0].T @ np.linalg.qr(basis)[0])[1].min() > 0.999
 
@@ -216,12 +240,14 @@ def test_three_modes_cannot_exclude_more_freedoms_but_give_the_stiffness():
     np.testing.assert_allclose(joint.stiffness, k, atol=4 * joint.stiffness_deviation.max())
 
 
-def test_stiffness_off_the_frame_is_marked():
+def test_principal_directions_off_the_machine_s_axes_are_found():
     turn = rot.from_euler("zyx", [0.6, 0.3, 0.5])
-    modes, at, parts, masses = made_chain(turn @ np.diag([4e6, 2e6, 1e6]) @ turn.T, np.random.default_rng(11))
-    with pytest.warns(UserWarning, match="doubtful"):
+    full = turn @ np.diag([4e6, 2e6, 1e6]) @ turn.T
+    modes, at, parts, masses = made_chain(full, np.random.default_rng(11))
+    with pytest.warns(UserWarning, match="doubtful"):  # three modes do not exclude more freedoms
         joint = identify_joints(modes, at, parts, chain=("ground", "body"), masses=masses).joint("body")
-    assert any("principal directions" in doubt for doubt in joint.doubts)
+    assert joint.freedoms == ("rx", "ry", "rz")
+    np.testing.assert_allclose(joint.frame @ np.diag(joint.stiffness) @ joint.frame.T, full, atol=0.02 * 4e6)
 
 
 def test_a_rotation_alone_is_a_hinge_and_with_a_translation_along_its_axis_cylindrical():
@@ -254,9 +280,11 @@ def test_beside_a_general_joint_the_others_get_their_stiffness():
     modes = Modes(np.sqrt(squares) / (2 * np.pi), 0.01, shape + spread * rng.normal(size=shape.shape),
                   [Dof(i, way) for i in at for way in WAYS], shape_variance=spread**2)
     parts = {"first": list(range(20)), "second": list(range(20, 40))}
-    with pytest.warns(UserWarning, match="doubtful"):
-        result = identify_joints(modes, at, parts, chain=("ground", "first", "second"), masses=masses)
-    assert result.joint("first").kind == "general" and result.joint("first").stiffness is None
+    result = identify_joints(modes, at, parts, chain=("ground", "first", "second"), masses=masses)
+    first_joint = result.joint("first")
+    assert first_joint.freedoms == ("x", "rx", "ry", "rz")
+    turn = np.linalg.lstsq(first_joint.screws, first, rcond=None)[0]
+    np.testing.assert_allclose(turn.T @ first_joint.stiffness_matrix @ turn, stiff[:4, :4], atol=0.03 * stiff[:4, :4].max())
     hinge = result.joint("second")
     assert hinge.kind == "hinge"
     assert abs(hinge.stiffness[0] - 4e5) < 4 * hinge.stiffness_deviation[0] < 4e4

@@ -76,12 +76,12 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
 @click.option("--components", required=True, type=PATH,
               help="YAML: which points belong to which component, the chain, masses where known.")
 @click.option("--machine", "written", type=PATH, help="Write the identified machine here.")
-@click.option("--coordinate-deviation", default=0.0, show_default=True,
-              help="Standard deviation of the points' coordinates, mm; it enters all intervals.")
+@click.option("--coordinate-deviation", type=float,
+              help="Standard deviation of the points' coordinates, mm, in place of that of the component file.")
 @BAND
 @OUTPUT
 @JSON
-def joints(files: Sequence[Path], geometry: Path, components: Path, written: Path | None, coordinate_deviation: float,
+def joints(files: Sequence[Path], geometry: Path, components: Path, written: Path | None, coordinate_deviation: float | None,
            band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
     from toolpoint.io import geometry_files
@@ -95,14 +95,18 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         run.step("modes")
         modes = _modes_of(files, band)
         run.step("joints")
-        result = study_joints(modes, shape, described, coordinate_deviation=1e-3 * coordinate_deviation)
-        if written is not None:
-            if result.machine is None:
-                raise ToolpointError(f"{components}: no mass properties; a machine file needs the body of every component")
+        deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
+        result = study_joints(modes, shape, described, coordinate_deviation=deviation)
+        if written is not None and result.machine is not None:
             machine_file.write(result.machine, written)
+            # What is written is read back and run before it is called the machine of the test.
+            result = result.compared(machine_file.read(written))
         run.step("page")
         run.save(joints_page(result, run.warnings))
-    run.show(result, written={"Machine file": written})
+    run.warnings = [text for text in run.warnings if not text.startswith("doubtful")]
+    run.show(result, written={"Machine file": written if result.machine is not None else None})
+    if written is not None and result.machine is None:
+        raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
 
 
 def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> Any:

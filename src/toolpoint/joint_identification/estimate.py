@@ -3,15 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from toolpoint._check import FloatArray
+from toolpoint._check import LEFT_OUT, FloatArray
 from toolpoint.joint_identification.joint_fit import JointFit
+from toolpoint.joint_identification.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
+from toolpoint.spatial import transform as tf
 
 Z95 = 1.959964
 
@@ -24,7 +27,7 @@ class JointEstimate:
     ----------
     parent, child : str
     kind : str
-        ``locked``, ``hinge``, ``slide``, ``cylindrical``, ``universal``, ``spherical``, ``planar`` or ``general``.
+        One of `kinds.WAYS`, ``screw`` or ``general``.
     position : (3,) floats
         Point of the joint, m: of an axis the point nearest to the middle between the two components.
     position_covariance : (3, 3) floats
@@ -47,6 +50,12 @@ class JointEstimate:
     stiffness_matrix, stiffness_matrix_deviation : (f, f) floats or None
         Of a general joint: the symmetric stiffness over its free twists `screws`, with the standard deviation of every entry
         (against the true one over the nearest twists that are truly free), where masses are known and the data decide it.
+    frame_covariance : (6, 6) floats
+        Of a small motion (v in m, w in rad) of the frame in itself; zero along motions that neither kind nor stiffness tells.
+    loss_factor, loss_factor_deviation : float
+        Of the joint, with its standard deviation; None where masses are not known.
+    relaxation, relaxation_deviation : float
+        Viscous damping over stiffness, s; zero where the data ask for none.
     probability : float
         Of a misfit so large by noise alone.
     alternatives : tuple of str
@@ -73,6 +82,11 @@ class JointEstimate:
     doubts: tuple[str, ...] = ()
     stiffness_matrix: FloatArray | None = None
     stiffness_matrix_deviation: FloatArray | None = None
+    frame_covariance: FloatArray = LEFT_OUT
+    loss_factor: float | None = None
+    loss_factor_deviation: float = 0.0
+    relaxation: float = 0.0
+    relaxation_deviation: float = 0.0
 
     @property
     def spatial_stiffness(self) -> FloatArray | None:
@@ -132,16 +146,76 @@ class JointEstimate:
         """What the estimate is worth, and what to do about it."""
         return "established" if self.certain else "doubtful: " + "; ".join(self.doubts)
 
+    @property
+    def pitches(self) -> FloatArray:
+        """Pitch of every free twist, m/rad: 0 for a rotation, infinite for a translation, shape (f,)."""
+        v, w = self.screws[:3], self.screws[3:]
+        turn = (w**2).sum(axis=0)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            pitch = (v * w).sum(axis=0) / turn
+        return np.where(turn > 1e-18 * np.maximum((v**2).sum(axis=0), 1e-300), pitch, np.inf)
+
+    @property
+    def free_text(self) -> str:
+        """What is free: directions with the frame where it lies askew, or screws with their axes and pitches."""
+        if not self.freedoms and self.screws.shape[1]:
+            parts = []
+            for (v, w), pitch in zip(((s[:3], s[3:]) for s in self.screws.T), self.pitches, strict=True):
+                axis = v / np.linalg.norm(v) if np.isinf(pitch) else w / np.linalg.norm(w)
+                how = "slide" if np.isinf(pitch) else "turn" if abs(pitch) < 1e-6 else f"screw {1e3 * pitch:.3g} mm/rad"
+                parts.append(f"{how} ({axis[0]:.3f}, {axis[1]:.3f}, {axis[2]:.3f})")
+            return "; ".join(parts)
+        text = " ".join(self.freedoms)
+        letters = sorted({way[-1] for way in self.freedoms})
+        if np.abs(self.frame - np.eye(3)).max() < 0.01 or not letters:
+            return text
+        axes = [f"{letter} = ({', '.join(f'{v:.3f}' for v in self.frame[:, 'xyz'.index(letter)])})" for letter in letters]
+        return f"{text}, {', '.join(axes)}"
+
+    @property
+    def damping_text(self) -> str:
+        """Loss factor, and relaxation time where there is one, with their 95 % half widths."""
+        if self.loss_factor is None or not self.screws.shape[1]:
+            return ""
+        text = f"{100 * self.loss_factor:.3g} ± {100 * Z95 * self.loss_factor_deviation:.2g} %"
+        if self.relaxation:
+            text += f", {1e6 * self.relaxation:.3g} ± {1e6 * Z95 * self.relaxation_deviation:.2g} us"
+        return text
+
+    @property
+    def stiffness_text(self) -> str:
+        """Stiffness of every freedom with its 95 % half width; of a matrix its diagonal."""
+        if self.stiffness is not None and self.stiffness_interval is not None:
+            names = self.freedoms or tuple(f"s{i + 1}" for i in range(len(self.stiffness)))
+            values = zip(names, self.stiffness, self.stiffness_interval, strict=True)
+        elif self.stiffness_matrix is not None and self.stiffness_matrix_deviation is not None:
+            names = self.freedoms or tuple(f"s{i + 1}" for i in range(len(self.stiffness_matrix)))
+            values = zip(names, np.diag(self.stiffness_matrix), Z95 * np.diag(self.stiffness_matrix_deviation), strict=True)
+        else:
+            return ""
+        return ", ".join(f"{name} {k:.5g} ± {half:.2g}" for name, k, half in values)
+
     def as_dict(self) -> dict[str, Any]:
-        """Return plain data (lists, numbers, names; SI, rad) from which a caller can write a machine description."""
+        """Return plain data (lists, numbers, names; SI, rad): all that table and page show, with covariances and doubts."""
         result: dict[str, Any] = {
             "parent": self.parent, "child": self.child, "kind": self.kind, "at": self.position.tolist(),
+            "at_covariance": self.position_covariance.tolist(), "at_undetermined": self.undetermined.tolist(),
             "rotation_zyx": self.rotation.tolist(), "freedoms": list(self.freedoms), "directions": self.directions.tolist(),
-            "status": self.status}
-        if self.stiffness is not None:
+            "axis": self.axis.tolist(), "axis_deviation": self.axis_deviation, "screws": self.screws.T.tolist(),
+            "pitches": [None if np.isinf(p) else float(p) for p in self.pitches], "alternatives": list(self.alternatives),
+            "probability": self.probability, "status": self.status, "doubts": list(self.doubts)}
+        if self.frame_covariance is not None:
+            result["frame_covariance"] = self.frame_covariance.tolist()
+        if self.stiffness is not None and self.freedoms:
             result["stiffness"] = dict(zip(self.freedoms, self.stiffness.tolist(), strict=True))
-        if self.stiffness_matrix is not None:
-            result |= {"screws": self.screws.tolist(), "stiffness_matrix": self.stiffness_matrix.tolist()}
+        if self.stiffness_interval is not None and self.freedoms:
+            result["stiffness_interval"] = dict(zip(self.freedoms, self.stiffness_interval.tolist(), strict=True))
+        if self.stiffness_matrix is not None and self.stiffness_matrix_deviation is not None:
+            result |= {"stiffness_matrix": self.stiffness_matrix.tolist(),
+                       "stiffness_matrix_deviation": self.stiffness_matrix_deviation.tolist()}
+        if self.loss_factor is not None:
+            result |= {"loss_factor": self.loss_factor, "loss_factor_interval": Z95 * self.loss_factor_deviation,
+                       "relaxation_s": self.relaxation, "relaxation_interval_s": Z95 * self.relaxation_deviation}
         return result
 
     def __repr__(self) -> str:
@@ -153,64 +227,100 @@ class JointEstimate:
 def estimate_joint(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[str, ...]) -> JointEstimate:
     """Return the joint of the best fit in machine coordinates, with the uncertainty of its parameters carried over."""
     fit = fits[0]
-    point, axis = fit.chart.place(fit.theta)
-    slope_point, slope_axis = _slopes(fit)
-    frame, names = joint_frame(fit.kind, axis)
-    spread = slope_axis @ fit.covariance @ slope_axis.T
+    place, spread = _placed(motion, fit)
+    frame, names, turn = joint_frame(place[:3, :3], fit.chart.ways)
+    axis = axis_of(place[:3, :3], fit.chart.ways, fit.kind)
+    turned = place[:3, :3] @ spread[3:, 3:] @ place[:3, :3].T
+    across = _skew(axis)
+    back = np.kron(np.eye(2), turn)
     return JointEstimate(
-        motion.parent, motion.child, fit.kind, motion.centre + motion.size * point,
-        motion.size**2 * slope_point @ fit.covariance @ slope_point.T, _undetermined(fit.kind, frame, axis),
-        axis * _sign(axis), spread, frame, names,
-        free_twists(motion, fit, frame, names=names), fit.probability, tuple(other.kind for other in fits[1:]), doubts=doubts)
+        motion.parent, motion.child, fit.kind, place[:3, 3], place[:3, :3] @ spread[:3, :3] @ place[:3, :3].T,
+        (place[:3, :3] @ idle_translations(fit.chart.ways, False)).T if _is_placed(fit) else np.zeros((0, 3)), axis,
+        across @ turned @ across.T,
+        frame, names, free_twists(motion, fit, frame, names=names), fit.probability, tuple(other.kind for other in fits[1:]),
+        doubts=doubts, frame_covariance=back.T @ spread @ back)
+
+
+def _is_placed(fit: JointFit) -> bool:
+    return bool(fit.chart.ways) or fit.kind == "locked"
+
+
+def _placed(motion: RelativeMotion, fit: JointFit) -> tuple[FloatArray, FloatArray]:
+    """Return the joint's frame (4, 4) in the machine frame, m, and the covariance (6, 6) of its small motion in itself."""
+    place = fit.chart.frame(fit.theta).copy()
+    slope = np.zeros((6, len(fit.theta)))
+    for i, step in enumerate(1e-6 * np.eye(len(fit.theta))):
+        slope[:, i] = tf.logarithm(tf.inverse(place) @ fit.chart.frame(fit.theta + step)) / 1e-6
+    slope[:3] *= motion.size
+    place[:3, 3] = motion.centre + motion.size * place[:3, 3]
+    return place, slope @ fit.covariance @ slope.T
+
+
+def axis_of(axes: FloatArray, ways: tuple[str, ...], kind: str) -> FloatArray:
+    """Return the direction that the motions determine: that which the frame may turn about, or the only rotation's."""
+    free, turns = turning_axes(ways), [way for way in ways if len(way) == 2]
+    if kind == "screw":
+        axis = axes[:, 0]
+    elif ways and free.shape[1] == 1:
+        axis = axes @ free[:, 0]
+    elif len(turns) == 1:
+        axis = axes[:, "xyz".index(turns[0][1])]
+    else:
+        return np.zeros(3)
+    return np.asarray(axis * (-1.0 if axis[int(np.argmax(np.abs(axis)))] < 0 else 1.0))
 
 
 def free_twists(motion: RelativeMotion, fit: JointFit, frame: FloatArray, *, names: tuple[str, ...]) -> FloatArray:
     """Return the free twists (6, f) about the origin: along and about the joint frame's axes, or a general basis."""
-    if fit.kind == "general":
+    if not names and fit.chart.freedoms:
         basis = about(motion.centre, motion.size) @ fit.chart.basis(fit.theta)
-        return np.asarray(np.linalg.qr(basis)[0])
-    point = motion.centre + motion.size * fit.chart.place(fit.theta)[0]
-    result = np.zeros((6, len(names)))
-    for i, name in enumerate(names):
-        d = frame[:, "xyz".index(name[-1])]
-        result[:, i] = np.concatenate([np.cross(point, d), d] if name[0] == "r" else [d, np.zeros(3)])
-    return result
+        return np.asarray(basis / np.linalg.norm(basis[3:]) if fit.kind == "screw" else np.linalg.qr(basis)[0])
+    point = motion.centre + motion.size * fit.chart.frame(fit.theta)[:3, 3]
+    return np.asarray(tf.adjoint(tf.transform(frame, point)) @ unit_twists(names))
 
 
-def joint_frame(kind: str, axis: FloatArray) -> tuple[FloatArray, tuple[str, ...]]:
-    """Return the frame (3, 3) nearest to the machine's with `axis` among its axes, and the free directions in it."""
-    if kind in ("locked", "general"):
-        return np.eye(3), ()
-    if kind == "spherical":
-        return np.eye(3), ("rx", "ry", "rz")
-    i = int(np.argmax(np.abs(axis)))
-    start, end = np.eye(3)[i], axis * _sign(axis)
-    cross, cosine = np.cross(start, end), float(start @ end)
-    k = np.array([[0, -cross[2], cross[1]], [cross[2], 0, -cross[0]], [-cross[1], cross[0], 0]])
-    frame = np.eye(3) + k + k @ k / (1 + cosine)
-    name = "xyz"[i]
-    others = [other for other in "xyz" if other != name]
-    names = {"hinge": [f"r{name}"], "slide": [name], "cylindrical": [name, f"r{name}"],
-             "universal": [f"r{o}" for o in others], "planar": [*others, f"r{name}"]}[kind]
-    return frame, tuple(names)
+def joint_frame(axes: FloatArray, ways: tuple[str, ...]) -> tuple[FloatArray, tuple[str, ...], FloatArray]:
+    """Return the frame (3, 3) nearest to the machine's with the same free directions, their names in it, and the turn to it.
+
+    The axes are renamed, and turned about directions that the motions leave open.
+    """
+    if not ways:
+        return np.eye(3), (), axes.T
+    best, least = (axes, ways), -np.inf
+    for order in _renamings():
+        names = _renamed(ways, order)
+        turned = _turned_home(axes @ order, turning_axes(names))
+        if np.trace(turned) > least + 1e-9:
+            best, least = (turned, names), float(np.trace(turned))
+    return best[0], best[1], axes.T @ best[0]
 
 
-def _sign(axis: FloatArray) -> float:
-    return -1.0 if axis[int(np.argmax(np.abs(axis)))] < 0 else 1.0
+def _renamings() -> list[FloatArray]:
+    """Return the 24 rotations that turn axes into axes."""
+    signed = [np.array(signs) * np.eye(3)[:, list(order)] for order in permutations(range(3))
+              for signs in product((1.0, -1.0), repeat=3)]
+    return [order for order in signed if np.linalg.det(order) > 0]
 
 
-def _undetermined(kind: str, frame: FloatArray, axis: FloatArray) -> FloatArray:
-    if kind in ("slide", "planar", "locked"):
+def _renamed(ways: tuple[str, ...], order: FloatArray) -> tuple[str, ...]:
+    """Return the directions in axes that are the columns of `order` in the old ones."""
+    names = {way[:-1] + "xyz"[int(np.argmax(np.abs(order["xyz".index(way[-1])])))] for way in ways}
+    return tuple(name for name in DIRECTIONS if name in names)
+
+
+def _turned_home(axes: FloatArray, free: FloatArray) -> FloatArray:
+    """Return the axes turned about their free directions (3, n) so that they are nearest to the machine's."""
+    if free.shape[1] == 3:
         return np.eye(3)
-    return (axis * _sign(axis))[None] if kind in ("hinge", "cylindrical") else np.zeros((0, 3))
+    if free.shape[1] != 1:
+        return axes
+    a = free[:, 0]
+    cross = _skew(a)
+    # trace(R exp(a t)) = const + c cos t + s sin t.
+    c, s = float(np.trace(axes @ (np.eye(3) - np.outer(a, a)))), float(np.trace(axes @ cross))
+    angle = np.arctan2(s, c)
+    return np.asarray(axes @ (np.outer(a, a) + np.cos(angle) * (np.eye(3) - np.outer(a, a)) + np.sin(angle) * cross))
 
 
-def _slopes(fit: JointFit) -> tuple[FloatArray, FloatArray]:
-    """Return the derivatives of (point, axis) to the parameters, each (3, n), by central differences."""
-    n, step = len(fit.theta), 1e-6
-    slopes = np.zeros((6, n))
-    for i in range(n):
-        shift = np.eye(n)[i] * step
-        up, down = (np.concatenate(fit.chart.place(fit.theta + s)) for s in (shift, -shift))
-        slopes[:, i] = (up - down) / (2 * step)
-    return slopes[:3], slopes[3:]
+def _skew(v: FloatArray) -> FloatArray:
+    return np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])

@@ -21,10 +21,12 @@ from toolpoint.joint_identification.motion_errors import (
     with_common_noise,
     with_errors,
 )
+from toolpoint.joint_identification.refined import fit_doubts, refine_joint
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
-from toolpoint.joint_identification.stiffness import ComponentMass, stiffnesses
+from toolpoint.joint_identification.stiffness import ComponentMass
 from toolpoint.joint_identification.strangers import strangers
+from toolpoint.joint_identification.whole_machine import WholeMachine, whole_machine
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
@@ -44,6 +46,7 @@ class JointIdentification:
     motions: Mapping[str, RigidMotion]
     relatives: tuple[RelativeMotion, ...]
     doubts: tuple[str, ...] = ()
+    machine: WholeMachine | None = None
 
     def joint(self, child: str) -> JointEstimate:
         """Return the joint that carries a component."""
@@ -66,15 +69,15 @@ class JointIdentification:
         return "doubtful" + (f" at {', '.join(weak)}" if weak else "") + "".join(f"; {text}" for text in self.doubts)
 
     def table(self) -> str:
-        """Return the joints as text, one line each with their doubts below."""
-        lines = [f"{'joint':24s}{'kind':12s}{'free':12s}{'x, y, z mm (+- 95 %)':48s}stiffness (+- 95 %)"]
+        """Return the joints as text, doubts first, then a few lines each."""
+        lines = []
         for joint in self.joints:
-            stiff = "" if joint.stiffness is None or joint.stiffness_interval is None else ", ".join(
-                f"{k:.5g} (+-{h:.2g})" for k, h in zip(joint.stiffness, joint.stiffness_interval, strict=True))
-            free = " ".join(joint.freedoms) or f"{joint.screws.shape[1]} screws"
-            lines.append(f"{joint.parent + ' - ' + joint.child:24s}{joint.kind:12s}{free:12s}{joint.position_text:48s}{stiff}")
+            lines.append(f"{joint.parent} - {joint.child}: {joint.kind}, free {joint.free_text or 'nothing'}")
+            lines.append(f"    at {joint.position_text} mm")
+            if joint.stiffness_text:
+                lines.append(f"    stiffness {joint.stiffness_text}; loss factor {joint.damping_text}")
             lines += [f"    doubt: {text}" for text in joint.doubts]
-        return "\n".join([*lines, *(f"doubt: {text}" for text in self.doubts)])
+        return "\n".join([*(f"doubt: {text}" for text in self.doubts), *lines])
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{joint.child}: {joint.kind}" for joint in self.joints)
@@ -121,27 +124,62 @@ def identify_joints(
     criterion, method = criterion or Criterion(), method or SmallMotion()
     tree = parents(chain, list(components))
     _check_overlap(components)
-    parts = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
-    independent, general_doubts = _independent(modes, parts)
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
-    parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
-    motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
+    turned = _turned(modes)
+    parts, motions = _motions(replace(turned, shape=turned.shape.real, shape_variance=_half(turned)), points, components,
+                              method=method, deviation=deviation)
+    independent, general_doubts = _independent(modes, parts)
     flexible = _flaws(parts, motions, modes.count, criterion)
     relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
-    joints, fits = [], []
+    joints = []
     for motion in relatives:
         choices = candidates(stack_twists(motion, criterion), criterion)
         choices[0] = settle_floor(motion, criterion, choices[0])
         joints.append(estimate_joint(motion, choices, _doubts(motion, choices, independent, flexible)))
-        fits.append(choices[0])
     doubts = [*general_doubts, *_order_doubt(tree, parts, motions, criterion)]
+    whole = None
     if masses is not None:
-        joints = stiffnesses(modes, parts, motions, relatives=relatives, joints=joints, fits=fits, masses=masses)
-    result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts))
+        _check_masses(parts, joints, masses)
+        if np.iscomplexobj(turned.shape):
+            parts, motions = _motions(turned, points, components, method=method, deviation=deviation)
+        whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses)
+        joints = [refine_joint(joint, whole) for joint in joints]
+        doubts += fit_doubts(whole.fit, whole, modes.frequency)
+    result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts), whole)
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=2)
     return result
+
+
+def _turned(modes: Modes) -> Modes:
+    """Return complex shapes turned to where their real parts are largest; real ones as they are."""
+    if not np.iscomplexobj(modes.shape):
+        return modes
+    phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
+    return replace(modes, shape=modes.shape * phase, scaling="unscaled", participation=None, input_dofs=(),
+                   lower_residual=None, upper_residual=None)
+
+
+def _half(modes: Modes) -> FloatArray | None:
+    known = modes.shape_variance
+    return known if known is None or not np.iscomplexobj(modes.shape) else known / 2
+
+
+def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
+             method: MotionMethod, deviation: float) -> tuple[dict[str, Component], dict[str, RigidMotion]]:
+    """Return the components and their rigid motions with the covariance of all columns."""
+    parts = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
+    parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
+    motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
+    return parts, _with_errors(parts, with_common_noise(parts, motions), deviation)
+
+
+def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:
+    missing = [name for name in parts if name not in masses]
+    if missing:
+        fail("masses", f"none for {missing}", "must be given for every component")
+    if all(joint.parent != "ground" for joint in joints):
+        fail("chain", "without ground", "must start at ground for a stiffness", "start the chain with 'ground'")
 
 
 def _with_coordinates(part: Component, deviation: float) -> Component:
@@ -184,7 +222,7 @@ def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
 def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[str]]:
     """Return the number of modes that are not repeats of others, and the doubts; refuse a mode that is there twice."""
     rows = np.concatenate([part.values for part in parts.values()])
-    shape = rows[:, :modes.count] + (1j * rows[:, modes.count:] if rows.shape[1] > modes.count else 0)
+    shape = rows[:, :modes.count]
     if (np.abs(shape).max(axis=0) == 0).any():
         fail("modes", f"mode {int(np.argmin(np.abs(shape).max(axis=0))) + 1} is zero at all points", "must move somewhere")
     alike, doubts, repeated = mac(shape, shape), [], set()
@@ -228,7 +266,7 @@ def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], c
 def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
     fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
-    if fit.chart.freedoms > 0 and fit.chart.freedoms >= independent:
+    if 0 < fit.chart.freedoms < 6 and fit.chart.freedoms >= independent:
         doubts.append(f"{fit.chart.freedoms} freedoms from {independent} mode(s): more freedoms cannot be excluded; "
                       "give more modes")
     if fit.kind == "general":

@@ -6,8 +6,11 @@ For a kind with free twists :math:`B(\theta)` and the relative twists t of all c
 
 (variable projection: Golub, Pereyra, SIAM J. Numer. Anal. 10 (1973) 413) with 6 k - f k - n degrees of freedom for k
 columns, f freedoms and n parameters. A kind is refused where so large a :math:`\chi^2` by noise alone is less probable
-than the significance. The freedoms are the fewest that pass; of the kinds with so many freedoms that pass the one with
-the fewest parameters is taken (the others are named); a general joint only where no other kind passes.
+than the significance. The freedoms are the fewest for which any subspace of so many twists passes. Of the kinds with so many
+freedoms (all sets of directions of a frame, the screw, the general subspace) those count that pass, also against the general
+subspace (likelihood ratio), and whose place is no infinity; the one with the fewest parameters is taken, of several the one
+with the least misfit. Other kinds are named where their Bayesian information criterion :math:`\chi^2 + n \ln 6 k` (Schwarz,
+Annals of Statistics 6 (1978) 461) is no worse by 10 (very strong evidence: Kass, Raftery, J. Am. Stat. Assoc. 90 (1995) 773).
 
 The decision allows every component a motion of its own below a floor. The position and its interval do so only as far as
 the misfit asks for it: none where noise alone explains the twists, else the share at which chi-squared is what it should be
@@ -30,6 +33,11 @@ from toolpoint.joint_identification.relative_motion import RelativeMotion
 _NO_FLOOR = 1e-8
 _UNLIKELY = 0.05
 _HALVINGS = 12
+# Differences of the information criterion that decide, and distances in lengths of the components.
+_VERY_STRONG = 10.0
+_NEAR, _FAR = 5.0, 50.0
+# Steps of a fit, and the misfit over its degrees of freedom beyond which a few steps decide.
+_STEP, _FEW, _MANY, _HOPELESS = 1e-6, 5, 100, 100.0
 
 
 @dataclass(frozen=True)
@@ -99,19 +107,34 @@ def stack_twists(motion: RelativeMotion, criterion: Criterion) -> Stack:
 
 
 def candidates(stack: Stack, criterion: Criterion) -> list[JointFit]:
-    """Return the kinds that pass with the fewest freedoms, the one with the fewest parameters first; else a general one."""
-    for f in range(7):
-        span = _span(stack, f)
-        fits = [fit_kind(stack, chart) for chart in charts(span)]
-        passing = [fit for fit in fits if fit.probability >= criterion.significance and not _at_infinity(fit)]
-        passing.sort(key=lambda fit: (fit.chart.parameters, -fit.probability))
-        if passing:
-            return passing
-        if f > 0:
-            last = fit_kind(stack, general(span))
-            if last.probability >= criterion.significance or f == 6:
-                return [last]
-    raise AssertionError("six freedoms explain every motion")
+    """Return the kinds with the fewest freedoms that the data do not refuse, the simplest first."""
+    for f in range(6):
+        whole = fit_kind(stack, general(_span(stack, f)))
+        if whole.probability >= criterion.significance:
+            return _kinds_of(stack, whole, criterion)
+    return [fit_kind(stack, chart) for chart in charts(np.eye(6))]
+
+
+def _kinds_of(stack: Stack, whole: JointFit, criterion: Criterion) -> list[JointFit]:
+    """Return the kinds of as many freedoms as a general joint that passes, the best first; itself where none is left."""
+    fits = [fit_kind(stack, chart) for chart in charts(np.linalg.qr(whole.chart.basis(whole.theta))[0])]
+    passing = [fit for fit in [*fits, whole] if fit is whole or _is_open(fit, whole, criterion)]
+    passing.sort(key=lambda fit: (fit.chart.parameters, fit is whole, fit.chi2))
+    least = _information(passing[0], stack)
+    # What holds another kind as its special case, with more parameters, is no alternative to it.
+    return [passing[0], *(fit for fit in passing[1:] if _information(fit, stack) < least + _VERY_STRONG
+                          and fit.kind not in ("screw", "general"))]
+
+
+def _is_open(fit: JointFit, whole: JointFit, criterion: Criterion) -> bool:
+    more = whole.chart.parameters - fit.chart.parameters
+    worse = max(fit.chi2 - whole.chi2, 0.0) / max(whole.chi2 / max(whole.freedom, 1), 1.0)
+    return (fit.probability >= criterion.significance and not _at_infinity(fit)
+            and (more <= 0 or float(stats.chi2.sf(worse, more)) >= criterion.significance))
+
+
+def _information(fit: JointFit, stack: Stack) -> float:
+    return float(fit.chi2 + fit.chart.parameters * np.log(stack.twists.size))
 
 
 def settle_floor(motion: RelativeMotion, criterion: Criterion, fit: JointFit) -> JointFit:
@@ -136,14 +159,15 @@ def _at_infinity(fit: JointFit) -> bool:
     """Return whether a joint is so far away that its rotation cannot be told from a translation.
 
     A hinge at infinity is a slide: the test is whether the inverse of its distance differs from zero by four standard
-    deviations. Joints within five lengths of the components are not asked.
+    deviations; beyond fifty lengths of the components no test helps. Joints within five lengths are not asked.
     """
-    point = fit.chart.place(fit.theta)[0]
-    distance = float(np.linalg.norm(point))
-    if distance < 5 or not len(fit.theta):
+    distance = float(np.linalg.norm(fit.chart.frame(fit.theta)[:3, 3]))
+    if distance < _NEAR or not len(fit.theta):
         return False
+    if distance > _FAR:
+        return True
     step = 1e-6 * max(distance, 1.0)
-    slope = [(np.linalg.norm(fit.chart.place(fit.theta + s)[0]) - distance) / step for s in step * np.eye(len(fit.theta))]
+    slope = [(np.linalg.norm(fit.chart.frame(fit.theta + s)[:3, 3]) - distance) / step for s in step * np.eye(len(fit.theta))]
     return float(np.sqrt(np.array(slope) @ fit.covariance @ np.array(slope))) > 0.25 * distance
 
 
@@ -167,33 +191,56 @@ def _span(stack: Stack, f: int) -> FloatArray:
 
 
 def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -> JointFit:
-    """Return the fit of one kind."""
+    """Return the fit of one kind; a kind that a few steps leave far from any noise is not followed to its end."""
     count = len(stack.twists)
 
     def residual(theta: FloatArray) -> FloatArray:
         return project(stack, chart.basis(theta))
 
+    def slopes(theta: FloatArray) -> FloatArray:
+        return _projected_slopes(stack, chart, theta)
+
     theta, n = np.zeros(chart.parameters) if start is None else start, chart.parameters
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
+    freedom = 6 * count - chart.freedoms * count - n
     if n:
-        solution = optimize.least_squares(residual, theta, method="trf", x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-        theta, jacobian = np.asarray(solution.x), np.asarray(solution.jac)
+        for steps in (_FEW, _MANY):
+            solution = optimize.least_squares(residual, theta, jac=slopes, method="trf", x_scale="jac", xtol=1e-10, ftol=1e-10,
+                                              gtol=1e-10, max_nfev=steps)
+            theta = np.asarray(solution.x)
+            if 2 * solution.cost > _HOPELESS * max(freedom, 1):
+                break
+        jacobian = np.asarray(solution.jac)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.
         gain = -(covariance @ jacobian.T @ stack.root).reshape(n, count, 6)
     chi2 = float((residual(theta) ** 2).sum())
-    freedom = 6 * count - chart.freedoms * count - n
     chance = 1.0
     if freedom > 0:
         chance = float(stats.f.sf(chi2 / freedom, freedom, max(stack.freedom, 1)))
     return JointFit(chart, theta, covariance, gain, chi2, freedom, chance)
 
 
+def _columns(stack: Stack, basis: FloatArray) -> FloatArray:
+    """Return the whitened columns (6 k, f k) of the free coordinates of all modes."""
+    count = len(stack.twists)
+    return np.asarray((stack.root.reshape(-1, count, 6) @ basis).reshape(-1, count * basis.shape[1]))
+
+
 def project(stack: Stack, basis: FloatArray) -> FloatArray:
     """Return the whitened residuals (6 k,) of the twists in a basis (6, f), free coordinates eliminated."""
     y = stack.root @ stack.twists.ravel()
-    count, f = len(stack.twists), basis.shape[1]
-    if f == 0:
+    if basis.shape[1] == 0:
         return np.asarray(y)
-    q = np.linalg.qr((stack.root.reshape(-1, count, 6) @ basis).reshape(-1, count * f))[0]
+    q = np.linalg.qr(_columns(stack, basis))[0]
     return np.asarray(y - q @ (q.T @ y))
+
+
+def _projected_slopes(stack: Stack, chart: FreedomChart, theta: FloatArray) -> FloatArray:
+    """Return the slopes (6 k, n) of the projected residuals (Kaufman, BIT 15 (1975) 49: the part beside the columns)."""
+    basis, y = chart.basis(theta), stack.root @ stack.twists.ravel()
+    q, r = np.linalg.qr(_columns(stack, basis))
+    free = np.linalg.lstsq(r, q.T @ y, rcond=1e-12)[0].reshape(-1, basis.shape[1])
+    moved = [(free @ ((chart.basis(theta + step) - basis) / _STEP).T).ravel() for step in _STEP * np.eye(len(theta))]
+    slope = -stack.root @ np.stack(moved, axis=1)
+    return np.asarray(slope - q @ (q.T @ slope))

@@ -1,56 +1,104 @@
 r"""The kinds of joint: the twists that each leaves free, as a function of few parameters.
 
-A joint is named by its freedoms, that is by the motions that the modes show, and by nothing else:
+A joint is named by its freedoms, that is by the motions that the modes show, and by nothing else. A kind is a set of
+directions of one frame, any of x y z rx ry rz: there are twenty such sets that no renaming of the frame's axes makes equal
+(`WAYS`), among them
 
-- locked: none;
-- hinge: one rotation about an axis;
-- slide: one translation;
-- cylindrical: a rotation about an axis and a translation along the same axis, independent of each other (a rotation that
-  drags a translation along in a fixed ratio is a screw, which is general);
-- universal: two rotations about axes that meet;
-- spherical: three rotations about one point;
-- planar: two translations and the rotation about their normal;
-- general: anything else, among it skew axes and more than three freedoms.
+- locked, slide (x), hinge (rx), cylindrical (x and rx), universal (rx, ry), turn and slide (x, rz), spherical, planar (x, y,
+  rz), guide (all but one translation), mount (all six); those without a name in the trade are called by their directions;
+- screw: one rotation that drags a translation along its axis in a fixed ratio;
+- general: any other subspace of twists, among it skew axes.
 
 A paper may name the same joint by its design: a cylindrical joint that only ever turns (the column of Machines 2022, 10(11),
 1102, of which a rotation about x is all that its table lists) is a hinge here, because no mode slides along its axis.
 
+The free twists of a kind are :math:`Ad(F) E_S` with the frame F and the unit twists :math:`E_S` of its directions. Motions of
+the frame that leave this subspace as it is (the stabiliser: twists xi with :math:`[\xi, E_S]` inside the span) are no
+parameters; all others are, as coordinates of :math:`F \exp(N \theta)`.
+
 Everything is written about a reference point near the joint and divided by a length, so that a twist is (velocity at
 the reference point, length times rotation) and all six numbers are displacements of one size. A rotation about d through
 p is :math:`(p \times d, d)`. Every chart is centred on a start: its parameters are zero there.
+Source of twists and adjoints: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, chapter 2.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
+from itertools import combinations, permutations
 
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.spatial import transform as tf
 
-FREEDOMS = {"locked": 0, "slide": 1, "hinge": 1, "cylindrical": 2, "universal": 2, "spherical": 3, "planar": 3}
-PARAMETERS = {"locked": 0, "slide": 2, "hinge": 4, "cylindrical": 4, "universal": 5, "spherical": 3, "planar": 2}
+DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
+_NAMED = {
+    "locked": (), "slide": ("x",), "hinge": ("rx",), "cylindrical": ("x", "rx"), "turn and slide": ("x", "rz"),
+    "universal": ("rx", "ry"), "two slides": ("x", "y"), "spherical": ("rx", "ry", "rz"), "planar": ("x", "y", "rz"),
+    "three slides": ("x", "y", "z"), "guide": ("y", "z", "rx", "ry", "rz"), "mount": DIRECTIONS}
+
+
+def _signature(ways: tuple[str, ...]) -> tuple[int, int, int]:
+    """Number of translations, of rotations, and of axes that have both: equal for sets that renaming the axes makes equal."""
+    slides, turns = {w for w in ways if len(w) == 1}, {w[1] for w in ways if len(w) == 2}
+    return len(slides), len(turns), len(slides & turns)
+
+
+def _catalogue() -> dict[str, tuple[str, ...]]:
+    """Return all sets of directions, one of those that renaming makes equal, by name."""
+    result = dict(_NAMED)
+    known = {_signature(ways) for ways in result.values()}
+    for count in range(1, 7):
+        for ways in combinations(DIRECTIONS, count):
+            if _signature(ways) not in known:
+                known.add(_signature(ways))
+                result["free in " + " ".join(ways)] = ways
+    return result
+
+
+WAYS = _catalogue()
 
 
 @dataclass(frozen=True, eq=False)
 class FreedomChart:
     """A kind near a start.
 
-    `basis` maps the parameters (n,) to the free twists (6, freedoms); `place` maps them to (point, direction), where
-    direction is the axis, the common normal of the rotations (universal) or of the plane (planar), or zero (spherical).
+    `basis` maps the parameters (n,) to the free twists (6, freedoms); `frame` maps them to the joint's frame (4, 4);
+    `ways` are the directions of that frame, empty for a screw and a general joint.
     """
 
     kind: str
     freedoms: int
     parameters: int
     basis: Callable[[FloatArray], FloatArray]
-    place: Callable[[FloatArray], tuple[FloatArray, FloatArray]]
+    frame: Callable[[FloatArray], FloatArray]
+    ways: tuple[str, ...] = ()
+
+
+def unit_twists(ways: tuple[str, ...]) -> FloatArray:
+    """Return the unit twists (6, f) of directions."""
+    return np.eye(6)[:, [DIRECTIONS.index(way) for way in ways]]
 
 
 def charts(span: FloatArray) -> list[FreedomChart]:
-    """Return the special kinds with as many freedoms as `span` (6, f) has columns, started from it."""
-    return [_chart(kind, span) for kind, freedoms in FREEDOMS.items() if freedoms == span.shape[1]]
+    """Return the kinds of as many freedoms as `span` (6, f) has columns, each started from where it lies nearest to it."""
+    f = span.shape[1]
+    result = [frame_chart(kind, nearest_frame(span, ways), ways) for kind, ways in WAYS.items() if len(ways) == f]
+    return [*result, screw_chart(span)] if f == 1 else result
+
+
+def frame_chart(kind: str, start: FloatArray, ways: tuple[str, ...]) -> FreedomChart:
+    """Return the chart of a kind whose frame starts at `start` (4, 4)."""
+    units, moves = unit_twists(ways), effective_moves(ways)
+    start = _near_origin(start, ways)
+
+    def frame(theta: FloatArray) -> FloatArray:
+        return start @ tf.exponential(moves @ theta) if moves.shape[1] else start
+
+    return FreedomChart(kind, len(ways), moves.shape[1], lambda theta: tf.adjoint(frame(theta)) @ units, frame, ways)
 
 
 def general(span: FloatArray) -> FreedomChart:
@@ -62,95 +110,142 @@ def general(span: FloatArray) -> FreedomChart:
     def basis(theta: FloatArray) -> FloatArray:
         return inside + outside @ theta.reshape(6 - f, f)
 
-    def place(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        return _nearest_point(basis(theta)), np.zeros(3)
-
-    return FreedomChart("general", f, f * (6 - f), basis, place)
+    return FreedomChart("general", f, f * (6 - f), basis, lambda theta: tf.transform(None, nearest_point(basis(theta))))
 
 
-def _chart(kind: str, span: FloatArray) -> FreedomChart:
-    if kind == "spherical":
-        return _spherical(_nearest_point(span))
-    if kind == "locked":
-        return FreedomChart(kind, 0, 0, lambda _: np.zeros((6, 0)), lambda _: (np.zeros(3), np.zeros(3)))
-    turns = np.linalg.svd(span[3:])
-    slides = np.linalg.svd(span[:3])
-    if kind == "slide":
-        return _directed(kind, slides[0][:, 0], lambda d: np.concatenate([d, np.zeros(3)])[:, None])
-    if kind == "planar":
-        return _directed(kind, turns[0][:, 0], _planar)
-    if kind == "universal":
-        return _universal(turns[0][:, 2], _nearest_point(span))
-    # hinge, cylindrical: the combination that turns most lies nearest to the axis.
-    twist = span @ turns[2][0]
-    direction = turns[0][:, 0]
-    point = np.cross(twist[3:], twist[:3]) / max(float(twist[3:] @ twist[3:]), 1e-12)
-    return _axial(kind, direction, point)
+def screw_chart(span: FloatArray) -> FreedomChart:
+    """Return the chart of one screw near a twist: five parameters; its frame has the axis as x."""
+    chart = general(span)
+
+    def frame(theta: FloatArray) -> FloatArray:
+        v, w = np.split(chart.basis(theta)[:, 0], 2)
+        turn = float(w @ w)
+        point = np.cross(w, v) / max(turn, 1e-24)
+        return tf.transform(_from_axis(w / max(np.sqrt(turn), 1e-12)), point)
+
+    return FreedomChart("screw", 1, chart.parameters, chart.basis, frame)
 
 
-def _nearest_point(span: FloatArray) -> FloatArray:
+@cache
+def _stabiliser(ways: tuple[str, ...]) -> FloatArray:
+    """Return orthonormal twists (6, s), in the joint's frame, that move the frame without moving the span of its directions."""
+    inside = unit_twists(ways)
+    outside = np.eye(6) - inside @ inside.T
+    rows = np.concatenate([(outside @ np.stack([tf.twist_bracket(e, b) for e in np.eye(6)], axis=1)) for b in inside.T]
+                          ) if ways else np.zeros((1, 6))
+    singular, vt = np.linalg.svd(rows)[1:]
+    return np.asarray(vt[int((singular > 1e-9).sum()):].T)
+
+
+@cache
+def _centraliser(ways: tuple[str, ...]) -> FloatArray:
+    """Return orthonormal twists (6, s) that move the frame without moving any of its directions: no stiffness tells them."""
+    rows = np.concatenate([np.stack([tf.twist_bracket(e, b) for e in np.eye(6)], axis=1) for b in unit_twists(ways).T]
+                          ) if ways else np.zeros((1, 6))
+    singular, vt = np.linalg.svd(rows)[1:]
+    return np.asarray(vt[int((singular > 1e-9).sum()):].T)
+
+
+@cache
+def effective_moves(ways: tuple[str, ...], with_stiffness: bool = False) -> FloatArray:
+    """Return orthonormal twists (6, n) in the joint's frame that move the free twists.
+
+    With stiffness, also those that move the directions within their span: elastic centre, principal directions.
+    """
+    still = _centraliser(ways) if with_stiffness else _stabiliser(ways)
+    return np.asarray(np.linalg.svd(still, full_matrices=True)[0][:, still.shape[1]:]) if still.size else np.eye(6)
+
+
+@cache
+def inner_moves(ways: tuple[str, ...]) -> FloatArray:
+    """Return twists (6, n) that move the directions within their span: what only the stiffness tells."""
+    still, idle = _stabiliser(ways), _centraliser(ways)
+    rest = still - idle @ (idle.T @ still)
+    left, singular, _ = np.linalg.svd(rest, full_matrices=False)
+    return np.asarray(left[:, singular > 1e-9])
+
+
+def idle_translations(ways: tuple[str, ...], with_stiffness: bool) -> FloatArray:
+    """Return orthonormal translations (3, n), in the joint's frame, that change neither the free twists nor (with stiffness)
+    what their springs do."""
+    still = _centraliser(ways) if with_stiffness else _stabiliser(ways)
+    left, singular, _ = np.linalg.svd(still[:3], full_matrices=False)
+    return np.asarray(left[:, singular > 1e-9])
+
+
+def turning_axes(ways: tuple[str, ...]) -> FloatArray:
+    """Return orthonormal directions (3, n), in the joint's frame, about which the motions alone do not orient the frame."""
+    left, singular, _ = np.linalg.svd(_stabiliser(ways)[3:], full_matrices=False)
+    return np.asarray(left[:, singular > 1e-9])
+
+
+def nearest_frame(span: FloatArray, ways: tuple[str, ...]) -> FloatArray:
+    """Return the frame (4, 4) in which the directions lie nearest to a subspace, from the axes that the subspace itself has."""
+    units, f = unit_twists(ways), len(ways)
+    outside = np.eye(6) - span @ np.linalg.pinv(span)
+    if f in (0, 6):
+        return np.eye(4)
+    best: FloatArray = np.eye(4)
+    least = np.inf
+    for axes in _axes_of(span):
+        point, cost = _nearest_place(outside, axes, units)
+        if cost < least - 1e-12:
+            best, least = tf.transform(axes, point), cost
+    return best
+
+
+def _nearest_place(outside: FloatArray, axes: FloatArray, units: FloatArray) -> tuple[FloatArray, float]:
+    """Return the point (3,) and the cost at which directions in these axes lie nearest to the subspace; linear in the point."""
+    moved = np.concatenate([axes @ units[:3], axes @ units[3:]])
+    # A point p adds p x d to the velocity of a direction that turns about d.
+    rows = np.concatenate([outside[:, :3] @ np.cross(np.eye(3), d).T for d in moved[3:].T])
+    right = -(outside @ moved).T.ravel()
+    point = np.linalg.lstsq(rows, right, rcond=1e-6)[0]
+    return point, float(((rows @ point - right) ** 2).sum())
+
+
+def _axes_of(span: FloatArray) -> list[FloatArray]:
+    """Return rotations whose axes are directions that a subspace has: of its rotations, its translations, and mixtures."""
+    turn_left, turn_size, turn_right = np.linalg.svd(span[3:], full_matrices=True)
+    slides = span[:3] @ turn_right[int((turn_size > 0.05).sum()):].T
+    lines = [*turn_left.T, *(np.linalg.svd(slides)[0].T if slides.size else []), *np.linalg.svd(span[:3])[0].T]
+    result = []
+    for i, first in enumerate(lines):
+        for second in lines[i + 1:] + lines[:i]:
+            across = second - first * (first @ second)
+            if np.linalg.norm(across) < 0.3:
+                continue
+            a, b = first, across / np.linalg.norm(across)
+            frame = np.stack([a, b, np.cross(a, b)], axis=1)
+            result += [_signed(frame[:, list(order)]) for order in permutations(range(3))]
+    return result
+
+
+def _signed(axes: FloatArray) -> FloatArray:
+    return axes if np.linalg.det(axes) > 0 else axes * np.array([1, 1, -1])
+
+
+def _near_origin(frame: FloatArray, ways: tuple[str, ...]) -> FloatArray:
+    """Return the frame moved along what leaves its directions as they are, to where it is nearest to the reference point."""
+    still = _stabiliser(ways)
+    sliding = still @ np.linalg.svd(still[3:])[2][int((np.linalg.svd(still[3:])[1] > 1e-9).sum()):].T if still.size else still
+    if not sliding.size:
+        return frame
+    along = frame[:3, :3] @ np.linalg.qr(sliding[:3])[0]
+    result = frame.copy()
+    result[:3, 3] -= along @ (along.T @ frame[:3, 3])
+    return result
+
+
+def nearest_point(span: FloatArray) -> FloatArray:
     """Return the point where the free twists translate least: v + w x p = 0 in the least-squares sense."""
     v, w = span[:3], span[3:]
     rows = np.concatenate([-np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) for x, y, z in w.T])
     # w x p = v_p - v: rows p = v with rows = -[w].
-    return np.linalg.lstsq(rows, v.T.ravel(), rcond=1e-9)[0]
+    return np.asarray(np.linalg.lstsq(rows, v.T.ravel(), rcond=1e-9)[0])
 
 
-def _normals(direction: FloatArray) -> FloatArray:
-    """Return two unit vectors normal to a direction, shape (3, 2)."""
-    return np.linalg.svd(direction[None])[2][1:].T
-
-
-def _turned(direction: FloatArray) -> Callable[[FloatArray], FloatArray]:
-    across = _normals(direction)
-
-    def at(theta: FloatArray) -> FloatArray:
-        d = direction + across @ theta
-        return d / np.linalg.norm(d)
-
-    return at
-
-
-def _directed(kind: str, start: FloatArray, basis: Callable[[FloatArray], FloatArray]) -> FreedomChart:
-    at = _turned(start)
-    return FreedomChart(kind, FREEDOMS[kind], 2, lambda t: basis(at(t)), lambda t: (np.zeros(3), at(t)))
-
-
-def _planar(normal: FloatArray) -> FloatArray:
-    across = _normals(normal)
-    result = np.zeros((6, 3))
-    result[:3, :2], result[3:, 2] = across, normal
-    return result
-
-
-def _axial(kind: str, start: FloatArray, point: FloatArray) -> FreedomChart:
-    at, across = _turned(start), _normals(start)
-
-    def place(theta: FloatArray) -> tuple[FloatArray, FloatArray]:
-        d, p = at(theta[:2]), point + across @ theta[2:]
-        return p - d * (d @ p), d
-
-    def basis(theta: FloatArray) -> FloatArray:
-        p, d = place(theta)
-        turn = np.concatenate([np.cross(p, d), d])[:, None]
-        return turn if kind == "hinge" else np.hstack([turn, np.concatenate([d, np.zeros(3)])[:, None]])
-
-    return FreedomChart(kind, FREEDOMS[kind], 4, basis, place)
-
-
-def _universal(normal: FloatArray, point: FloatArray) -> FreedomChart:
-    at = _turned(normal)
-
-    def basis(theta: FloatArray) -> FloatArray:
-        return rotations(_normals(at(theta[3:])), point + theta[:3])
-
-    return FreedomChart("universal", 2, 5, basis, lambda t: (point + t[:3], at(t[3:])))
-
-
-def _spherical(point: FloatArray) -> FreedomChart:
-    return FreedomChart("spherical", 3, 3, lambda t: rotations(np.eye(3), point + t), lambda t: (point + t, np.zeros(3)))
-
-
-def rotations(directions: FloatArray, point: FloatArray) -> FloatArray:
-    """Return the twists (6, n) of rotations about directions (3, n) through one point."""
-    return np.concatenate([np.cross(point, directions, axisb=0).T, directions])
+def _from_axis(axis: FloatArray) -> FloatArray:
+    """Return a rotation whose x axis is a unit vector."""
+    others = np.linalg.svd(axis[None])[2][1:].T
+    return _signed(np.column_stack([axis, others]))

@@ -13,13 +13,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import linalg, optimize, stats
+from scipy import linalg
 
 from toolpoint._check import FloatArray
 
 _SEEN = 25.0
-_SURE = 1.959964
-_IMPROBABLE = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,62 +66,6 @@ def solve(lines: Lines, weights: FloatArray) -> FloatArray:
     return np.asarray(entries @ (np.linalg.lstsq(rows / size, right, rcond=None)[0] / size))
 
 
-def identify_matrix(lines: Lines) -> tuple[FloatArray, FloatArray]:
-    """Return (matrix, weights) with weights that belong to the matrix."""
-    f = lines.q.shape[1]
-    start: FloatArray = np.zeros((f, f))
-    for _ in range(3):
-        start = solve(lines, lines.weights(start))
-    entries, upper = symmetric_entries(f), np.triu_indices(f)
-    scale = np.sqrt(np.maximum(np.abs(np.diag(start)), 1e-300))
-    unit = np.outer(scale, scale)[upper]
-
-    def misfit(x: FloatArray) -> FloatArray:
-        matrix = entries @ (x * unit)
-        roots = np.linalg.cholesky(lines.weights(matrix))
-        return np.asarray(np.einsum("kac,ka->kc", roots, lines.force - lines.q @ matrix).ravel())
-
-    solution = optimize.least_squares(misfit, start[upper] / unit, xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    matrix = np.asarray(entries @ (solution.x * unit))
-    return matrix, lines.weights(matrix)
-
-
-def fault(lines: Lines) -> str:
-    """Return why the data do not decide the matrix, or an empty text.
-
-    Criterion: along every free twist the modes move five times more (rms) than noise alone; and the freedoms are fewer than
-    the modes, or all six.
-    """
-    count, f = lines.q.shape
-    ratio = linalg.eigh(lines.q.T @ lines.q, lines.noise.sum(axis=0), eigvals_only=True)
-    seen = int((ratio > _SEEN).sum())
-    if seen < f:
-        return (f"stiffness matrix not determined: the {count} modes move the joint in {seen} of its {f} free ways more than "
-                "noise; give modes that move it otherwise")
-    if f < 6 and count <= f:
-        return (f"stiffness matrix not determined: {count} modes cannot exclude more than {f} freedoms, and the forces on "
-                "those would be missing; give more modes")
-    return ""
-
-
-def doubts(lines: Lines, matrix: FloatArray, weights: FloatArray, *, covariance: FloatArray) -> list[str]:
-    """Return what speaks against a matrix whose upper triangle has this covariance: sign, width and misfit."""
-    entries, result = symmetric_entries(len(matrix)), []
-    # Translations and rotations have different units: eigenvalues over the size of each direction.
-    scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(matrix)), 1e-300))
-    values, vectors = np.linalg.eigh(matrix * np.outer(scale, scale))
-    turned = scale[:, None] * vectors
-    slope = np.einsum("ia,ijb,ja->ab", turned, entries, turned)
-    sd = np.sqrt(np.einsum("ab,bc,ac->a", slope, covariance, slope))
-    if values[0] < -_SURE * sd[0]:
-        result.append("stiffness matrix is not positive: check masses, frequencies and the chain")
-    elif (values < _SURE * sd).any():
-        weak = int((values < _SURE * sd).sum())
-        result.append(f"stiffness matrix: {weak} of its {len(values)} principal stiffnesses cannot be told from zero")
-    miss = lines.force - lines.q @ matrix
-    chi2 = float(np.einsum("ka,kab,kb->", miss, weights, miss))
-    share = np.sqrt(chi2 / np.einsum("ka,kab,kb->", lines.force, weights, lines.force))
-    freedom = max(lines.q.size - covariance.shape[0], 1)
-    if share > 0.05 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE:
-        result.append(f"stiffness matrix leaves {100 * share:.2g} % of the forces unexplained: check the masses")
-    return result
+def seen_ways(lines: Lines) -> int:
+    """Return in how many independent ways the modes move the joint five times more (rms) than noise alone."""
+    return int((linalg.eigh(lines.q.T @ lines.q, lines.noise.sum(axis=0), eigvals_only=True) > _SEEN).sum())

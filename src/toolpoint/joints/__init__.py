@@ -1,5 +1,5 @@
 """Joints: stiffness and damping of an interface in its own frame."""
 
-from toolpoint.joints.linear import DIRECTIONS, LinearJoint, linear
+from toolpoint.joints.linear import DIRECTIONS, LinearJoint, linear, screws
 
-__all__ = ["DIRECTIONS", "LinearJoint", "linear"]
+__all__ = ["DIRECTIONS", "LinearJoint", "linear", "screws"]

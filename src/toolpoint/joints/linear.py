@@ -28,12 +28,15 @@ class LinearJoint:
         N s/m and so on; rows and columns of locked directions must be zero.
     structural_damping : (6, 6) floats, optional
         Imaginary part of the complex stiffness, e.g. loss factor times stiffness.
+    twists : (6, 6) floats, optional
+        Column i is the unit motion (v, w) of coordinate i in the joint's frame; the six directions where left out.
     """
 
     states: tuple[str, ...]
     stiffness: FloatArray = LEFT_OUT
     damping: FloatArray = LEFT_OUT
     structural_damping: FloatArray = LEFT_OUT
+    twists: FloatArray = LEFT_OUT
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -54,19 +57,31 @@ class LinearJoint:
             if matrix.size and np.linalg.eigvalsh(matrix).min() < -1e-9 * max(np.abs(matrix).max(), 1e-300):
                 fail(f"LinearJoint.{name}", "a negative eigenvalue", "must be positive semidefinite")
             put(self, name, matrix)
+        put(self, "twists", floats("LinearJoint.twists", np.eye(6) if self.twists is None else self.twists, (6, 6)))
+
+    @property
+    def is_of_directions(self) -> bool:
+        """Whether its coordinates are the directions of its frame, not screws."""
+        return bool((self.twists == np.eye(6)).all())
+
+    @property
+    def basis(self) -> FloatArray:
+        """Motions (6, f) of the coordinates that are not locked, in the joint's frame."""
+        return self.twists[:, list(self.freedoms)]
 
     @property
     def freedoms(self) -> tuple[int, ...]:
-        """Indices of the directions that are not locked."""
+        """Indices of the directions (or screws) that are not locked."""
         return tuple(i for i, state in enumerate(self.states) if state != "locked")
 
     def __repr__(self) -> str:
         parts = []
         for i, state in enumerate(self.states):
+            name = DIRECTIONS[i] if self.is_of_directions else f"s{i + 1}"
             if state == "elastic":
-                parts.append(f"{DIRECTIONS[i]} {self.stiffness[i, i]:.4g}")
+                parts.append(f"{name} {self.stiffness[i, i]:.4g}")
             elif state == "free":
-                parts.append(f"{DIRECTIONS[i]} free")
+                parts.append(f"{name} free")
         return f"LinearJoint({', '.join(parts) or 'all locked'})"
 
 
@@ -110,6 +125,35 @@ def linear(
         fail("loss_factor", f"{eta.min():g}", "must not be negative")
     root = np.sqrt(eta)
     return LinearJoint(states, k, c, root[:, None] * k * root)
+
+
+def screws(twists: ArrayLike, stiffness: ArrayLike, damping: ArrayLike | None = None, loss_factor: float = 0.0) -> LinearJoint:
+    """Return a joint that is free along any twists of its frame and nothing else.
+
+    Parameters
+    ----------
+    twists : (f, 6) floats, f from 1 to 6
+        Rows (v, w) about the frame's origin, in its axes, m/rad beside 1; independent of each other.
+    stiffness : (f, f) floats
+        Over the coordinates of these twists; positive definite.
+    damping : (f, f) floats, optional
+    loss_factor : float
+    """
+    rows = floats("screws", twists, (None, 6))
+    f = len(rows)
+    if not 1 <= f <= 6 or np.linalg.matrix_rank(rows, tol=1e-9) < f:
+        fail("screws", f"{f} rows of rank {np.linalg.matrix_rank(rows, tol=1e-9)}", "must be one to six independent twists",
+             "leave out what others hold")
+    if loss_factor < 0:
+        fail("loss_factor", f"{loss_factor:g}", "must not be negative")
+    matrix = symmetric("stiffness_matrix", floats("stiffness_matrix", stiffness, (f, f)))
+    if np.linalg.eigvalsh(matrix)[0] <= 0:
+        fail("stiffness_matrix", f"eigenvalue {np.linalg.eigvalsh(matrix)[0]:g}", "must be positive definite over the screws")
+    k, c, basis = np.zeros((6, 6)), np.zeros((6, 6)), np.zeros((6, 6))
+    k[:f, :f] = matrix
+    c[:f, :f] = 0.0 if damping is None else floats("damping_matrix", damping, (f, f))
+    basis[:, :f] = rows.T
+    return LinearJoint(("elastic",) * f + ("locked",) * (6 - f), k, c, loss_factor * k, basis)
 
 
 def _matrix(name: str, value: Mapping[str, float] | ArrayLike | None) -> tuple[FloatArray, set[int]]:

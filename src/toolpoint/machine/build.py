@@ -10,7 +10,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError, fail, suggestion
 from toolpoint.bodies import Body, MassProperties, mesh, shapes
-from toolpoint.joints import LinearJoint, linear
+from toolpoint.joints import LinearJoint, linear, screws
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.chain import build_chain, large_freedoms
 from toolpoint.machine.description import (
@@ -84,6 +84,8 @@ def _from_solid(body: BodyDescription) -> MassProperties:
 
 def joint_law(joint: JointDescription) -> LinearJoint:
     """Return the stiffness and damping law of a described joint."""
+    if joint.screws:
+        return _screw_law(joint)
     stiffness = joint.stiffness if joint.stiffness_matrix is None else np.array(joint.stiffness_matrix)
     damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
     if joint.stiffness_matrix is not None and joint.stiffness:
@@ -91,6 +93,22 @@ def joint_law(joint: JointDescription) -> LinearJoint:
     if joint.damping_matrix is not None and joint.damping:
         fail("damping_matrix", "given beside damping", "must come from one source", "remove one of them")
     return linear(stiffness, damping, joint.loss_factor, free=joint.free)
+
+
+def _screw_law(joint: JointDescription) -> LinearJoint:
+    for name in ("stiffness", "damping", "free"):
+        if getattr(joint, name):
+            fail(name, "given beside screws", "speaks of directions, which a joint of screws has not",
+                 "give stiffness_matrix and damping_matrix over the screws")
+    if joint.stiffness_matrix is None:
+        fail("stiffness_matrix", "missing", "a joint of screws needs it, one row and column a screw")
+    if isinstance(joint.loss_factor, Mapping):
+        fail("loss_factor", "values by direction", "a joint of screws has one for all")
+    if joint.closes_loop:
+        fail("screws", "in a joint that closes a loop", "must be a joint of the tree",
+             "close the loop at a joint of directions")
+    return screws(np.array(joint.screws), np.array(joint.stiffness_matrix),
+                  None if joint.damping_matrix is None else np.array(joint.damping_matrix), joint.loss_factor)
 
 
 def build(description: MachineDescription, bodies: Mapping[str, Body] | None = None) -> Machine:

@@ -101,6 +101,9 @@ class BodyDescription:
 class JointDescription:
     """A joint between a parent and a child body; directions not named are locked, values per direction in SI.
 
+    `screws` are free twists (v, w) of six numbers in the joint's frame, any number of them, in place of directions; then
+    `stiffness_matrix` and `damping_matrix` are over them.
+
     `elastic_at` says which side carries the springs of a driven joint: ``child`` (they travel with it) or ``parent``.
     `closes_loop` marks a joint whose child already hangs on another joint. Free directions of joints on a loop, and those named
     `passive` (which may have springs), follow the loop at every pose, rotations in the order written; `limits` (m, rad) and
@@ -124,6 +127,7 @@ class JointDescription:
     passive: tuple[str, ...] = ()
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     largest_tilt: float | None = None
+    screws: Matrix = ()
 
 
 @dataclass(frozen=True)
@@ -205,6 +209,24 @@ class ReferenceDescription:
 
 
 @dataclass(frozen=True)
+class IdentifiedDescription:
+    """Numbers of a machine that were identified together: their paths (``joints.guide.stiffness.x``), and their covariance
+    as the rows of its lower triangle, in the units of the numbers (SI)."""
+
+    parameters: tuple[str, ...]
+    covariance: Matrix
+    source: str = ""
+
+    @property
+    def matrix(self) -> FloatArray:
+        """The covariance, shape (n, n)."""
+        n = len(self.parameters)
+        result = np.zeros((n, n))
+        result[np.tril_indices(n)] = [value for row in self.covariance for value in row]
+        return result + np.tril(result, -1).T
+
+
+@dataclass(frozen=True)
 class MachineDescription:
     """A machine: bodies joined by joints, moved by axes, seen at points.
 
@@ -233,14 +255,21 @@ class MachineDescription:
     task: TaskDescription | None = None
     assembly_modes: Mapping[str, Mapping[str, float]] = field(default_factory=dict)
     assembly_mode: str = ""
+    identified: IdentifiedDescription | None = None
 
     def with_values(self, values: Mapping[str, float]) -> MachineDescription:
-        """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on."""
+        """Return the machine with parameters changed, by path: ``joints.foundation.stiffness.rx`` and so on.
+
+        An entry of a stiffness or damping matrix is changed with its mirror image, so that the matrix stays symmetric.
+        """
         result: Any = self
         if not isinstance(values, Mapping):
             raise ToolpointError(f"values: {values!r}; must map paths to numbers: {{'joints.NAME.stiffness.rx': 9e8}}")
         for path, value in values.items():
             result = _changed(result, path.split("."), value, path)
+            other = _mirrored(path)
+            if other != path:
+                result = _changed(result, other.split("."), value, other)
         return result
 
     def value(self, path: str) -> float:
@@ -297,6 +326,12 @@ def _child(part: Any, key: str, path: str) -> Any:
     hint = suggestion(key, names)
     known = f"; known: {', '.join(names)}" if names else ""
     raise ToolpointError(f"{path}: no {key!r} there{known}" + (f" ({hint})" if hint else ""))
+
+
+def _mirrored(path: str) -> str:
+    """Return the path of the mirror image of an entry of a symmetric matrix, any other path as it is."""
+    *start, name, row, column = ["", "", *path.split(".")]
+    return ".".join([*start[2:], name, column, row]) if name in ("stiffness_matrix", "damping_matrix") else path
 
 
 def _number(value: Any, path: str) -> float:

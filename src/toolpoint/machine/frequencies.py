@@ -96,7 +96,7 @@ def _tree_arrays(machine: Machine) -> tuple[np.ndarray, ...]:
         s = r @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ r.T
         h = r @ h
         mass[i], first[i], second[i] = m, h + m * t, s + np.outer(h, t) + np.outer(t, h) + m * np.outer(t, t)
-    columns = np.concatenate([np.eye(6)[list(law.freedoms)] for law in machine.joints])
+    columns = np.concatenate([law.basis.T for law in machine.joints])
     column_link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
     on_path = np.zeros((links, links), bool)
     for i in range(links):

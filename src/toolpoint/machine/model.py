@@ -107,7 +107,8 @@ class Machine:
         names: list[str] = []
         directions = ("x", "y", "z", "rx", "ry", "rz")
         for i, law in enumerate(self.joints):
-            names += [f"{self.joint_names[i]}.{directions[d]}" for d in law.freedoms]
+            words = directions if law.is_of_directions else [f"s{d + 1}" for d in range(6)]
+            names += [f"{self.joint_names[i]}.{words[d]}" for d in law.freedoms]
             names += [f"{self.body_names[i]}.mode{k + 1}" for k in range(self.bodies[i].modal_count)]
         return tuple(names)
 

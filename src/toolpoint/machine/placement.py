@@ -103,7 +103,7 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
         if parent >= 0:
             jacobians[:, i] = result.jacobian(parent, above)
         if machine.joints[i].freedoms:
-            twists = tf.adjoint(joint_frames[:, i])[:, :, list(machine.joints[i].freedoms)]
+            twists = tf.adjoint(joint_frames[:, i]) @ machine.joints[i].basis
             for way in machine.passive_turns[i]:
                 assert turned is not None
                 twists[:, :, machine.joints[i].freedoms.index(way)] = turned[:, chain.steps.index(Step(i, way))]

@@ -4,46 +4,39 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from toolpoint.joint_identification import JointEstimate, JointIdentification
+from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
 from toolpoint.pages.remarks import with_warnings
-from toolpoint.plot import AnimatedShapes, Chart, Report, Scene, ShapeView, Table
+from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.joint_views import joint_views
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
-from toolpoint.studies.measured.joint_study import HEADER, JointStudy
+from toolpoint.studies.measured.joint_study import JointStudy
+from toolpoint.studies.measured.machine_check import HEADER
 
-HEADER_OF_JOINTS = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "status"]
+HEADER_OF_JOINTS = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "loss factor (95 "
+                                                                                                      "%)", "status"]
 
 
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of a joint study."""
+    """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
     joints, components, geometry = result.joints, result.components, result.geometry
-    report = Report(f"Joints of {components.name}", joints.status, subtitle=" - ".join(components.chain))
+    report = Report(f"Joints of {components.name}", joints.status, subtitle=components.order_text)
+    doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
+    report = with_warnings(report, doubts, "Doubts")
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
         joint_views(geometry.points, components.points, joints.joints),
         "Crosses: joints; lines: their free directions; dots: measured points by component."))
     scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
-    if result.machine is not None:
-        machine = build(result.machine)
-        drawn, moved = machine_shapes(machine, {}, min(12, machine.size))
-        report = report.with_section("The machine of these joints", Table(HEADER, result.rows()),
-                                     ShapeView(drawn, moved, "model"))
-    doubts = [*warnings, *joints.doubts, *(text for joint in joints.joints for text in joint.doubts)]
-    return with_warnings(report, doubts, "Doubts")
+    if result.machine is None or result.checked is None:
+        return report.with_section("No machine", Notes([result.missing], "warning"))
+    machine = build(result.machine)
+    drawn, moved = machine_shapes(machine, {}, min(12, machine.size))
+    return report.with_section("The machine of these joints", result.checked.status, Table(HEADER, result.checked.rows()),
+                               ShapeView(drawn, moved, "model"))
 
 
 def _joint_rows(joints: JointIdentification) -> list[list[str]]:
-    rows = []
-    for joint in joints.joints:
-        rows.append([f"{joint.parent} - {joint.child}", joint.kind, ", ".join(joint.freedoms), joint.position_text,
-                     _stiffness_text(joint), joint.status])
-    return rows
-
-
-def _stiffness_text(joint: JointEstimate) -> str:
-    if joint.stiffness is None or joint.stiffness_interval is None:
-        return ""
-    return ", ".join(f"{way} {k:.4g} ± {width:.2g}" for way, k, width in zip(
-        joint.freedoms, joint.stiffness, joint.stiffness_interval, strict=True))
+    return [[f"{joint.parent} - {joint.child}", joint.kind, joint.free_text, joint.position_text, joint.stiffness_text,
+             joint.damping_text, joint.status] for joint in joints.joints]

@@ -1,22 +1,38 @@
-"""Component files in YAML: which measured points belong to which component, the chain, and the masses where known."""
+"""Component files in YAML: which measured points belong to which component, what carries what, and what else is known."""
 
 from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from toolpoint._check import ToolpointError
+import numpy as np
+from pydantic import Field
+
+from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.document import Document, parse, validate
-from toolpoint.io.yaml.machine_file import body_of
-from toolpoint.io.yaml.machine_schema import BodyModel, Part
-from toolpoint.machine.components import Components
-from toolpoint.machine.description import GROUND, BodyDescription
+from toolpoint.io.quantities import units
+from toolpoint.io.yaml.document import Document, Key, parse, validate
+from toolpoint.io.yaml.machine_file import body_of, cutting_of
+from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, Part, PointModel
+from toolpoint.io.yaml.quantity_fields import Scalar, Vector
+from toolpoint.machine.components import Components, DrivenAxis, MassDeviation
+from toolpoint.machine.description import GROUND, BodyDescription, PointDescription
 
 VERSION = 1
 _RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
+_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+_Letter = Literal["x", "y", "z", "-x", "-y", "-z"]
+_Way = _Letter | tuple[float, float, float] | None
+
+
+class UncertaintyPart(Part):
+    """Standard deviations of a body's data: mass and inertia as shares, the centre as a length."""
+
+    mass: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] = 0.0
+    inertia: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] = 0.0
+    centre: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
 
 
 class ComponentPart(Part):
@@ -24,6 +40,18 @@ class ComponentPart(Part):
 
     points: tuple[int | str, ...]
     body: BodyModel | None = None
+    uncertainty: UncertaintyPart = UncertaintyPart()
+
+
+class DrivenAxisPart(Part):
+    """An axis: the component that it moves, `along` or `about` a direction of the machine frame."""
+
+    moves: str
+    along: _Way = None
+    about: _Way = None
+    at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
+    limits: tuple[Any, Any] | str | None = None
+    elastic_at: Literal["child", "parent"] = "child"
 
 
 class ComponentFile(Part):
@@ -31,10 +59,17 @@ class ComponentFile(Part):
 
     toolpoint: int
     name: str
-    chain: tuple[str, ...]
+    chain: tuple[str, ...] | None = None
+    parents: Annotated[dict[str, str] | None, Field(description="child: parent, for a tree")] = None
     components: dict[str, ComponentPart]
+    axes: dict[str, DrivenAxisPart] = {}
+    points: dict[str, PointModel] = {}
+    tool: str | None = None
+    table: str | None = None
+    cutting: CuttingModel | None = None
+    coordinate_deviation: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
 
-    def points(self) -> dict[str, list[int | str]]:
+    def measured_points(self) -> dict[str, list[int | str]]:
         """Return the points of every component, ranges written out."""
         return {name: [point for entry in part.points for point in _written_out(entry)]
                 for name, part in self.components.items()}
@@ -52,22 +87,59 @@ def read(path: str | Path) -> Components:
     if document.data.get("toolpoint") != VERSION:
         document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
     part: ComponentFile | None = validate(ComponentFile, document.data, (), document=document)
-    bodies = {} if part is None else _checked(part, document)
-    if document.faults or part is None:
+    result = None if part is None else _components(part, document)
+    if document.faults or result is None:
         raise FileFaults(str(path), document.text, document.faults)
-    return Components(part.name, part.chain, part.points(), bodies)
+    return result
+
+
+def _components(part: ComponentFile, document: Document) -> Components | None:
+    _check_order(part, document)
+    bodies = _checked(part, document)
+    axes = {name: axis for name, given in part.axes.items() if (axis := _axis(name, given, part, document)) is not None}
+    for name, point in part.points.items():
+        _check_known(("points", name, "body"), point.body, [*part.components, GROUND], document)
+    measured = [str(point) for points in part.measured_points().values() for point in points]
+    for key, point_name in (("tool", part.tool), ("table", part.table)):
+        if point_name is not None:
+            _check_known((key,), point_name, [*part.points, *measured], document)
+    cutting = None if part.cutting is None else cutting_of(part.cutting, document)
+    if document.faults:
+        return None
+    return Components(
+        part.name, dict(part.parents) if part.parents is not None else part.chain or (), part.measured_points(), bodies,
+        {name: MassDeviation(**c.uncertainty.model_dump()) for name, c in part.components.items()}, axes,
+        {name: PointDescription(p.body, p.at) for name, p in part.points.items()}, part.tool, part.table, cutting,
+        part.coordinate_deviation)
+
+
+def _check_known(key: Key, name: str, known: list[str], document: Document) -> None:
+    if name not in known:
+        document.fault(key, f"there is no {name!r}; " + (suggestion(name, known) or f"known: {', '.join(known[:20])}"))
+
+
+def _check_order(part: ComponentFile, document: Document) -> None:
+    if (part.chain is None) == (part.parents is None):
+        document.fault(("chain",),
+                       "chain and parents: one of them must be there; chain: [ground, bed, column] where each carries "
+                       "the next, parents: {bed: ground, column: bed, table: bed} for a tree")
+        return
+    if part.chain is not None:
+        named: list[tuple[Key, str]] = [(("chain", i), name) for i, name in enumerate(part.chain)]
+    else:
+        assert part.parents is not None
+        named = [(("parents", child), name) for child, parent in part.parents.items() for name in (child, parent)]
+    for key, name in named:
+        if name != GROUND and name not in part.components:
+            document.fault(key, f"there is no component {name!r}; known: {', '.join(part.components)}")
+    for name in part.components:
+        if name not in [known for _, known in named]:
+            document.fault(("components", name), "is not in the chain; name it there, after the component that carries it")
 
 
 def _checked(part: ComponentFile, document: Document) -> dict[str, BodyDescription]:
-    links = list(part.chain)
-    for i, name in enumerate(links):
-        if name != GROUND and name not in part.components:
-            document.fault(("chain", i), f"there is no component {name!r}; known: {', '.join(part.components)}")
-    for name in part.components:
-        if name not in links:
-            document.fault(("components", name), "is not in the chain; name it there, after the component that carries it")
     owner: dict[Any, str] = {}
-    for name, points in part.points().items():
+    for name, points in part.measured_points().items():
         for point in points:
             if owner.setdefault(point, name) != name:
                 document.fault(("components", name, "points"), f"point {point} already belongs to {owner[point]}")
@@ -79,3 +151,45 @@ def _checked(part: ComponentFile, document: Document) -> dict[str, BodyDescripti
             except ToolpointError as error:
                 document.fault(("components", name, "body"), str(error))
     return bodies
+
+
+def _axis(name: str, given: DrivenAxisPart, part: ComponentFile, document: Document) -> DrivenAxis | None:
+    key = ("axes", name)
+    _check_known((*key, "moves"), given.moves, list(part.components), document)
+    if (given.along is None) == (given.about is None):
+        document.fault(key, "must have one of along (a slide) and about (a turn), a letter or a vector in the machine frame")
+        return None
+    turns = given.about is not None
+    if turns and given.at is None:
+        document.fault(key, "at: missing; an axis that turns needs a point of it")
+        return None
+    way = given.about if turns else given.along
+    direction = _unit(way)
+    if direction is None:
+        document.fault(key, f"{way!r}: must be a letter or a vector that is not zero")
+        return None
+    limits = (float("-inf"), float("inf"))
+    try:
+        if given.limits is not None:
+            low, high = units.quantities(given.limits, units.ANGLE if turns else units.LENGTH, 2)
+            limits = (low, high)
+    except units.UnitError as error:
+        document.fault((*key, "limits"), str(error))
+        return None
+    if not limits[0] < limits[1]:
+        document.fault((*key, "limits"), f"{limits[0]:g} .. {limits[1]:g}; the lower limit must be below the upper")
+        return None
+    return DrivenAxis(given.moves, direction, turns, given.at, limits, given.elastic_at)
+
+
+def _unit(way: Any) -> tuple[float, float, float] | None:
+    if isinstance(way, str):
+        sign = -1.0 if way[0] == "-" else 1.0
+        x, y, z = (sign * v for v in _AXES[way[-1]])
+        return x, y, z
+    vector = np.asarray(way, float)
+    size = float(np.linalg.norm(vector))
+    if not np.isfinite(size) or size == 0:
+        return None
+    x, y, z = (vector / size).tolist()
+    return x, y, z

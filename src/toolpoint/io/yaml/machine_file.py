@@ -126,7 +126,8 @@ def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
         _set(part.damping),
         loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
         part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source, part.passive,
-        {way: limits_of(f"limits.{way}", span, "r" in way) for way, span in part.limits.items()}, part.largest_tilt)
+        {way: limits_of(f"limits.{way}", span, "r" in way) for way, span in part.limits.items()}, part.largest_tilt,
+        part.screws)
     joint_law(joint)
     return joint
 
@@ -210,14 +211,15 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
     tool_axis = _tool_axis(top, document)
     if document.faults:
         return None
-    cutting = None if top.cutting is None else _cutting(top.cutting, document)
+    cutting = None if top.cutting is None else cutting_of(top.cutting, document)
     if document.faults:
         return None
     return d.MachineDescription(
         top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
-        top.assumptions, tool_axis, task, modes, top.assembly_mode)
+        top.assumptions, tool_axis, task, modes, top.assembly_mode,
+        None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()))
 
 
 def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:
@@ -228,7 +230,8 @@ def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:
         return (0.0, 0.0, 1.0)
 
 
-def _cutting(part: BaseModel, document: Document) -> CuttingDescription:
+def cutting_of(part: BaseModel, document: Document) -> CuttingDescription:
+    """Return the described cut, its faults in the document."""
     values = part.model_dump()
     variation = values.pop("speed_variation")
     cut = CuttingDescription.of(

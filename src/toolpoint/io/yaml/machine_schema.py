@@ -131,6 +131,8 @@ class JointModel(Part):
     passive: tuple[Direction, ...] = ()
     limits: dict[Direction, tuple[Any, Any] | str] = {}
     largest_tilt: Annotated[float, Scalar(units.ANGLE, gt=0)] | None = None
+    screws: Annotated[tuple[tuple[float, ...], ...], Field(
+        description="free twists (v, w) in the joint's frame, SI, in place of directions; stiffness_matrix is over them")] = ()
 
 
 class DriveModel(Part):
@@ -219,6 +221,12 @@ class ReferenceModel(Part):
     source: str = ""
 
 
+class IdentifiedModel(Part):
+    parameters: Annotated[tuple[str, ...], Field(description="paths of numbers in this file, as joints.guide.stiffness.x")]
+    covariance: Annotated[tuple[tuple[float, ...], ...], Field(description="rows of the lower triangle, SI")]
+    source: str = ""
+
+
 class MachineModel(Part):
     toolpoint: Annotated[int, Field(description=f"version of the file format: {VERSION}")]
     name: str
@@ -241,6 +249,7 @@ class MachineModel(Part):
     task: TaskModel | None = None
     assembly_modes: dict[str, dict[str, Any]] = {}
     assembly_mode: str = ""
+    identified: IdentifiedModel | None = None
 
 
 def json_schema() -> dict[str, Any]:

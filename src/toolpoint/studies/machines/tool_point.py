@@ -20,7 +20,7 @@ from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
-from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, eigen, frequency_response
+from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
 
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
@@ -83,7 +83,7 @@ def tool_point(
         system = _as_batch(system, len(poses))
     axes = tool_axes(machine, batch, len(poses))
     system = seen_along(system, axes)
-    modes = eigen.solve_undamped(system)
+    modes = eigen.solve_undamped(_of_one_damping(system))
     if description.damping_ratio is not None:
         modes = modes.with_damping(description.damping_ratio)
     if not modes.damping_ratio.any():
@@ -117,6 +117,12 @@ def seen_along(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem
     if np.array_equal(axes, np.broadcast_to(np.eye(3), axes.shape)):
         return system
     return replace(system, output_map=np.swapaxes(axes, -1, -2) @ system.output_map, input_map=system.input_map @ axes)
+
+
+def _of_one_damping(system: SecondOrderSystem) -> SecondOrderSystem:
+    """Return a system whose structural damping is viscous where it has both: modes carry one kind."""
+    both = all(matrix is not None and np.any(matrix) for matrix in (system.damping, system.structural_damping))
+    return damping.equivalent_viscous(system) if both else system
 
 
 def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:

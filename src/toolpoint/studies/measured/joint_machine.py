@@ -1,101 +1,150 @@
-"""Identified joints and known masses -> a machine description that runs."""
+"""Identified joints and known masses -> a machine description that runs, with the covariance of what was identified."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.joint_identification import ComponentMass, JointEstimate, JointIdentification
+from toolpoint.joint_identification import ComponentMass, JointIdentification
+from toolpoint.joint_identification.whole_machine import WholeMachine
 from toolpoint.machine.build import build, mass_properties
+from toolpoint.machine.components import Components
 from toolpoint.machine.description import (
+    AxisDescription,
     BodyDescription,
-    FrameDescription,
+    IdentifiedDescription,
+    InertiaDescription,
     JointDescription,
     MachineDescription,
     ReferenceDescription,
+    parameters,
 )
-from toolpoint.studies.measured.model_correlation import correlate, with_measured_points
+from toolpoint.studies.measured.joint_descriptions import JointLayout, describe_axes, describe_joint, plan_layout
+from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Modes
 
+_STEP = 0.05  # of a standard deviation, for the slopes of written numbers
+_NUMBERS = ("frame", "stiffness", "stiffness_matrix", "screws", "loss_factor", "damping", "damping_matrix", "mass", "centre",
+            "inertia")
 
-def component_masses(bodies: Mapping[str, BodyDescription]) -> dict[str, ComponentMass]:
+
+def component_masses(components: Components) -> dict[str, ComponentMass]:
     """Return the mass properties of components, given in the machine frame, as joint identification takes them."""
-    masses = {name: mass_properties(body) for name, body in bodies.items()}
-    return {name: ComponentMass(properties.mass, properties.centre, properties.inertia) for name, properties in masses.items()}
+    result = {}
+    for name, body in components.bodies.items():
+        properties, known = mass_properties(body), components.deviations.get(name)
+        more = (known.mass, known.inertia, known.centre) if known is not None else ()
+        result[name] = ComponentMass(properties.mass, properties.centre, properties.inertia, *more)
+    return result
 
 
-def machine_of(
-    name: str, joints: JointIdentification, bodies: Mapping[str, BodyDescription], *, modes: Modes,
-    points: Mapping[str | int, FloatArray] | None = None, owner: Mapping[str, Sequence[str | int]] | None = None,
-) -> MachineDescription:
-    """Return the machine of identified joints: bodies of known mass, joints where they were found, measured modes beside.
+def machine_of(joints: JointIdentification, components: Components, *, modes: Modes,
+               points: Mapping[str | int, FloatArray] | None = None) -> MachineDescription:
+    """Return the machine of identified joints: bodies, joints, axes, points, and what was identified with its covariance.
 
     Parameters
     ----------
     joints : JointIdentification
-        With stiffnesses, that is identified with masses.
-    bodies : mapping of component to BodyDescription
+        With the fit of the machine, that is identified with masses.
+    components : Components
+        Bodies, axes, tool and table, cut.
     modes : Modes
-        The measured ones, real, kept as reference; their mean damping ratio becomes that of all modes. With measured points
-        those that no mode of the machine looks like (MAC below one half) are left out of both and named in the assumptions.
+        The measured ones, kept as reference as far as the machine explains them.
     points : mapping of name to (3,) position in the machine frame, m, optional
-        Measured points; those that `owner` (component to its points) names become points of the bodies, so that the machine
-        can be correlated with the test and updated to it as it is.
+        Measured points; they become points of the bodies, so that the machine can be correlated with its test as it is.
 
     Raises
     ------
     ToolpointError
-        For a joint without stiffness or one whose freedoms are no directions of a frame (general).
+        Where masses were not known.
     """
-    described = {f"{joint.parent}_{joint.child}": _joint(joint) for joint in joints.joints}
-    missing = [joint.child for joint in joints.joints if joint.child not in bodies]
-    if missing:
-        fail("bodies", f"no mass properties of {missing[0]}", "every component of the chain needs them")
-    machine = MachineDescription(
-        name, dict(bodies), described, description="Minimal model from measured mode shapes.",
-        source="identified from measured modes")
-    if owner:
-        machine = with_measured_points(build(machine), points or {}, owner).description
-    lonely = correlate(build(machine), modes).pairs.single_first if owner else []
-    kept = [i for i in range(modes.count) if i not in lonely] or list(range(modes.count))
-    ratio = float(np.mean(modes.damping_ratio[kept]))
-    measured = ReferenceDescription("measured", tuple(float(f) for f in modes.frequency[kept]),
-                                    tuple(float(z) for z in modes.damping_ratio[kept]), "measured")
-    left = [f"{modes.frequency[i]:.4g} Hz" for i in range(modes.count) if i not in kept]
+    whole = joints.machine
+    if whole is None:
+        fail("joints", "no machine", "the masses of all components must be known", "give every component its body")
+    layouts = _layouts(whole, components)
+    machine = _described(whole, whole.fit.x, components, layouts)
+    measured = ReferenceDescription("measured", tuple(float(modes.frequency[i]) for i in whole.modes),
+                                    tuple(float(max(modes.damping_ratio[i], 0.0)) for i in whole.modes), "measured")
+    left = [f"{modes.frequency[i]:.4g} Hz" for i in whole.lonely]
     alone = (f"Measured without a partner among the modes of this machine and left out: {', '.join(left)}.",) if left else ()
-    return replace(machine, damping_ratio=ratio, reference=(measured,), assumptions=(
-        f"A damping ratio of {100 * ratio:.3g} %, the mean of the measured ones, is taken for every mode.", *alone,
-        *(f"{joint.parent} - {joint.child}: {joint.status}" for joint in joints.joints)))
+    machine = replace(machine, identified=_identified(whole, components, layouts, machine), reference=(measured,), assumptions=(
+        *alone, *(f"{joint.parent} - {joint.child}: {joint.status}" for joint in joints.joints), *joints.doubts))
+    if points is not None:
+        machine = with_measured_points(build(machine), points, components.points).description
+    return machine
 
 
-def _joint(joint: JointEstimate) -> JointDescription:
-    if joint.kind == "general":
-        return _general(joint)
-    if joint.stiffness is None:
-        fail(f"joint {joint.parent} - {joint.child}", "no stiffness", "the masses of the components must be known")
-    stiffness = {way: float(k) for way, k in zip(joint.freedoms, joint.stiffness, strict=True)}
-    low = [way for way, k in stiffness.items() if k <= 0]
-    if low:
-        fail(f"joint {joint.parent} - {joint.child}", f"stiffness {stiffness[low[0]]:g} in {low[0]}", "must be above zero",
-             "the modes at hand do not determine it; measure a mode that loads it")
-    (x, y, z), (a, b, c) = joint.position.tolist(), joint.rotation.tolist()
-    frame = FrameDescription((x, y, z), (a, b, c))
-    return JointDescription(joint.parent, joint.child, frame, stiffness, source="measured")
+def _layouts(whole: WholeMachine, components: Components) -> dict[str, JointLayout]:
+    result = {}
+    for name, form in zip(whole.names, whole.fit.model.forms, strict=True):
+        result[name] = plan_layout(form.start, form.ways, {a: x for a, x in components.axes.items() if x.moves == name})
+    return result
 
 
-def _general(joint: JointEstimate) -> JointDescription:
-    matrix, name = joint.spatial_stiffness, f"joint {joint.parent} - {joint.child}"
-    if matrix is None:
-        fail(name, f"a general joint with {joint.screws.shape[1]} freedoms" + (
-            "" if joint.stiffness_matrix is not None else " and no stiffness matrix"),
-            "only six freedoms with a stiffness matrix, or directions of one frame, can be written as a machine",
-            "measure more modes, or model it by hand")
-    if np.linalg.eigvalsh(matrix)[0] <= 0:
-        fail(name, "a stiffness matrix that is not positive", "must be positive definite",
-             "check the masses; measure more modes")
-    rows = tuple(tuple(float(v) for v in row) for row in (matrix + matrix.T) / 2)
-    x, y, z = joint.position.tolist()
-    return JointDescription(joint.parent, joint.child, FrameDescription((x, y, z)), stiffness_matrix=rows, source="measured")
+def _described(whole: WholeMachine, x: FloatArray, components: Components, layouts: Mapping[str, JointLayout]
+               ) -> MachineDescription:
+    """Return the machine of the fit's numbers."""
+    model = whole.fit.model
+    described: dict[str, JointDescription] = {}
+    axes: dict[str, AxisDescription] = {}
+    parents = [whole.names[i] if i >= 0 else "ground" for i in model.parents]
+    is_viscous = any(form.viscous for form in model.forms)
+    for name, parent, joint in zip(whole.names, parents, model.joints(x), strict=True):
+        driven = {a: v for a, v in components.axes.items() if v.moves == name}
+        side = next((axis.elastic_at for axis in driven.values()), "child")
+        title = f"{parent}_{name}"
+        described[title] = describe_joint(parent, name, joint, layout=layouts[name], elastic_at=side,
+                                          is_viscous=is_viscous)
+        axes |= describe_axes(title, driven, layouts[name])
+    masses = dict(zip(whole.names, model.changed_masses(x), strict=True))
+    bodies = {name: _body(components.bodies[name], masses[name]) for name in whole.names}
+    lossless = not any(joint.loss_factor or joint.damping or joint.damping_matrix for joint in described.values())
+    return MachineDescription(
+        components.name, bodies, described, axes, dict(components.places), tool=components.tool, table=components.table,
+        cutting=components.cutting, damping_ratio=0.01 if lossless else None,
+        description="Minimal model from measured mode shapes.", source="identified from measured modes")
+
+
+def _body(body: BodyDescription, mass: ComponentMass) -> BodyDescription:
+    """Return a body as it was given where its mass is exact, else with the mass, centre and inertia of the fit."""
+    if not mass.deviations.any():
+        return body
+    inertia = np.asarray(mass.inertia)
+    draw = body.draw or body.shape
+    x, y, z = np.asarray(mass.centre).tolist()
+    return BodyDescription(mass.mass, (x, y, z), InertiaDescription(
+        float(inertia[0, 0]), float(inertia[1, 1]), float(inertia[2, 2]), float(inertia[0, 1]), float(inertia[0, 2]),
+        float(inertia[1, 2])), draw=draw, draw_at=body.draw_at or body.centre, source="measured")
+
+
+def _identified(whole: WholeMachine, components: Components, layouts: Mapping[str, JointLayout], machine: MachineDescription
+                ) -> IdentifiedDescription:
+    """Return the numbers of the file that the fit decided, with their covariance: that of the fit's numbers carried over."""
+    root = _root(whole.fit.covariance)
+    paths = [path for path in parameters(machine) if path.split(".")[2] in _NUMBERS and not _is_mirrored(path)]
+    slopes = np.zeros((len(paths), root.shape[1]))
+    for i, direction in enumerate(root.T):
+        ahead, back = (_described(whole, whole.fit.x + sign * _STEP * direction, components, layouts) for sign in (1, -1))
+        slopes[:, i] = [(ahead.value(path) - back.value(path)) / (2 * _STEP) for path in paths]
+    scale = np.array([abs(machine.value(path)) for path in paths])
+    moving = np.flatnonzero(np.sqrt((slopes**2).sum(axis=1)) > 1e-9 * np.maximum(scale, 1e-6))
+    covariance = slopes[moving] @ slopes[moving].T
+    rows = tuple(tuple(float(f"{v:.9g}") for v in row[:n + 1]) for n, row in enumerate(covariance))
+    return IdentifiedDescription(tuple(paths[i] for i in moving), rows, "fit of the machine to measured modes")
+
+
+def _root(covariance: FloatArray) -> FloatArray:
+    """Return columns whose products add up to a covariance, in the standard deviations of its numbers."""
+    size = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+    values, vectors = np.linalg.eigh(covariance / np.outer(size, size))
+    kept = values > 1e-12
+    return np.asarray(size[:, None] * vectors[:, kept] * np.sqrt(values[kept]))
+
+
+def _is_mirrored(path: str) -> bool:
+    """Return whether a path is the upper half of a symmetric matrix, which its lower half tells."""
+    words = path.split(".")
+    return words[2].endswith("_matrix") and int(words[-1]) > int(words[-2])

@@ -2,78 +2,92 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
+from toolpoint._check import ToolpointError
 from toolpoint.joint_identification import JointIdentification, identify_joints
-from toolpoint.machine import MachineDescription, build
+from toolpoint.machine import Machine, MachineDescription, build
 from toolpoint.machine.components import Components
-from toolpoint.machine.shapes import body_shapes
-from toolpoint.modal_identification import real_modes
 from toolpoint.studies.measured.joint_machine import component_masses, machine_of
-from toolpoint.studies.measured.model_correlation import correlate
+from toolpoint.studies.measured.machine_check import HEADER, MachineCheck, check_machine
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 from toolpoint.vibration.geometry import Geometry
 
-HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "MAC")
-
 
 @dataclass(frozen=True, eq=False)
 class JointStudy:
-    """Joints, the modes, points and components that they came from, and the machine where masses were known."""
+    """Joints, the modes, points and components that they came from, and the machine where masses were known.
+
+    machine : its description, None where there is none, for the reason in `missing`; checked : the machine as it runs beside
+    the measured modes.
+    """
 
     joints: JointIdentification
     modes: Modes
     geometry: Geometry
     components: Components
     machine: MachineDescription | None
+    missing: str = ""
+    checked: MachineCheck | None = None
 
-    def rows(self) -> list[list[str]]:
-        """Return the computed modes beside the measured ones that look like them, then the measured ones without a partner."""
-        if self.machine is None:
-            return []
-        machine = build(self.machine)
-        correlation = correlate(machine, real_modes(self.modes))
-        partner = {int(j): int(i) for i, j in correlation.pairs.pairs}
-        rows = []
-        for j, computed in enumerate(body_shapes(machine).frequency):
-            row = [str(j + 1), f"{computed:.3f}", "", "", ""]
-            if j in partner:
-                measured = self.modes.frequency[partner[j]]
-                row[2:] = (f"{measured:.3f}", f"{100 * (computed / measured - 1):+.2f}",
-                           f"{correlation.mac[partner[j], j]:.3f}")
-            rows.append(row)
-        return rows + [["no partner", "", f"{self.modes.frequency[i]:.3f}", "", ""] for i in correlation.pairs.single_first]
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """What speaks against the result, each once: of the joints, of the whole, of the machine that was run."""
+        lines = [f"{joint.parent} - {joint.child}: {text}" for joint in self.joints.joints for text in joint.doubts]
+        return tuple(dict.fromkeys([*self.joints.doubts, *lines, *(self.checked.doubts if self.checked else ())]))
+
+    def compared(self, machine: Machine) -> JointStudy:
+        """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""
+        return replace(self, checked=check_machine(machine, self.modes))
 
     def table(self) -> str:
-        """Return the joints, and the modes of their machine beside the measured ones, as text."""
-        lines = [self.joints.table(), self.joints.status]
-        if self.machine is not None:
-            lines.append(text_table("The machine of these joints", HEADER, self.rows()))
+        """Return doubts first, the joints, then the modes of their machine beside the measured ones, as text."""
+        lines = [*(f"doubt: {text}" for text in self.doubts), self.joints.table()]
+        if self.checked is not None:
+            lines.append(text_table("The machine of these joints", HEADER, self.checked.rows()))
+            lines.append(self.checked.status)
+        elif self.missing:
+            lines.append(f"no machine: {self.missing}")
+        lines.append(self.joints.status.split(";")[0] if not self.joints.certain else self.joints.status)
         return "\n".join(lines)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the joints as plain data, SI."""
-        return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status}
+        """Return all that the page shows as plain data, SI: joints with covariance, doubts, modes, the machine or why not."""
+        return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status,
+                "doubts": list(self.doubts), "machine": None if self.machine is None else "described",
+                "missing": self.missing, "modes": None if self.checked is None else self.checked.to_dict()}
 
 
-def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float = 0.0) -> JointStudy:
+def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float | None = None
+                 ) -> JointStudy:
     """Identify the joints between components from measured modes; with the components' masses also the machine of them.
 
     Parameters
     ----------
     modes : Modes
-        As measured; complex ones are turned into the real ones nearest to them.
+        As measured, complex ones as they are.
     geometry : Geometry
         Where the points are, m.
     components : Components
-        Which points ride on which component, the chain, and the bodies where known.
-    coordinate_deviation : float
-        Standard deviation of the points' coordinates, m; it enters all intervals.
+        Which points ride on which component, the chain or tree, and the bodies where known.
+    coordinate_deviation : float, optional
+        Standard deviation of the points' coordinates, m; it enters all intervals. That of the components where left out.
     """
-    real, owner, bodies = real_modes(modes), components.points, components.bodies
-    joints = identify_joints(real, geometry.points, owner, chain=components.chain,
-                             masses=component_masses(bodies) if bodies else None, coordinate_deviation=coordinate_deviation)
-    machine = machine_of(components.name, joints, bodies, modes=real, points=geometry.points, owner=owner) if bodies else None
-    return JointStudy(joints, modes, geometry, components, machine)
+    bodies = components.bodies
+    deviation = components.coordinate_deviation if coordinate_deviation is None else coordinate_deviation
+    joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
+                             masses=component_masses(components) if bodies else None, coordinate_deviation=deviation)
+    study = JointStudy(joints, modes, geometry, components, None)
+    if not bodies:
+        return replace(study, missing="no mass properties; a machine needs the body of every component")
+    try:
+        machine = machine_of(joints, components, modes=modes, points=geometry.points)
+        built = build(machine)
+    except (ToolpointError, np.linalg.LinAlgError) as error:
+        return replace(study, missing=str(error))
+    return replace(study, machine=machine).compared(built)
+

@@ -1,0 +1,128 @@
+r"""The forms in which a joint enters the fit of a whole machine, each a map from a few numbers (zero at the start) to a joint.
+
+- diagonal: directions of one frame with a stiffness each; the frame moves also along what only the stiffness tells: the
+  elastic centre of a planar joint, the principal directions of a spherical one;
+- full: directions of one frame with a symmetric matrix over them;
+- free: any subspace of twists with a symmetric matrix over it (screws, skew axes).
+
+Numbers: small motions of the frame in itself (m, rad) or of the subspace, logarithms of the stiffnesses or a symmetric change
+:math:`K = C (I + S) C^T` of the matrix at the start, the loss factor, and the relaxation time (s) where viscous damping is
+asked.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import optimize
+
+from toolpoint._check import FloatArray
+from toolpoint.joint_identification.kinds import effective_moves, inner_moves, unit_twists
+from toolpoint.joint_identification.rigid_machine import ElasticJoint
+from toolpoint.spatial import transform as tf
+
+# Weak knowledge that only keeps a fit regular: a frame moves by metres and radians, a stiffness by a factor of some tens,
+# a loss factor lies within some tens of per cent.
+_PLACE, _STIFF, _LOSS = 3.0, 4.0, 0.5
+
+
+@dataclass(frozen=True, eq=False)
+class JointForm:
+    """A form at its start: `start` joint (with its twists in its frame), `ways` of the frame (empty: any subspace), whether
+    its stiffness is `diagonal`, and the `length` (m) by which rotations count where the subspace moves."""
+
+    start: ElasticJoint
+    ways: tuple[str, ...]
+    diagonal: bool
+    length: float = 1.0
+    viscous: float = 0.0
+
+    @property
+    def moves(self) -> FloatArray:
+        """Twists (6, n) of the frame in itself that are numbers of this form."""
+        return effective_moves(self.ways, self.diagonal) if self.ways else np.zeros((6, 0))
+
+    @property
+    def sizes(self) -> tuple[int, int, int]:
+        """Numbers of the place, of the stiffness, and of the damping."""
+        f = self.start.twists.shape[1]
+        place = self.moves.shape[1] if self.ways else f * (6 - f)
+        return place, f if self.diagonal else f * (f + 1) // 2, 2 if self.viscous else 1
+
+    @property
+    def count(self) -> int:
+        """How many numbers."""
+        return sum(self.sizes)
+
+    @property
+    def deviations(self) -> FloatArray:
+        """Prior standard deviations of the numbers."""
+        place, stiff, _ = self.sizes
+        damping = [_LOSS, self.viscous] if self.viscous else [_LOSS]
+        return np.array([_PLACE] * place + [_STIFF] * stiff + damping)
+
+    def joint(self, x: FloatArray) -> ElasticJoint:
+        """Return the joint of these numbers."""
+        place, stiff, _ = self.sizes
+        start = self.start
+        frame, twists = start.frame, start.twists
+        if self.ways and place:
+            frame = frame @ tf.exponential(self.moves @ x[:place])
+        elif place:
+            twists = self._subspace(x[:place])
+        y = x[place:place + stiff]
+        stiffness = np.diag(np.diag(start.stiffness) * np.exp(np.clip(y, -30, 30))) if self.diagonal else self._matrix(y)
+        damping = x[place + stiff:]
+        return ElasticJoint(frame, twists, stiffness, start.loss_factor + float(damping[0]),
+                            start.relaxation + (float(damping[1]) if self.viscous else 0.0))
+
+    def _subspace(self, x: FloatArray) -> FloatArray:
+        scale = np.array([1.0] * 3 + [self.length] * 3)[:, None]
+        local = self.start.twists * scale
+        outside = np.linalg.svd(local, full_matrices=True)[0][:, local.shape[1]:]
+        return np.asarray((local + outside @ x.reshape(outside.shape[1], -1)) / scale)
+
+    def _matrix(self, y: FloatArray) -> FloatArray:
+        lower = np.linalg.cholesky(self.start.stiffness)
+        change = np.eye(len(lower))
+        rows, columns = np.triu_indices(len(lower))
+        change[rows, columns] += y
+        change[columns, rows] = change[rows, columns]
+        return np.asarray(lower @ change @ lower.T)
+
+    def centred(self, x: FloatArray) -> JointForm:
+        """Return the same form with these numbers as its start."""
+        return replace(self, start=self.joint(x))
+
+
+def diagonal_form(frame: FloatArray, ways: tuple[str, ...], stiffness: FloatArray) -> JointForm:
+    """Return the diagonal form nearest to a stiffness matrix (f, f) over the directions of a frame."""
+    moved, values = diagonalise(frame, ways, stiffness)
+    return JointForm(ElasticJoint(moved, unit_twists(ways), np.diag(values)), ways, True)
+
+
+def diagonalise(frame: FloatArray, ways: tuple[str, ...], stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the frame, moved within what the free motions leave open, over whose directions a stiffness is most diagonal."""
+    inner, units = inner_moves(ways), unit_twists(ways)
+    f = len(ways)
+    if not inner.shape[1] or np.abs(stiffness - np.diag(np.diag(stiffness))).max() == 0:
+        return frame, np.diag(stiffness)
+    upper = np.triu_indices(f, 1)
+
+    def matrix_at(x: FloatArray) -> FloatArray:
+        # The new directions in terms of the old ones: their span is the same.
+        turn = (tf.adjoint(tf.exponential(inner @ x)) @ units)[units.any(axis=1)]
+        return np.asarray(turn.T @ stiffness @ turn)
+
+    def coupling(x: FloatArray) -> FloatArray:
+        matrix = matrix_at(x)
+        size = np.sqrt(np.diag(matrix))
+        return np.asarray((matrix / np.outer(size, size))[upper])
+
+    best = optimize.least_squares(coupling, np.zeros(inner.shape[1]))
+    if best.cost > 1e-3:
+        rng = np.random.default_rng(0)
+        tried = [optimize.least_squares(coupling, rng.uniform(-0.7, 0.7, inner.shape[1])) for _ in range(4)]
+        best = min([best, *tried], key=lambda result: float(result.cost))
+    return frame @ tf.exponential(inner @ best.x), np.diag(matrix_at(best.x))

@@ -1,0 +1,92 @@
+"""Joints as the fit of the whole machine tells them: place, stiffness and damping with their uncertainty."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.joint_identification.estimate import JointEstimate, axis_of
+from toolpoint.joint_identification.joint_forms import JointForm
+from toolpoint.joint_identification.kinds import idle_translations
+from toolpoint.joint_identification.machine_fit import MachineFit
+from toolpoint.joint_identification.whole_machine import WholeMachine
+
+_WIDE = 0.2
+
+
+def refine_joint(joint: JointEstimate, whole: WholeMachine) -> JointEstimate:
+    """Return a joint with the numbers of the machine's fit in place of those of its motions alone."""
+    i = whole.names.index(joint.child)
+    form, part = whole.fit.model.forms[i], whole.fit.model.slices[i]
+    spread = whole.fit.covariance[part, part]
+    place, stiff, _ = form.sizes
+    result = replace(
+        _placed(joint, form, spread[:place, :place]), screws=form.start.basis, loss_factor=form.start.loss_factor,
+        loss_factor_deviation=float(np.sqrt(spread[place + stiff, place + stiff])), relaxation=form.start.relaxation,
+        relaxation_deviation=float(np.sqrt(spread[-1, -1])) if form.viscous else 0.0)
+    return _stiffened(result, form, spread[place:place + stiff, place:place + stiff])
+
+
+def _placed(joint: JointEstimate, form: JointForm, spread: FloatArray) -> JointEstimate:
+    if not form.ways:
+        return joint
+    axes = form.start.frame[:3, :3]
+    whole = form.moves @ spread @ form.moves.T
+    axis = axis_of(axes, form.ways, joint.kind)
+    cross = np.cross(axis, np.eye(3)).T
+    turned = axes @ whole[3:, 3:] @ axes.T
+    return replace(joint, position=form.start.frame[:3, 3], position_covariance=axes @ whole[:3, :3] @ axes.T, frame=axes,
+                   axis=axis, axis_covariance=cross @ turned @ cross.T, frame_covariance=whole,
+                   undetermined=(axes @ idle_translations(form.ways, form.diagonal)).T)
+
+
+def _stiffened(joint: JointEstimate, form: JointForm, spread: FloatArray) -> JointEstimate:
+    doubts = list(joint.doubts)
+    if form.diagonal:
+        values = np.diag(form.start.stiffness).copy()
+        deviation = values * np.sqrt(np.diag(spread))
+        doubts += [f"stiffness {name} is known within {200 * share:.0f} % only" for name, share in zip(
+            form.ways, deviation / np.maximum(values, 1e-300), strict=True) if not share < _WIDE]
+        return replace(joint, stiffness=values, stiffness_deviation=deviation, doubts=tuple(doubts))
+    lower = np.linalg.cholesky(form.start.stiffness)
+    f = len(lower)
+    slopes = np.zeros((f, f, len(spread)))
+    for n, (a, b) in enumerate(zip(*np.triu_indices(f), strict=True)):
+        change = np.zeros((f, f))
+        change[a, b] = change[b, a] = 1.0
+        slopes[:, :, n] = lower @ change @ lower.T
+    variance = np.einsum("abn,nm,abm->ab", slopes, spread, slopes)
+    size = np.sqrt(np.diag(form.start.stiffness))
+    weak = np.linalg.eigvalsh(spread)[-1] if len(spread) else 0.0
+    if np.sqrt(weak) > _WIDE:
+        doubts.append(f"stiffness matrix: some of it is known within {200 * np.sqrt(weak):.0f} % only")
+    single = np.diag(form.start.stiffness).copy() if f == 1 else None
+    return replace(joint, stiffness=single, stiffness_deviation=None if single is None else np.sqrt(variance[:, 0]),
+                   stiffness_matrix=(form.start.stiffness + form.start.stiffness.T) / 2, doubts=tuple(doubts),
+                   stiffness_matrix_deviation=np.sqrt(variance)) if size.size else joint
+
+
+def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> list[str]:
+    """Return what speaks against the machine as a whole."""
+    result = []
+    if whole.lonely:
+        alone = ", ".join(f"{frequency[i]:.4g}" for i in whole.lonely)
+        result.append(f"measured modes at {alone} Hz look like none of the machine's: they are left out; check them, the "
+                      "components and the chain")
+    if fit.widened > 2.0:
+        result.append(f"the machine leaves {fit.widened:.3g} times the noise unexplained (probability "
+                      f"{fit.probability:.1g}): all intervals are widened by it; check masses, positions of points, and "
+                      "whether components bend")
+    if fit.damping_excess > 10.0:
+        result.append(f"damping in the joints explains the modal damping {np.sqrt(fit.damping_excess):.2g} times worse than "
+                      "its noise: other parts dissipate too; the intervals of the damping are widened by it")
+    low = list(np.flatnonzero(fit.mac < 0.95))
+    if low:
+        result.append("shapes of the machine at " + ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)
+                      + " differ from the measured ones")
+    if not fit.converged:
+        result.append("the fit of the machine did not settle: its numbers are those of the last step; give more modes or check "
+                      "the chain")
+    return result

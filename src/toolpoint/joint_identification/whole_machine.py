@@ -1,0 +1,181 @@
+"""From joints as the motions tell them to the machine that explains all modes: start, forms of the joints, their choice."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint.joint_identification.estimate import JointEstimate
+from toolpoint.joint_identification.joint_forms import JointForm, diagonal_form
+from toolpoint.joint_identification.kinds import inner_moves
+from toolpoint.joint_identification.machine_fit import (
+    MachineFit,
+    MachineNumbers,
+    ModalData,
+    covariance_roots,
+    fit_machine,
+    match_modes,
+    pole_spread,
+)
+from toolpoint.joint_identification.measured import Component
+from toolpoint.joint_identification.relative_motion import RelativeMotion
+from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, tree_order
+from toolpoint.joint_identification.rigid_motion import RigidMotion
+from toolpoint.joint_identification.stiffness import ComponentMass, first_stiffness
+from toolpoint.spatial import transform as tf
+from toolpoint.vibration import Modes
+
+_ALIKE = 0.3
+_LOOSE = 3e-3
+_IMPROBABLE = 1e-3
+_VERY_STRONG = 10.0
+_RESTARTS, _FAR_OFF = 3, 30.0
+
+
+@dataclass(frozen=True, eq=False)
+class WholeMachine:
+    """The fit, the names of its components in the order of the tree, and the measured modes (indices) that it explains."""
+
+    fit: MachineFit
+    names: tuple[str, ...]
+    modes: tuple[int, ...]
+    lonely: tuple[int, ...]
+
+
+def whole_machine(
+    modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, joints: Sequence[JointEstimate],
+    relatives: Sequence[RelativeMotion], masses: Mapping[str, ComponentMass],
+) -> WholeMachine:
+    """Return the machine of joints whose kinds are known.
+
+    Parameters
+    ----------
+    modes : Modes
+        Of these motions, for their poles.
+    parts, motions : of every component; complex shapes as columns of real parts followed by imaginary parts
+    joints : as the motions tell them
+    relatives : of the same joints, for their lengths
+    masses : of every component
+    """
+    order = tree_order([(joint.parent, joint.child) for joint in joints])
+    names = tuple(child for _, child in order)
+    by_child = {joint.child: joint for joint in joints}
+    lengths = {joint.child: motion.size for joint, motion in zip(joints, relatives, strict=True)}
+    model = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
+    kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
+    data = _modal_data(modes, parts, motions, names, kept)
+    fit = _settled(model, data)
+    fit = _with_other_damping(_richer(fit, data), data)
+    return WholeMachine(fit, names, tuple(kept), tuple(lonely))
+
+
+def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[JointEstimate], motions: Mapping[str, RigidMotion],
+           *, masses: Mapping[str, ComponentMass], lengths: Mapping[str, float]) -> MachineNumbers:
+    names = [child for _, child in order]
+    parents = tuple(names.index(parent) if parent in names else -1 for parent, _ in order)
+    k = modes.count
+    frames = [tf.transform(joint.frame, joint.position) for joint in joints]
+    local = [tf.adjoint(tf.inverse(frame)) @ joint.screws for frame, joint in zip(frames, joints, strict=True)]
+    bare = RigidMachine(parents, tuple(ElasticJoint(frame, twists, np.eye(twists.shape[1])) for frame, twists in zip(
+        frames, local, strict=True)), np.stack([masses[name].matrix for name in names]))
+    stiffness = first_stiffness(
+        modes.omega, bare.jacobians(), bare.masses, [twists.shape[1] for twists in local],
+        twists=np.stack([motions[name].twist[:, :k].T for name in names]),
+        covariance=np.stack([motions[name].covariance[:k] for name in names]))
+    loss = float(np.clip(2 * np.median(modes.damping_ratio), 0.0, 0.5))
+    forms = []
+    for joint, frame, twists, matrix in zip(joints, frames, local, stiffness, strict=True):
+        if joint.freedoms or not twists.shape[1]:
+            form = diagonal_form(frame, joint.freedoms, matrix)
+        else:
+            form = JointForm(ElasticJoint(frame, twists, matrix), (), False, lengths[joint.child])
+        forms.append(replace(form, start=replace(form.start, loss_factor=loss)))
+    return MachineNumbers(parents, tuple(forms), tuple(masses[name] for name in names))
+
+
+def _modal_data(modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], names: Sequence[str],
+                kept: Sequence[int]) -> ModalData:
+    count, at = modes.count, list(kept)
+    is_complex = motions[names[0]].twist.shape[1] > count
+    columns = at + [count + i for i in at] if is_complex else at
+    twists = np.stack([motions[name].twist for name in names])
+    shapes = twists[:, :, at] + 1j * twists[:, :, [count + i for i in at]] if is_complex else twists[:, :, at]
+    wholes = [motions[name].whole[columns][:, :, columns] for name in names]
+    covariance = None if modes.covariance is None else modes.covariance[at]
+    grams = np.stack([parts[name].rows.T @ parts[name].rows for name in names])
+    frequency, ratio = modes.frequency[at], modes.damping_ratio[at]
+    return ModalData(shapes, covariance_roots(wholes, grams, shapes), grams, frequency, ratio,
+                     pole_spread(frequency, ratio, covariance))
+
+
+def _explained(model: MachineNumbers, data: ModalData) -> tuple[list[int], list[int]]:
+    """Return the measured modes that some mode of the machine looks like, one each, and those without such a partner."""
+    machine = model.machine(np.zeros(len(model.deviations)))
+    partner, alike = match_modes(machine, data)
+    good = [r for r in range(len(partner)) if partner[r] >= 0 and alike[r, partner[r]] >= _ALIKE]
+    return good, [r for r in range(len(partner)) if r not in good]
+
+
+def _settled(model: MachineNumbers, data: ModalData) -> MachineFit:
+    """Return the fit with poles first believed within a part in some hundred, then as they are known."""
+    loose = np.linalg.inv(np.diag([_LOOSE, 10 * _LOOSE]))
+    easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape))
+    first = fit_machine(model, easy, 15)
+    rng = np.random.default_rng(0)
+    for _ in range(_RESTARTS):
+        if first.chi2 < _FAR_OFF * max(first.freedom, 1):
+            break
+        # Far from any noise: a frame may lie in another valley of what only the stiffness tells.
+        again = fit_machine(replace(model, forms=tuple(_turned(form, rng) for form in model.forms)), easy, 15)
+        first = again if again.chi2 < first.chi2 else first
+    return fit_machine(first.model, data)
+
+
+def _turned(form: JointForm, rng: np.random.Generator) -> JointForm:
+    inner = inner_moves(form.ways) if form.ways and form.diagonal else np.zeros((6, 0))
+    if not inner.shape[1]:
+        return form
+    frame = form.start.frame @ tf.exponential(inner @ rng.uniform(-0.8, 0.8, inner.shape[1]))
+    return replace(form, start=replace(form.start, frame=frame))
+
+
+def _richer(fit: MachineFit, data: ModalData) -> MachineFit:
+    """Return the fit with viscous damping or full stiffness matrices where the data ask for them beyond chance."""
+    best = fit
+    if best.freedom > 0 and best.probability < _IMPROBABLE:
+        typical = 0.1 / (2 * np.pi * float(np.median(data.frequency)))
+        tried = [_with_viscous(best.model, typical)]
+        tried += [_with_matrix(best.model, i) for i, form in enumerate(best.model.forms)
+                  if form.diagonal and len(form.ways) > 1 and _is_richer(form)]
+        for change in tried:
+            other = fit_machine(change, data)
+            if other.information < best.information - _VERY_STRONG:
+                best = other
+    return best
+
+
+def _with_other_damping(fit: MachineFit, data: ModalData) -> MachineFit:
+    """Return the fit with damping ratios believed only as far as damping in the joints can explain them."""
+    if fit.damping_excess == 1.0:
+        return fit
+    again = fit_machine(fit.model, replace(data, spread=data.spread * np.array([1.0, 1 / np.sqrt(fit.damping_excess)])))
+    return replace(again, damping_excess=fit.damping_excess)
+
+
+def _is_richer(form: JointForm) -> bool:
+    matrix = replace(form, diagonal=False)
+    return matrix.count > form.count
+
+
+def _with_viscous(model: MachineNumbers, typical: float) -> MachineNumbers:
+    return replace(model, forms=tuple(replace(form, viscous=typical) for form in model.forms))
+
+
+def _with_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
+    forms = list(model.forms)
+    forms[i] = replace(forms[i], diagonal=False)
+    return replace(model, forms=tuple(forms))
+
+

@@ -1,0 +1,120 @@
+r"""How far the answers of a machine may be off because its identified numbers are: from their covariance, at any pose.
+
+A smooth answer y(p) gets its 95 % interval to first order, :math:`\sigma^2 = g^T C g` with the slopes g by central
+differences of a tenth of a standard deviation (exact to second order in it); an answer that is not smooth (a limit over
+lobes) by samples of the whole machine. The share of one joint is :math:`g_j^T C_{jj} g_j`, what would be left if only its
+numbers were uncertain. """
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.machine.model import Machine
+
+Z95 = 1.959964
+_STEP = 0.1
+
+
+@dataclass(frozen=True, eq=False)
+class MachineUncertainty:
+    """The identified numbers of a machine.
+
+    paths : of the numbers; covariance : (n, n); parts : the joint or body that each belongs to.
+    """
+
+    machine: Machine
+    paths: tuple[str, ...]
+    covariance: FloatArray
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Joint or body of every number."""
+        return tuple(" ".join(path.split(".")[:2]).replace("joints", "joint").replace("bodies", "body") for path in self.paths)
+
+    def slopes(self, answer: Callable[[Machine], FloatArray]) -> FloatArray:
+        """Return the slopes (n, ...) of an answer, per standard deviation of each number."""
+        deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
+        rows = []
+        for path, size in zip(self.paths, deviation, strict=True):
+            value = self.machine.value(path)
+            ends = [np.asarray(answer(self.machine.with_values({path: _possible(path, value + sign * _STEP * size)})))
+                    for sign in (1, -1)]
+            rows.append((ends[0] - ends[1]) / (2 * _STEP))
+        return np.array(rows)
+
+    def spread(self, answer: Callable[[Machine], FloatArray]) -> AnswerSpread:
+        """Return the standard deviations of a smooth answer, and what each part brings to them."""
+        slopes = self.slopes(answer)
+        size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        unit = self.covariance / np.outer(size, size)
+        flat = slopes.reshape(len(self.paths), -1)
+        total = np.einsum("ni,nm,mi->i", flat, unit, flat)
+        shares = {}
+        for part in dict.fromkeys(self.parts):
+            at = [i for i, name in enumerate(self.parts) if name == part]
+            shares[part] = np.einsum("ni,nm,mi->i", flat[at], unit[np.ix_(at, at)], flat[at]).reshape(slopes.shape[1:])
+        return AnswerSpread(np.sqrt(np.maximum(total, 0.0)).reshape(slopes.shape[1:]), shares)
+
+    def samples(self, count: int, rng: np.random.Generator) -> Iterator[Machine]:
+        """Yield machines drawn from the covariance; a draw that no machine can have is drawn again."""
+        values, vectors = np.linalg.eigh(self.covariance / self._scale)
+        root = np.sqrt(np.diag(self._scale))[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        middle = np.array([self.machine.value(path) for path in self.paths])
+        left, tries = count, 20 * count
+        while left and tries:
+            tries -= 1
+            drawn = zip(self.paths, middle + root @ rng.normal(size=len(middle)), strict=True)
+            try:
+                sample = self.machine.with_values({path: _possible(path, float(value)) for path, value in drawn})
+            except ToolpointError:
+                continue
+            yield sample
+            left -= 1
+        if left:
+            fail("identified.covariance", f"{20 * count} draws gave {count - left} possible machines", f"must give {count}",
+                 "the numbers are known too badly for samples; measure more")
+
+    @property
+    def _scale(self) -> FloatArray:
+        size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
+        return np.outer(size, size)
+
+    def __repr__(self) -> str:
+        return f"MachineUncertainty({self.machine.name!r}, {len(self.paths)} numbers of {len(set(self.parts))} parts)"
+
+
+@dataclass(frozen=True, eq=False)
+class AnswerSpread:
+    """Standard deviations of an answer, and the variance that each joint or body alone would bring."""
+
+    deviation: FloatArray
+    shares: dict[str, FloatArray]
+
+    @property
+    def interval(self) -> FloatArray:
+        """Half width of the 95 % interval."""
+        return np.asarray(Z95 * self.deviation)
+
+    def main_part(self, *index: int) -> str:
+        """Return the joint or body that brings most of the variance of one number of the answer."""
+        return max(self.shares, key=lambda part: float(self.shares[part][index])) if self.shares else ""
+
+
+def _possible(path: str, value: float) -> float:
+    """Return a value that its number can have: no loss below zero, no stiffness or mass at or below it."""
+    words = path.split(".")
+    if words[2] in ("loss_factor", "damping"):
+        return max(value, 0.0)
+    return value
+
+
+def machine_uncertainty(machine: Machine) -> MachineUncertainty | None:
+    """Return the identified numbers of a machine with their covariance, None where its file holds none."""
+    identified = machine.description.identified
+    if identified is None or not identified.parameters:
+        return None
+    return MachineUncertainty(machine, identified.parameters, identified.matrix)

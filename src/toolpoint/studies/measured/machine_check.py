@@ -1,0 +1,110 @@
+"""A machine that was identified, run as it stands in its file, beside the measured modes: frequencies, damping, MAC."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from toolpoint._check import FloatArray, IndexArray
+from toolpoint.machine import Machine, assemble
+from toolpoint.vibration import Modes, damping, eigen
+from toolpoint.vibration.correlation import mac
+
+HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
+# A machine that is farther from its own test than this is not the machine of the test.
+_FREQUENCY, _DAMPING, _ALIKE = 0.005, 0.15, 0.9
+
+
+@dataclass(frozen=True, eq=False)
+class MachineCheck:
+    """Modes of a machine (frequency |s|/2 pi in Hz, damping ratio) and the measured ones that they look like.
+
+    partner : (n,) of every mode of the machine among the measured ones, -1 for none; mac : (n,) with it.
+    """
+
+    frequency: FloatArray
+    ratio: FloatArray
+    measured: Modes
+    partner: IndexArray
+    mac: FloatArray
+
+    @property
+    def single(self) -> list[int]:
+        """Measured modes without a partner."""
+        return [i for i in range(self.measured.count) if i not in self.partner]
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Where the machine does not give back its own test."""
+        lines = []
+        for j, i in enumerate(self.partner):
+            if i < 0:
+                continue
+            away = self.frequency[j] / self.measured.frequency[i] - 1
+            lost = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
+            if abs(away) > _FREQUENCY or lost > _DAMPING or self.mac[j] < _ALIKE:
+                lines.append(f"the machine's mode at {self.frequency[j]:.4g} Hz is {100 * away:+.2g} % off the measured one, "
+                             f"its damping {100 * lost:.2g} %, MAC {self.mac[j]:.3f}")
+        if self.single:
+            lines.append("measured without a partner among the machine's modes: " + ", ".join(
+                f"{self.measured.frequency[i]:.4g} Hz" for i in self.single))
+        return tuple(lines)
+
+    @property
+    def status(self) -> str:
+        """Whether the machine gives back its test."""
+        if self.doubts:
+            return "the machine does not give back all of its test: see the doubts"
+        return f"the machine was run and gives back the {int((self.partner >= 0).sum())} measured modes"
+
+    def rows(self) -> list[list[str]]:
+        """Return the computed modes beside the measured ones that look like them, then the measured ones without a partner."""
+        rows = []
+        for j, i in enumerate(self.partner):
+            row = [str(j + 1), f"{self.frequency[j]:.3f}", "", "", f"{100 * self.ratio[j]:.3f}", "", ""]
+            if i >= 0:
+                f = self.measured.frequency[i]
+                row[2:] = (f"{f:.3f}", f"{100 * (self.frequency[j] / f - 1):+.2f}", row[4],
+                           f"{100 * self.measured.damping_ratio[i]:.3f}", f"{self.mac[j]:.4f}")
+            rows.append(row)
+        return rows + [["no partner", "", f"{self.measured.frequency[i]:.3f}", "", "",
+                        f"{100 * self.measured.damping_ratio[i]:.3f}", ""] for i in self.single]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return computed and measured frequencies (Hz), damping ratios and MAC as plain lists."""
+        at = self.partner
+        return {"frequency_hz": self.frequency.tolist(), "damping_ratio": self.ratio.tolist(),
+                "measured_hz": [float(self.measured.frequency[i]) if i >= 0 else None for i in at],
+                "measured_damping_ratio": [float(self.measured.damping_ratio[i]) if i >= 0 else None for i in at],
+                "mac": [float(m) if i >= 0 else None for m, i in zip(self.mac, at, strict=True)],
+                "without_partner_hz": [float(self.measured.frequency[i]) for i in self.single], "status": self.status}
+
+
+def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
+    """Return the modes of a machine that has the measured points, beside the measured ones (at the pose of the test)."""
+    known = machine.description.points
+    rows = [i for i, dof in enumerate(modes.dofs) if str(dof.point) in known]
+    system = assemble(machine, outputs=[modes.dofs[i] for i in rows])
+    computed = solve_poles(system)
+    alike = mac(modes.shape[rows], computed.shape)
+    poles = computed.poles if computed.damping == "viscous" else 1j * computed.omega * np.sqrt(1 + 2j * computed.damping_ratio)
+    frequency = np.abs(poles) / (2 * np.pi)
+    away = np.minimum(np.abs(np.log(np.outer(modes.frequency, 1 / np.maximum(frequency, 1e-9)))), 2.0)
+    pairs = zip(*linear_sum_assignment(0.2 * away - alike), strict=True)
+    partner, score = np.full(len(frequency), -1), np.zeros(len(frequency))
+    for i, j in pairs:
+        if alike[i, j] >= 0.3:
+            partner[j], score[j] = i, alike[i, j]
+    return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score)
+
+
+def solve_poles(system: Any) -> Modes:
+    """Return the complex modes of a system with damping of any kind, the upper poles only."""
+    structural = system.structural_damping is not None and bool(np.any(system.structural_damping))
+    viscous = system.damping is not None and bool(np.any(system.damping))
+    if structural and viscous:
+        system = damping.equivalent_viscous(system)
+    return eigen.solve_damped(system)
