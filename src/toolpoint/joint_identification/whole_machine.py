@@ -63,16 +63,18 @@ def whole_machine(
     names = tuple(child for _, child in order)
     by_child = {joint.child: joint for joint in joints}
     lengths = {joint.child: motion.size for joint, motion in zip(joints, relatives, strict=True)}
-    model = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
+    model, full = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
     kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
     data = _modal_data(modes, parts, motions, names, kept)
     fit = _settled(model, data)
-    fit = _with_other_damping(_richer(fit, data), data)
+    fit = _with_other_damping(_richer(fit, full, data), data)
     return WholeMachine(fit, names, tuple(kept), tuple(lonely))
 
 
 def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[JointEstimate], motions: Mapping[str, RigidMotion],
-           *, masses: Mapping[str, ComponentMass], lengths: Mapping[str, float]) -> MachineNumbers:
+           *, masses: Mapping[str, ComponentMass], lengths: Mapping[str, float]
+           ) -> tuple[MachineNumbers, list[JointForm]]:
+    """Return the numbers with every joint as diagonal as can be, and the forms of full matrices beside."""
     names = [child for _, child in order]
     parents = tuple(names.index(parent) if parent in names else -1 for parent, _ in order)
     k = modes.count
@@ -85,14 +87,15 @@ def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[Join
         twists=np.stack([motions[name].twist[:, :k].T for name in names]),
         covariance=np.stack([motions[name].covariance[:k] for name in names]))
     loss = float(np.clip(2 * np.median(modes.damping_ratio), 0.0, 0.5))
-    forms = []
+    forms, full = [], []
     for joint, frame, twists, matrix in zip(joints, frames, local, stiffness, strict=True):
         if joint.freedoms or not twists.shape[1]:
             form = diagonal_form(frame, joint.freedoms, matrix)
         else:
             form = JointForm(ElasticJoint(frame, twists, matrix), (), False, lengths[joint.child])
         forms.append(replace(form, start=replace(form.start, loss_factor=loss)))
-    return MachineNumbers(parents, tuple(forms), tuple(masses[name] for name in names))
+        full.append(JointForm(ElasticJoint(frame, twists, matrix, loss), joint.freedoms, False, lengths[joint.child]))
+    return MachineNumbers(parents, tuple(forms), tuple(masses[name] for name in names)), full
 
 
 def _modal_data(modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], names: Sequence[str],
@@ -141,14 +144,19 @@ def _turned(form: JointForm, rng: np.random.Generator) -> JointForm:
     return replace(form, start=replace(form.start, frame=frame))
 
 
-def _richer(fit: MachineFit, data: ModalData) -> MachineFit:
+def _richer(fit: MachineFit, full: Sequence[JointForm], data: ModalData) -> MachineFit:
     """Return the fit with viscous damping or full stiffness matrices where the data ask for them beyond chance."""
     best = fit
+    if best.freedom > 0 and best.chi2 > _FAR_OFF * best.freedom:
+        # Far from any noise: springs that no frame makes diagonal, from where the motions and forces put them.
+        forms = tuple(b if _is_richer(a) else a for a, b in zip(best.model.forms, full, strict=True))
+        other = _settled(replace(best.model, forms=forms), data)
+        best = other if other.information < best.information - _VERY_STRONG else best
     if best.freedom > 0 and best.probability < _IMPROBABLE:
         typical = 0.1 / (2 * np.pi * float(np.median(data.frequency)))
         tried = [_with_viscous(best.model, typical)]
         tried += [_with_matrix(best.model, i) for i, form in enumerate(best.model.forms)
-                  if form.diagonal and len(form.ways) > 1 and _is_richer(form)]
+                  if _is_richer(form)]
         for change in tried:
             other = fit_machine(change, data)
             if other.information < best.information - _VERY_STRONG:
@@ -165,8 +173,7 @@ def _with_other_damping(fit: MachineFit, data: ModalData) -> MachineFit:
 
 
 def _is_richer(form: JointForm) -> bool:
-    matrix = replace(form, diagonal=False)
-    return matrix.count > form.count
+    return form.diagonal and len(form.ways) > 1 and replace(form, diagonal=False).count > form.count
 
 
 def _with_viscous(model: MachineNumbers, typical: float) -> MachineNumbers:
