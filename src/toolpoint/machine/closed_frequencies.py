@@ -35,7 +35,7 @@ class _Arrays:
     hand: float
 
 
-def closed_frequencies(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray, BoolArray]:
+def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray, BoolArray]:
     """Return the lowest natural frequencies, Hz, (n_poses, number), and which poses the kernels settled.
 
     Raises ToolpointError for what the kernels cannot do, and for poses beyond the limits of joints.

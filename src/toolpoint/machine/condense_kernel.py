@@ -17,8 +17,8 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
     """Fill mass and stiffness (P, f, f) in the independent coordinates of every pose.
 
     inertia : masses, first and second moments of the bodies; columns : link, motion in the joint's frame, step or -1, whether
-    on the path of a link, and whether springs ride with the child; elastic : stiffness of the loops (n_loops, 6, 6); parts : rows kept of the locked
-    directions, dependent and independent coordinates.
+    on the path of a link, and whether springs ride with the child; elastic : stiffness of the loops
+    (n_loops, 6, 6); parts : rows kept of the locked directions, dependent and independent coordinates.
     """
     body_mass, body_first, body_second = inertia
     link, motion, step, on_path, at_child = columns
@@ -63,7 +63,8 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
                 lock[i, j] = rows[row_loop[i], row_way[i], dependent[j]]
             for j in range(f):
                 right[i, j] = -rows[row_loop[i], row_way[i], independent[j]]
-        good[pose] = r == 0 or solve(lock, right, r, f) != 0.0
+        if r > 0 and solve(lock, right, r, f) == 0.0:
+            good[pose] = False
         for j in range(f):
             basis[independent[j], j] = 1.0
             for i in range(r):

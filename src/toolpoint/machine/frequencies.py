@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations, freedoms, mass_matrix
-from toolpoint.machine.closed_frequencies import closed_frequencies
+from toolpoint.machine.closed_frequencies import solve_closed
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import place_machine
@@ -48,7 +48,7 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
 
 def _closed(machine: Machine, poses: Pose, number: int) -> FloatArray:
     """Frequencies by the kernels of closed chains; a pose that they leave is taken by NumPy, which gives its reason."""
-    values, settled = closed_frequencies(machine, poses, number)
+    values, settled = solve_closed(machine, poses, number)
     if not settled.all():
         rest = {name: at[~settled] for name, at in machine.chain.batch(poses).items()}
         values[~settled] = natural_frequencies(machine, rest, number)
