@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.cutting import StabilityChart, build
+from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.frf import bode
@@ -83,15 +84,16 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
     words = (f"{build.words(cut)}. "
              f"Method: {result.charts[0].method or 'default'}. Below the curve the cut is stable. The response is that of "
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
-    rows = [[name, _lowest(chart), float(chart.speeds[int(np.argmin(chart.limit))])]
-            for name, chart in zip(names, result.charts, strict=True)]
+    rows = [[name, *_lowest(limit, chart)] for name, chart, limit in zip(names, result.charts, result.lowest, strict=True)]
     return [words, Chart(stability_chart(curves)),
-            Table(["pose", "lowest limit mm", "at rev/min"], rows, "Depth that is stable at every charted speed")]
+            Table(["pose", "lowest limit mm", "+- mm", "at rev/min"], rows,
+                  "Depth that is stable at every speed of the chart, also between its lines")]
 
 
-def _lowest(chart: StabilityChart) -> object:
-    value = float(np.min(chart.limit))
-    return round(1e3 * value, 4) if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"
+def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
+    if not np.isfinite(limit.depth):
+        return [f"above {1e3 * chart.depth_max:.3g}", "", ""]
+    return [round(1e3 * limit.depth, 4), f"{1e3 * limit.error:.1g}", round(limit.speed)]
 
 
 def _method_notes(result: MachineReport) -> list[str]:

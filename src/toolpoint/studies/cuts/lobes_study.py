@@ -36,7 +36,8 @@ class LobesStudy:
     """The stability chart of a cut, and what goes with it.
 
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
-    that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for.
+    that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for;
+    lowest : limit between the charted speeds (None for measured lines, whose charts take long).
     """
 
     problem: MillingProblem
@@ -46,6 +47,7 @@ class LobesStudy:
     runs: tuple[Simulation, ...] = ()
     probability: ProbabilityChart | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
+    lowest: stability.LowestLimit | None = None
 
     @property
     def contradictions(self) -> tuple[str, ...]:
@@ -60,7 +62,8 @@ class LobesStudy:
         """Return the lowest and highest limit and the cuts to make as text."""
         chart = self.chart
         title, header = f"Stability by {chart.method}", ["", "rev/min", "depth mm", "error mm", "chatter Hz"]
-        return text_table(title, header, _limit_rows(chart)) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
+        rows = [*_lowest_rows(self.lowest), *_limit_rows(chart)]
+        return text_table(title, header, rows) + "\n" + text_table("Cuts to make", ADVICE, self.advice)
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers, SI: stable intervals, stated error and chatter frequency of every speed's limit (None: no
@@ -71,6 +74,7 @@ class LobesStudy:
                 "stable_intervals_m": [chart.intervals(i).tolist() for i in range(len(points))],
                 "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
+                "lowest_limit": _lowest_numbers(self.lowest),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions)}
 
@@ -103,6 +107,10 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     progress(f"stability at {len(n)} speeds", 0, 1)
     chart = _deep_chart(problem, n, method)
+    lowest = None
+    if problem.plane.is_modal:
+        progress("the lowest limit between these speeds", 0, 1)
+        lowest = stability.lowest_limit(problem, chart, method)
     runs = _simulated(timed, chart, progress) if simulate_cuts else []
     sampled: ProbabilityChart | None = None
     if uncertainty.samples:
@@ -112,7 +120,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
     advice = advice_rows(chart, sampled, uncertainty)
     doubts = doubtful_limits(chart)
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
-    return LobesStudy(problem, chart, tuple(tuple(row) for row in advice), tuple(doubts), tuple(runs), sampled, uncertainty)
+    rows = tuple(tuple(row) for row in advice)
+    return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest)
 
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:
@@ -179,11 +188,25 @@ def _limit_rows(chart: StabilityChart) -> list[list[str]]:
     low, high = int(np.argmin(limit)), int(np.argmax(np.where(np.isfinite(limit), limit, chart.depth_max)))
     points = chart.limit_points()
     rows = []
-    for name, i in (("lowest limit", low), ("highest limit", high)):
+    for name, i in (("lowest charted limit", low), ("highest charted limit", high)):
         p = int(points[i])
         end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.1e}", f"{chart.frequency[p]:.1f}"]
         rows.append([name, f"{chart.speeds[i]:.0f}", _depth(limit[i], chart), *end])
     return rows
+
+
+def _lowest_rows(lowest: stability.LowestLimit | None) -> list[list[str]]:
+    if lowest is None or not np.isfinite(lowest.depth):
+        return []
+    return [["lowest limit between these speeds", f"{lowest.speed:.0f}", f"{1e3 * lowest.depth:.4f}",
+             f"{1e3 * lowest.error:.1e}", f"{lowest.frequency:.1f}"]]
+
+
+def _lowest_numbers(lowest: stability.LowestLimit | None) -> dict[str, float] | None:
+    if lowest is None or not np.isfinite(lowest.depth):
+        return None
+    return {"depth_m": lowest.depth, "error_m": lowest.error, "speed_rpm": lowest.speed,
+            "chatter_frequency_hz": lowest.frequency}
 
 
 def _depth(value: float, chart: StabilityChart) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
+from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
@@ -17,7 +18,7 @@ from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.placement import place_machine
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.machines.pose_words import pose_words
-from toolpoint.studies.machines.tool_point import ToolPoint, lobes, tool_point
+from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, tool_point
 from toolpoint.studies.text_table import text_table
 
 Step = Callable[[str], None]
@@ -35,6 +36,7 @@ class MachineReport:
     study: ToolPoint | None
     charts: tuple[StabilityChart, ...]
     missing: tuple[str, ...] = field(default=())
+    lowest: tuple[LowestLimit, ...] = field(default=())
 
     def table(self) -> str:
         """Return the modes, where values come from, and the stability limits, as text."""
@@ -44,19 +46,21 @@ class MachineReport:
                           *self.limit_lines()])
 
     def limit_lines(self) -> list[str]:
-        """Return a line on the depth that is stable at every charted speed, for every pose."""
+        """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
         lines = []
-        for pose, chart in zip(self.study.poses if self.study else (), self.charts, strict=False):
-            limit = float(np.min(chart.limit))
-            depth = f"{1e3 * limit:.3f} mm" if np.isfinite(limit) else f"above {1e3 * chart.depth_max:.3g} mm"
-            lines.append(f"Stable at every charted speed, {pose_words(self.machine, pose)}: {depth}")
+        for pose, chart, lowest in zip(self.study.poses if self.study else (), self.charts, self.lowest, strict=False):
+            depth = (f"{1e3 * lowest.depth:.3f} +- {1e3 * lowest.error:.1g} mm (least at {lowest.speed:.0f} rev/min)"
+                     if np.isfinite(lowest.depth) else f"above {1e3 * chart.depth_max:.3g} mm")
+            lines.append(f"Stable at every speed from {chart.speeds.min():.0f} to {chart.speeds.max():.0f} rev/min, "
+                         f"{pose_words(self.machine, pose)}: {depth}")
         return lines
 
     def to_dict(self) -> dict[str, Any]:
         """Return frequencies (Hz) and the lowest stable depth (m, None: above the chart) of every pose as plain data."""
-        limits = [float(np.min(chart.limit)) for chart in self.charts]
+        limits = [limit.depth for limit in self.lowest]
         return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing), "stable_at_every_speed_m": [
-            limit if np.isfinite(limit) else None for limit in limits]}
+            limit if np.isfinite(limit) else None for limit in limits],
+            "limit_error_m": [limit.error for limit in self.lowest]}
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
@@ -78,6 +82,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     missing = []
     study: ToolPoint | None = None
     charts: tuple[StabilityChart, ...] = ()
+    lowest: tuple[LowestLimit, ...] = ()
     step("tool-point responses")
     if description.tool is None:
         missing.append("No tool-point FRFs: the machine file names no 'tool' point.")
@@ -89,11 +94,12 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     step("stability lobes" if method else "stability lobes (half a minute of compiling, the first time only)")
     if study is not None and description.cutting is not None:
         charts = lobes(study, method=method)
+        lowest = lowest_limits(study, charts, method=method)
     elif study is not None:
         missing.append("No stability lobes: the machine file describes no 'cutting'.")
     if study is not None:
         missing += study.leaning()
-    return MachineReport(machine, at, frequency, study, charts, tuple(missing))
+    return MachineReport(machine, at, frequency, study, charts, tuple(missing), lowest)
 
 
 def has_damping(machine: Machine) -> bool:

@@ -182,10 +182,26 @@ def lobes(
     if cut is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
-    x, y = f"{study.point}:+x", f"{study.point}:+y"
-    problems = [milling_problem(cut, study.modes.at_pose(i), x, y=y) for i in range(len(study.poses))]
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
-        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_max=depth_limit(problem)), problems))
+        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_max=depth_limit(problem)),
+                              _problems(study, cut)))
+
+
+def lowest_limits(study: ToolPoint, charts: Sequence[StabilityChart], cut: CuttingDescription | None = None, *,
+                  method: StabilityMethod | None = None) -> tuple[stability.LowestLimit, ...]:
+    """Return the lowest limit between the charted speeds for every pose; arguments are those of `lobes`, and its charts."""
+    described = cut or study.machine.description.cutting
+    if described is None:
+        fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
+        return tuple(pool.map(lambda problem, chart: stability.lowest_limit(problem, chart, method),
+                              _problems(study, described), charts))
+
+
+def _problems(study: ToolPoint, cut: CuttingDescription) -> list[MillingProblem]:
+    """Return the milling problem of every pose."""
+    x, y = f"{study.point}:+x", f"{study.point}:+y"
+    return [milling_problem(cut, study.modes.at_pose(i), x, y=y) for i in range(len(study.poses))]
 
 
 def depth_limit(problem: MillingProblem) -> float:

@@ -1,0 +1,98 @@
+"""The lowest limit between the charted speeds: a chart's own minimum moves with its grid, this does not."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray
+from toolpoint.cutting.stability.compute import chart as chart_at
+from toolpoint.cutting.stability.method import Problem, StabilityMethod
+from toolpoint.cutting.stability.result import StabilityChart
+
+# Of every round: local minima looked at, at most, and how far above the least they may lie; then speeds to either side of each.
+ROUNDS = ((8, 1.2), (4, 1.03), (2, 1.01))
+BESIDE = 3
+FLOOR = 1e-5  # relative error of depth that the last distance of speeds leaves
+NARROWEST = 1e-6  # relative distance of speeds between which no further one is looked at
+
+
+@dataclass(frozen=True)
+class LowestLimit:
+    """Least limit over all speeds between the first and the last of a chart.
+
+    depth : m, infinite where the chart has no limit; error : of `depth`, m, what the last refinement of the speed still changed
+    and the method's own; speed : rev/min; frequency : of chatter, Hz.
+    """
+
+    depth: float
+    error: float
+    speed: float
+    frequency: float
+
+    def __str__(self) -> str:
+        if not np.isfinite(self.depth):
+            return "no limit below the depths looked at"
+        return f"{1e3 * self.depth:.4f} mm +- {1e3 * self.error:.1g} mm at {self.speed:.0f} rev/min"
+
+
+def lowest_limit(problem: Problem, chart: StabilityChart, method: StabilityMethod | None = None) -> LowestLimit:
+    """Return the least limit between the first and the last speed of a chart, refined about its lowest local minima.
+
+    The stated error holds what the last round still changed, and what the minima that were left out would gain if they gained
+    as much as the one that gained most. A lobe narrower than the steps of the chart that shows in none of its speeds is not
+    seen.
+
+    problem, method : those of the chart; chart : the chart, whose `depth_max` is the largest depth looked at here too.
+    """
+    depths = np.minimum(chart.limit, chart.depth_max)
+    if not np.isfinite(chart.limit).any():
+        return LowestLimit(float("inf"), 0.0, float("nan"), float("nan"))
+    order = np.argsort(chart.speeds)
+    speeds, depths, best, left_out, gain, step = chart.speeds[order], depths[order], _of(chart), np.inf, 1.0, 0.0
+    for most, above in ROUNDS:
+        minima = _local_minima(depths)
+        near = minima[depths[minima] <= above * best.depth][:most]
+        left_out = min(left_out, depths[np.setdiff1d(minima, near)].min(initial=np.inf))
+        fresh = np.unique(np.concatenate([_beside(speeds, i) for i in near.tolist()]))
+        if fresh.size == 0:
+            break
+        closer = chart_at(problem, fresh, method, depth_max=chart.depth_max)
+        values = np.minimum(closer.limit, chart.depth_max)
+        gain = max(gain, *(_gain(speeds, depths, i, fresh, values) for i in near.tolist()))
+        step = max(best.depth - float(values.min()), 0.0)
+        best = min(best, _of(closer), key=lambda limit: limit.depth)
+        order = np.argsort(np.concatenate([speeds, fresh]))
+        speeds, depths = np.concatenate([speeds, fresh])[order], np.concatenate([depths, values])[order]
+    error = best.error + step + FLOOR * best.depth + max(best.depth - left_out / gain, 0.0)
+    return LowestLimit(best.depth, float(error), best.speed, best.frequency)
+
+
+def _local_minima(depths: FloatArray) -> Array:
+    """Return the places of local minima, lowest first."""
+    padded = np.concatenate([[np.inf], depths, [np.inf]])
+    places = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
+    return places[np.argsort(depths[places], kind="stable")]
+
+
+def _beside(speeds: FloatArray, i: int) -> FloatArray:
+    """Return speeds between a place and its neighbours, none of which is one of them."""
+    low, here, high = speeds[max(i - 1, 0)], speeds[i], speeds[min(i + 1, speeds.size - 1)]
+    sides = [np.linspace(a, b, BESIDE + 2)[1:-1] for a, b in ((low, here), (here, high)) if b - a > NARROWEST * b]
+    return np.concatenate(sides) if sides else np.zeros(0)
+
+
+def _gain(speeds: FloatArray, depths: FloatArray, i: int, fresh: FloatArray, values: FloatArray) -> float:
+    """Return by what factor the depth at a place was larger than the least beside it now."""
+    low, high = speeds[max(i - 1, 0)], speeds[min(i + 1, speeds.size - 1)]
+    beside = values[(fresh > low) & (fresh < high)]
+    return float(depths[i] / max(beside.min(initial=np.inf), 1e-300)) if beside.size else 1.0
+
+
+def _of(chart: StabilityChart) -> LowestLimit:
+    limit = chart.limit
+    at = int(np.argmin(limit))
+    point = int(chart.limit_points()[at])
+    error, frequency = (0.0, float("nan")) if point < 0 else (float(chart.error[point]), float(chart.frequency[point]))
+    return LowestLimit(float(limit[at]), error, float(chart.speeds[at]), frequency)
