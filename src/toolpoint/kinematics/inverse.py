@@ -1,0 +1,244 @@
+"""Inverse kinematics of any chain by iteration within limits: the tool's tip and direction against the work.
+
+For five-axis machines, robots and whatever has no closed form. The turn about the tool may be prescribed or left free: then it
+is the redundancy of milling, and the solution nearest to the start is taken.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.optimize import least_squares
+
+from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint.kinematics.tool_frame import smallest_turn
+from toolpoint.kinematics.tree import TreeChain
+from toolpoint.spatial import rotation as rot
+from toolpoint.spatial import transform as tf
+from toolpoint.spatial.rotation import skew
+
+CLOSE = 1e-9  # rad, or of the size of the machine
+
+
+@dataclass(frozen=True, eq=False)
+class ToolOnWork:
+    """A tool and the work it cuts: links (-1 is the ground), points (m) and the tool's direction, reference, machine frame."""
+
+    tool: int
+    tip: FloatArray
+    direction: FloatArray
+    table: int = -1
+    origin: FloatArray = field(default_factory=lambda: np.zeros(3))
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        for name in ("tip", "direction", "origin"):
+            put(self, name, floats(f"ToolOnWork.{name}", getattr(self, name), (3,)))
+        put(self, "direction", self.direction / np.linalg.norm(self.direction))
+
+    def placed(self, chain: TreeChain, values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return tip from the work's point (P, 3) and the tool's axes (P, 3, 3), in the work's axes, and these (P, 3, 3)."""
+        moved = chain.displacements_of(chain.motions_of(values))
+        still = np.broadcast_to(np.eye(4), (len(values), 4, 4))
+        tool, work = (still if link < 0 else moved[:, link] for link in (self.tool, self.table))
+        back = np.swapaxes(work[:, :3, :3], -1, -2)
+        apart = tf.move(tool, self.tip[None])[:, 0] - tf.move(work, self.origin[None])[:, 0]
+        return (back @ apart[..., None])[..., 0], back @ tool[:, :3, :3] @ smallest_turn(self.direction), work[:, :3, :3]
+
+
+@dataclass(frozen=True, eq=False)
+class InverseSolution:
+    """Positions of the driven axes by name, m or rad; what is left of place (m) and orientation (rad); a status in words."""
+
+    pose: Mapping[str, float]
+    place_error: float
+    orientation_error: float
+    status: str
+
+    @property
+    def is_reached(self) -> bool:
+        """Whether the target is met."""
+        return self.status == "reached"
+
+
+def tool_on_work(chain: TreeChain, pose: Mapping[str, ArrayLike], pair: ToolOnWork) -> tuple[FloatArray, FloatArray]:
+    """Return the tool's tip from the work's point, m, and its direction, both in the work's axes, shape (n_poses, 3) each."""
+    place, axes, _ = pair.placed(chain, chain.step_values(pose))
+    return place, axes[:, :, 2]
+
+
+def solve_inverse(
+    chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float | None = None,
+    start: Mapping[str, float] | None = None,
+) -> InverseSolution:
+    """Return positions of the driven axes within their limits that bring the tool's tip and direction to a target on the work.
+
+    Parameters
+    ----------
+    chain : TreeChain or ClosedChain
+    pair : ToolOnWork
+    tip : (3,) floats
+        From the work's point in its axes, m.
+    direction : (3,) floats, optional
+        Of the tool's axis in the work's axes; free where left out.
+    turn : float, optional
+        Turn about the tool, rad, from the axes that the smallest turn of z onto the direction gives; free where left out.
+    start : mapping of axis name to position, optional
+        At rest where left out; of several solutions the near one is found. Where it leads nowhere, other starts are tried.
+
+    The status is ``reached``, or says what is left and what to try.
+    """
+    goal = _Goal.of(chain, pair, tip, direction, turn=turn)
+    rest = np.array([dict(start or {}).get(axis.name, axis.rest) for axis in chain.driven_axes], float)
+    low, high = goal.bounds()
+    best: InverseSolution | None = None
+    for begin in _starts(chain, np.clip(rest, low, high)):
+        solution = _solved(goal, begin, low, high)
+        if best is None or solution.place_error + solution.orientation_error < best.place_error + best.orientation_error:
+            best = solution
+        if best.is_reached:
+            return best
+    assert best is not None
+    return best
+
+
+def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None = None, *,
+                      turn: float | None = None) -> list[InverseSolution]:
+    """Return all different solutions that a grid of starts leads to, within limits, see `solve_inverse`."""
+    goal = _Goal.of(chain, pair, tip, direction, turn=turn)
+    low, high = goal.bounds()
+    rest = np.clip(np.array([axis.rest for axis in chain.driven_axes], float), low, high)
+    solutions: list[InverseSolution] = []
+    for begin in _starts(chain, rest):
+        solution = _solved(goal, begin, low, high)
+        if solution.is_reached and all(_differs(solution, other) for other in solutions):
+            solutions.append(solution)
+    return solutions
+
+
+def _differs(first: InverseSolution, second: InverseSolution) -> bool:
+    return any(abs(first.pose[name] - second.pose[name]) > 1e-6 for name in first.pose)
+
+
+@dataclass(frozen=True, eq=False)
+class _Goal:
+    chain: TreeChain
+    pair: ToolOnWork
+    tip: FloatArray
+    axes: FloatArray | None
+    with_turn: bool
+    size: float
+
+    @classmethod
+    def of(cls, chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None, *, turn: float | None
+           ) -> _Goal:
+        axes: FloatArray | None = None
+        if direction is not None:
+            unit = floats("direction", direction, (3,))
+            length = float(np.linalg.norm(unit))
+            if length == 0:
+                fail("direction", "length 0", "must not be zero")
+            axes = smallest_turn(unit / length) @ rot.about("z", turn or 0.0)
+        elif turn is not None:
+            fail("turn", "given without a direction", "turns about the tool's direction", "give direction too")
+        if not chain.driven_axes:
+            fail("chain", "no axes", "must have axes that move it")
+        places = np.concatenate([chain.frames[:, :3, 3], pair.tip[None], pair.origin[None]])
+        size = float(np.ptp(places, axis=0).max()) or 1.0
+        return cls(chain, pair, floats("tip", tip, (3,)), axes, turn is not None, size)
+
+    def bounds(self) -> tuple[FloatArray, FloatArray]:
+        axes = self.chain.driven_axes
+        return np.array([axis.lower for axis in axes]), np.array([axis.upper for axis in axes])
+
+    def residual(self, positions: FloatArray) -> FloatArray:
+        place, axes, _ = self.pair.placed(self.chain, self._values(positions))
+        rows = [(place[0] - self.tip) / self.size]
+        if self.axes is not None:
+            rows.append(self._orientation(axes[0]))
+        return np.concatenate(rows)
+
+    def _values(self, positions: FloatArray) -> FloatArray:
+        names = [axis.name for axis in self.chain.driven_axes]
+        return self.chain.step_values(dict(zip(names, positions, strict=True)))
+
+    def _orientation(self, axes: FloatArray) -> FloatArray:
+        assert self.axes is not None
+        if self.with_turn:
+            return rot.to_vector(axes @ self.axes.T)
+        # The rotation vector that brings one direction onto the other: its length is the angle, also near the opposite.
+        d, goal = axes[:, 2], self.axes[:, 2]
+        cross = np.cross(goal, d)
+        sine = float(np.linalg.norm(cross))
+        return cross * (np.arctan2(sine, float(d @ goal)) / sine if sine > 1e-12 else 1.0)
+
+    def slope(self, positions: FloatArray) -> FloatArray:
+        """Derivative of the residual, with that of the rotation vector at its first order: exact where the target is met."""
+        chain, pair = self.chain, self.pair
+        pose = dict(zip((axis.name for axis in chain.driven_axes), positions, strict=True))
+        nothing = np.zeros((len(chain.driven_axes), 6))
+        tool, work = (nothing if link < 0 else chain.axis_twists(pose, link)[0] for link in (pair.tool, pair.table))
+        place, _, turned = pair.placed(chain, self._values(positions))
+        moved = chain.displacements(pose)[0]
+        origin = pair.origin if pair.table < 0 else tf.move(moved[pair.table], pair.origin[None])[0]
+        tip = turned[0] @ place[0] + origin
+        relative = (tool - work).T
+        velocity = turned[0].T @ (relative[:3] - skew(tip) @ relative[3:])
+        rows = [velocity / self.size]
+        if self.axes is not None:
+            turning = turned[0].T @ relative[3:]
+            d = self.axes[:, 2]
+            rows.append(turning if self.with_turn else turning - np.outer(d, d @ turning))
+        return np.concatenate(rows)
+
+
+def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
+    """The given start, then combinations of a few positions of the rotary axes, at most 36."""
+    rotary = [k for k, axis in enumerate(chain.driven_axes) if axis.is_rotary]
+    count = {0: 1, 1: 8, 2: 6, 3: 4}.get(len(rotary), 2)
+    starts = [first]
+    for number in range(min(count ** len(rotary), 36)):
+        start = first.copy()
+        for k in rotary:
+            axis = chain.driven_axes[k]
+            low, high = max(axis.lower, -np.pi), min(axis.upper, np.pi)
+            start[k] = low + (high - low) * (number % count + 0.5) / count
+            number //= count
+        starts.append(start)
+    return starts
+
+
+def _solved(goal: _Goal, begin: FloatArray, low: FloatArray, high: FloatArray) -> InverseSolution:
+    try:
+        fit = least_squares(goal.residual, begin, goal.slope, (low - 1e-12, high + 1e-12), xtol=1e-15, ftol=1e-15, gtol=1e-15,
+                            x_scale=np.where([axis.is_rotary for axis in goal.chain.driven_axes], 1.0, goal.size), max_nfev=40)
+        positions = _polished(goal, fit.x, low, high)
+    except ToolpointError as error:
+        return InverseSolution({}, np.inf, np.inf, f"not reached: {error}")
+    residual = goal.residual(positions)
+    place, angle = float(np.linalg.norm(residual[:3])) * goal.size, float(np.linalg.norm(residual[3:]))
+    pose = {axis.name: float(v) for axis, v in zip(goal.chain.driven_axes, positions, strict=True)}
+    if place < CLOSE * goal.size and angle < CLOSE:
+        return InverseSolution(pose, place, angle, "reached")
+    held = [axis.name for axis, v in zip(goal.chain.driven_axes, positions, strict=True)
+            if min(v - axis.lower, axis.upper - v) < 1e-6]
+    why = f"; {', '.join(held)} at the end of travel" if held else ""
+    left = f"{1e3 * place:.3g} mm and {np.degrees(angle):.3g} deg are left{why}"
+    return InverseSolution(pose, place, angle, f"not reached: {left}; move the work, free the turn about the tool, or give a "
+                           "start on another branch")
+
+
+def _polished(goal: _Goal, positions: FloatArray, low: FloatArray, high: FloatArray) -> FloatArray:
+    """A few full steps of Newton's method, each kept only where it helps."""
+    size = float(np.abs(goal.residual(positions)).max())
+    for _ in range(4):
+        step = np.linalg.lstsq(goal.slope(positions), -goal.residual(positions), rcond=1e-12)[0]
+        ahead = np.clip(positions + step, low, high)
+        now = float(np.abs(goal.residual(ahead)).max())
+        if not now < size:
+            break
+        positions, size = ahead, now
+    return positions

@@ -1,0 +1,223 @@
+r"""Inverse kinematics in closed form of arms with a spherical wrist and parallel second and third axes: all branches, named.
+
+The wrist centre :math:`p` does not move with the last three axes. Axes 2 and 3 are parallel (direction u), so they leave
+:math:`u \cdot p` as it is: axis 1 follows from a linear equation in its cosine and sine (two solutions), axis 3 from the
+distance of the wrist centre to axis 2 (two), axis 2 from the direction, and the wrist's three from the rotation that is left
+(two).
+Source: Murray, Li, Sastry, A Mathematical Introduction to Robotic Manipulation, section 3.3 (Paden-Kahan subproblems).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.kinematics.tree import TreeChain
+from toolpoint.spatial import transform as tf
+from toolpoint.spatial.rotation import skew
+
+PARALLEL = 1e-9
+REACH = 1e-9  # how far beyond one a cosine may lie by rounding
+SINGULAR = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class ArmBranch:
+    """One way to reach a target: positions of the axes (6,), rad; its name; whether within limits; what is arbitrary there."""
+
+    name: str
+    positions: FloatArray
+    within_limits: bool
+    note: str = ""
+
+    def __repr__(self) -> str:
+        angles = ", ".join(f"{v:.2f}" for v in np.degrees(self.positions))
+        return f"ArmBranch({self.name}: {angles} deg{'' if self.within_limits else ', beyond limits'})"
+
+
+@dataclass(frozen=True, eq=False)
+class SphericalWrist:
+    """Geometry of an arm for its closed-form inverse, taken from its chain with all axes at rest.
+
+    directions, places : (6, 3), of the joint axes; centre : (3,), where the last three meet; u along axes 2 and 3.
+    """
+
+    chain: TreeChain
+    directions: FloatArray
+    places: FloatArray
+    centre: FloatArray
+
+    @cached_property
+    def _crosses(self) -> list[FloatArray]:
+        """Matrices of the cross product with each direction, and their squares, (6, 2, 3, 3)."""
+        single = skew(self.directions)
+        return list(np.stack([single, single @ single], axis=1))
+
+    def _turn(self, axis: int, angle: float) -> FloatArray:
+        """Rotation about a joint axis (Rodrigues)."""
+        k = self._crosses[axis]
+        return np.eye(3) + math.sin(angle) * k[0] + (1 - math.cos(angle)) * k[1]
+
+    @classmethod
+    def of(cls, chain: TreeChain) -> SphericalWrist:
+        """Return the geometry of a chain of six turning joints; raises ToolpointError where it has no spherical wrist.
+
+        Joint i turns about z of its frame, as `arm_chain` makes it.
+        """
+        if len(chain.parents) != 6 or chain.parents != (-1, 0, 1, 2, 3, 4) or any(
+                step.way != 5 for step in chain.steps) or len(chain.steps) != 6:
+            fail("chain", repr(chain), "must be six turning joints in a row", "use kinematics.inverse.solve_inverse")
+        directions, places = chain.frames[:, :3, 2], chain.frames[:, :3, 3]
+        centre, miss = _meeting_point(directions[3:], places[3:])
+        size = float(np.ptp(places, axis=0).max()) or 1.0
+        if miss > 1e-9 * size:
+            fail("chain", f"the last three axes miss each other by {miss:.3g} m", "must meet in one point",
+                 "use kinematics.inverse.solve_inverse")
+        if np.linalg.norm(np.cross(directions[1], directions[2])) > PARALLEL:
+            fail("chain", "axes 2 and 3 are not parallel", "this closed form needs them parallel",
+                 "use kinematics.inverse.solve_inverse")
+        return cls(chain, directions, places, centre)
+
+    def forward(self, positions: ArrayLike) -> FloatArray:
+        """Return the displacement of the last link for positions of the axes (..., 6), shape (..., 4, 4)."""
+        q = floats("positions", positions, (6,))
+        values = self.chain.driven_values(q.reshape(-1, 6))
+        moved = self.chain.displacements_of(self.chain.motions_of(values))[:, 5]
+        return moved.reshape(*q.shape[:-1], 4, 4)
+
+    def inverse(self, target: ArrayLike, *, turn_at_singular: float = 0.0) -> list[ArmBranch]:
+        """Return all branches that bring the last link to a displacement (4, 4) from its reference place.
+
+        turn_at_singular : angle of joint 4, rad, where a straight wrist leaves it arbitrary. The list is empty where the wrist
+        centre is out of reach. Names: ``front`` or ``back`` (axis 1), ``up`` or ``down`` (elbow), ``no flip`` or ``flip``
+        (wrist).
+        """
+        goal = floats("target", target, (4, 4))
+        centre = goal[:3, :3] @ self.centre + goal[:3, 3]
+        branches = []
+        for shoulder, first in self._shoulder(centre):
+            inner = self._moved_back(0, first, centre)
+            for elbow, second, third in self._elbow(inner):
+                turn = goal[:3, :3]
+                for axis, angle in ((0, first), (1, second), (2, third)):
+                    turn = self._turn(axis, -angle) @ turn
+                for wrist, angles, note in self._wrist(turn, turn_at_singular):
+                    branches.append(self._branch(f"{shoulder} {elbow} {wrist}", [first, second, third, *angles], note))
+        return branches
+
+    def _branch(self, name: str, angles: list[float], note: str) -> ArmBranch:
+        joint = np.arctan2(np.sin(angles), np.cos(angles))
+        # Joint angles back to axes, which may be coupled; each axis by whole turns into its limits.
+        back, rest = self._decoupling
+        positions = back @ joint + rest
+        positions = np.array([_within(v, axis.lower, axis.upper) for v, axis in zip(positions, self.chain.driven_axes,
+                                                                                    strict=True)])
+        good = all(axis.lower - 1e-9 <= v <= axis.upper + 1e-9
+                   for v, axis in zip(positions, self.chain.driven_axes, strict=True))
+        return ArmBranch(name, positions, good, note)
+
+    @cached_property
+    def _decoupling(self) -> tuple[FloatArray, FloatArray]:
+        """Positions of the axes per joint angle (6, 6), and at rest."""
+        steps = {step.joint: k for k, step in enumerate(self.chain.steps)}
+        coupling = self.chain.coupling[[steps[i] for i in range(6)]]
+        return np.linalg.inv(coupling), np.array([axis.rest for axis in self.chain.driven_axes])
+
+    def _moved_back(self, axis: int, angle: float, point: FloatArray) -> FloatArray:
+        return self._turn(axis, -angle) @ (point - self.places[axis]) + self.places[axis]
+
+    def _shoulder(self, centre: FloatArray) -> Iterator[tuple[str, float]]:
+        """Angles of axis 1 for which the wrist centre keeps its distance along axes 2 and 3."""
+        w, u = self.directions[0], self.directions[1]
+        reach = centre - self.places[0]
+        distance = u @ (self.centre - self.places[0])
+        # u . R(-t) r = distance
+        along = (u @ w) * (w @ reach)
+        cosine, sine = float(u @ reach - along), float(-u @ self._crosses[0][0] @ reach)
+        for number, angle in enumerate(_linear(cosine, sine, float(distance - along))):
+            inner = self._moved_back(0, angle, centre)
+            yield self._shoulder_name(inner, number), angle
+
+    def _shoulder_name(self, inner: FloatArray, number: int) -> str:
+        forward = self._crosses[1][0] @ self.directions[0]
+        home, here = (float(forward @ (p - self.places[0])) for p in (self.centre, inner))
+        if abs(here) < 1e-12:
+            return ("front", "back")[number]
+        return "front" if here * (home if abs(home) > 1e-9 else 1.0) > 0 else "back"
+
+    def _elbow(self, inner: FloatArray) -> Iterator[tuple[str, float, float]]:
+        """Angles of axes 2 and 3 that bring the wrist centre to a place, with the side on which the elbow lies."""
+        u, cross = self.directions[1], self._crosses[1][0]
+        sense = float(np.sign(self.directions[2] @ u))
+        a = _across(self.places[2] - self.places[1], u)
+        b = _across(self.centre - self.places[2], u)
+        c = _across(inner - self.places[1], u)
+        # |a + R(t3) b| = |c|, both turning about u.
+        constant = (c @ c - a @ a - b @ b) / 2
+        for number, angle in enumerate(_linear(float(a @ b), float(a @ cross @ b), float(constant))):
+            third = sense * angle
+            moved = a + self._turn(1, angle) @ b
+            second = float(math.atan2((cross @ moved) @ c, moved @ c))
+            elbow = self._turn(1, second) @ a
+            above = float(self.directions[0] @ (elbow - c * float(elbow @ c) / max(float(c @ c), 1e-300)))
+            side = above if abs(above) > 1e-9 else float(number == 0) - 0.5
+            yield ("up" if side > 0 else "down"), second, third
+
+    def _wrist(self, turn: FloatArray, turn_at_singular: float) -> Iterator[tuple[str, tuple[float, float, float], str]]:
+        """Angles of the last three axes for the rotation that is left to them."""
+        w4, w5, w6 = self.directions[3:]
+        goal = turn @ w6
+        along = (w4 @ w5) * (w5 @ w6)
+        for fifth in _linear(float(w4 @ w6 - along), float(w4 @ self._crosses[4][0] @ w6), float(w4 @ goal - along)):
+            bent = self._turn(4, fifth) @ w6
+            flat, seen = _across(bent, w4), _across(goal, w4)
+            note = ""
+            if flat @ flat < SINGULAR**2:
+                fourth, note = turn_at_singular, "singular wrist: joints 4 and 6 turn about one line, joint 4 is arbitrary"
+            else:
+                fourth = float(math.atan2((self._crosses[3][0] @ flat) @ seen, flat @ seen))
+            rest = self._turn(4, -fifth) @ self._turn(3, -fourth) @ turn
+            probe = _across(np.eye(3)[int(np.argmin(np.abs(w6)))], w6)
+            sixth = float(math.atan2((self._crosses[5][0] @ probe) @ (rest @ probe), probe @ rest @ probe))
+            yield ("no flip" if np.sin(fifth) >= 0 else "flip"), (fourth, fifth, sixth), note
+
+
+def _linear(cosine: float, sine: float, constant: float) -> list[float]:
+    """Angles t with cosine cos t + sine sin t = constant: two, one where they meet, none out of reach."""
+    size = math.hypot(cosine, sine)
+    if size < 1e-14:
+        return [0.0] if abs(constant) < 1e-12 else []
+    ratio = constant / size
+    if abs(ratio) > 1 + REACH:
+        return []
+    middle, apart = math.atan2(sine, cosine), math.acos(min(max(ratio, -1.0), 1.0))
+    return [middle + apart, middle - apart] if apart > 1e-12 else [middle]
+
+
+def _across(vector: FloatArray, unit: FloatArray) -> FloatArray:
+    return vector - unit * float(unit @ vector)
+
+
+def _within(value: float, lower: float, upper: float) -> float:
+    """The value nearest to zero that is within limits after whole turns; the one within half a turn where none is."""
+    turns = [value + 2 * np.pi * k for k in (-2, -1, 0, 1, 2)]
+    inside = [v for v in turns if lower - 1e-9 <= v <= upper + 1e-9]
+    return min(inside or turns, key=abs)
+
+
+def _meeting_point(directions: FloatArray, places: FloatArray) -> tuple[FloatArray, float]:
+    """Point nearest to three lines, m, and its largest distance to them."""
+    projectors = np.eye(3) - directions[:, :, None] * directions[:, None, :]
+    point = np.linalg.lstsq(projectors.reshape(-1, 3), (projectors @ places[..., None]).reshape(-1), rcond=None)[0]
+    return point, float(np.linalg.norm((projectors @ (point - places)[..., None])[..., 0], axis=-1).max())
+
+
+def move_tool(frame: ArrayLike, reference: ArrayLike) -> FloatArray:
+    """Return the displacement (4, 4) that brings a frame of the last link from its reference to a target, both (4, 4)."""
+    return floats("frame", frame, (4, 4)) @ tf.inverse(floats("reference", reference, (4, 4)))

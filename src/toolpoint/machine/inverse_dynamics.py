@@ -1,0 +1,133 @@
+r"""Rigid dynamics along the axes: mass matrix, gravity torque, and the axis forces that a motion takes.
+
+Recursive Newton-Euler over the steps of all joints: velocities and accelerations outwards, with gravity as an acceleration of
+the ground, forces inwards. Loops are condensed with the rates of the passive steps, whose accelerations follow from the second
+derivative of closure. Source: Featherstone, Rigid Body Dynamics Algorithms, 2008, chapters 5 and 8.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.kinematics import ClosedChain, Pose
+from toolpoint.kinematics.steps import advance
+from toolpoint.machine.model import Machine
+from toolpoint.spatial import transform as tf
+
+
+def axis_mass_matrix(machine: Machine, pose: Pose | None = None) -> FloatArray:
+    """Return the mass matrix of the rigid machine along its driven axes, kg, kg m, kg m^2, shape (n_poses, n_axes, n_axes)."""
+    values, twists, inertia = _state(machine, pose)
+    rates = _rates(machine, values)
+    total = np.zeros((len(values), rates.shape[-1], rates.shape[-1]))
+    for link in range(len(machine.bodies)):
+        jacobian = np.swapaxes(twists * machine.chain.on_path[link][:, None], -1, -2) @ rates
+        total += np.swapaxes(jacobian, -1, -2) @ inertia[:, link] @ jacobian
+    return total
+
+
+def gravity_force(machine: Machine, pose: Pose | None = None, gravity: ArrayLike | None = None) -> FloatArray:
+    """Return the axis forces (N, N m) that hold the machine against gravity, shape (n_poses, n_axes).
+
+    gravity : (3,), m/s^2; that of the machine where left out.
+    """
+    zero = np.zeros(len(machine.chain.driven_axes))
+    return inverse_dynamics(machine, pose, zero, zero, gravity=gravity)
+
+
+def inverse_dynamics(machine: Machine, pose: Pose | None, velocity: ArrayLike, acceleration: ArrayLike, *,
+                     gravity: ArrayLike | None = None) -> FloatArray:
+    """Return the axis forces (N, N m) of a motion of the rigid machine, shape (n_poses, n_axes).
+
+    Parameters
+    ----------
+    machine : Machine
+        Rigid bodies; springs are left out.
+    pose : mapping of axis name to positions
+    velocity, acceleration : (n_axes,) or (n_poses, n_axes) floats
+        Of the driven axes, m/s or rad/s and m/s^2 or rad/s^2.
+    gravity : (3,) floats, optional
+        m/s^2; that of the machine, or none, where left out.
+    """
+    values, twists, inertia = _state(machine, pose)
+    count = len(machine.chain.driven_axes)
+    rates = _rates(machine, values)
+    qd, qdd = (np.broadcast_to(floats(name, v, (count,)), (len(values), count))
+               for name, v in (("velocity", velocity), ("acceleration", acceleration)))
+    field = machine.description.gravity if gravity is None else gravity
+    g = np.zeros(3) if field is None else floats("gravity", field, (3,))
+    sd = (rates @ qd[..., None])[..., 0]
+    sdd = (rates @ qdd[..., None])[..., 0] + _bias(machine, values, sd)
+    forces = _newton_euler(machine, twists, inertia, sd, sdd, g)
+    return (np.swapaxes(rates, -1, -2) @ forces[..., None])[..., 0]
+
+
+def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Step values, unit twists of the steps, and inertias of the bodies about the machine's origin, (P, n_links, 6, 6)."""
+    if any(body.modal_count for body in machine.bodies):
+        fail("machine", "elastic bodies", "must be rigid here", "use assemble for elastic ones")
+    chain = machine.chain
+    values = chain.step_values(pose or {})
+    moved = chain.displacements_of(chain.motions_of(values))
+    frames = moved @ machine.body_frames
+    back = tf.adjoint(tf.inverse(frames))
+    masses = np.stack([body.mass for body in machine.bodies])
+    return values, chain.twists_of(values, moved), np.swapaxes(back, -1, -2) @ masses @ back
+
+
+def _rates(machine: Machine, values: FloatArray) -> FloatArray:
+    chain = machine.chain
+    if isinstance(chain, ClosedChain):
+        return chain.closure.rates(values)
+    return np.broadcast_to(chain.coupling, (len(values), *chain.coupling.shape))
+
+
+def _newton_euler(machine: Machine, twists: FloatArray, inertia: FloatArray, sd: FloatArray, sdd: FloatArray, g: FloatArray
+                  ) -> FloatArray:
+    """Generalised forces of all steps (P, n_steps); everything in machine axes about the machine's origin."""
+    chain, (poses, steps, _) = machine.chain, twists.shape
+    links = len(machine.bodies)
+    velocity, acceleration = np.zeros((poses, links, 6)), np.zeros((poses, links, 6))
+    for i, parent in enumerate(chain.parents):
+        v = np.zeros((poses, 6)) if parent < 0 else velocity[:, parent]
+        a = np.concatenate([np.broadcast_to(-g, (poses, 3)), np.zeros((poses, 3))], axis=-1) if parent < 0 else acceleration[
+            :, parent]
+        for group in chain.sequences[i]:
+            # The three of a ball turn together: none of them carries the others.
+            carrier = v
+            for k in group:
+                unit = twists[:, k]
+                v = v + unit * sd[:, k, None]
+                a = a + unit * sdd[:, k, None] + tf.twist_bracket(carrier, unit) * sd[:, k, None]
+        velocity[:, i], acceleration[:, i] = v, a
+    momentum = (inertia @ velocity[..., None])[..., 0]
+    wrench = (inertia @ acceleration[..., None])[..., 0] + _force_bracket(velocity, momentum)
+    for i in reversed(range(links)):
+        if chain.parents[i] >= 0:
+            wrench[:, chain.parents[i]] += wrench[:, i]
+    joints = [step.joint for step in chain.steps]
+    return np.einsum("psk,psk->ps", twists, wrench[:, joints]) if steps else np.zeros((poses, 0))
+
+
+def _force_bracket(twist: FloatArray, wrench: FloatArray) -> FloatArray:
+    """Rate of a wrench (f, m) carried along with a twist (v, w), about the fixed origin: (w x f, w x m + v x f)."""
+    v, w, f, m = twist[..., :3], twist[..., 3:], wrench[..., :3], wrench[..., 3:]
+    return np.concatenate([np.cross(w, f), np.cross(w, m) + np.cross(v, f)], axis=-1)
+
+
+def _bias(machine: Machine, values: FloatArray, sd: FloatArray) -> FloatArray:
+    """Accelerations of the steps at constant axis rates: zero for a tree, of the passive steps by closure for loops.
+
+    The derivative of the rates along the motion is a central difference of exact Jacobians.
+    """
+    chain = machine.chain
+    if not isinstance(chain, ClosedChain) or not chain.loops or not chain.passive or not np.any(sd):
+        return np.zeros_like(sd)
+    size = max(float(np.abs(sd).max()), 1e-300)
+    h = 1e-4 / size
+    ahead, back = (chain.closure.rates(advance(chain.steps, chain.balls, values, s * h * sd)) for s in (1, -1))
+    here = chain.closure.rates(values)
+    qd = (np.linalg.pinv(here) @ sd[..., None])[..., 0]
+    return ((ahead - back) @ qd[..., None])[..., 0] / (2 * h)
