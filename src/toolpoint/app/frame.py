@@ -57,6 +57,10 @@ class Frame:
         console.text(result.table())
         self.show_rest(notes, written)
 
+    def print_table(self, result: Result) -> None:
+        """Print the table of one result of several."""
+        console.text(result.table())
+
     def show_json(self, data: object) -> None:
         """Print plain data as JSON."""
         print(console.spell_options(json.dumps(data)))

@@ -11,7 +11,15 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.app import console, cutting_commands, demo_commands, drive_commands, machine_commands, model_commands
+from toolpoint.app import (
+    console,
+    cutting_commands,
+    demo_commands,
+    drive_commands,
+    machine_commands,
+    model_commands,
+    video_commands,
+)
 
 
 class _Commands(click.Group):
@@ -34,7 +42,7 @@ for _command in (demo_commands.demo, machine_commands.report, machine_commands.m
                  model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
                  cutting_commands.calibrate, drive_commands.drive,
-                 drive_commands.servo_data):
+                 drive_commands.servo_data, video_commands.video):
     cli.add_command(_command)
 
 

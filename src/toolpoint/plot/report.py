@@ -15,10 +15,10 @@ from typing import Any
 import toolpoint
 from toolpoint._check import ToolpointError, fail
 from toolpoint.plot.page.frame import asset, chart_script, page
-from toolpoint.plot.page.parts import Chart, ClickedSeries, Listing, Notes, Table, Text
+from toolpoint.plot.page.parts import Chart, ClickedSeries, Listing, Notes, Picture, Table, Text
 from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
-Part = Text | Table | Notes | Listing | Chart | ClickedSeries | ShapeView
+Part = Text | Table | Notes | Listing | Picture | Chart | ClickedSeries | ShapeView
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,8 @@ class Report:
         for number, part in enumerate(shown):
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
-                     "must be Text, Table, Notes, Listing, Chart or ShapeView", "wrap a plotly figure as Chart(figure)")
+                     "must be Text, Table, Notes, Listing, Picture, Chart or ShapeView",
+                     "wrap a plotly figure as Chart(figure)")
         return replace(self, sections=(*self.sections, Section(str(title), shown)))
 
     def html(self) -> str:

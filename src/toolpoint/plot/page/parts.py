@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import html
 import json
 import re
@@ -120,6 +121,27 @@ class Listing:
     def fragment(self) -> str:
         """Return the text in a details element."""
         return f"<details><summary>{html.escape(self.title)}</summary><pre>{html.escape(self.text)}</pre></details>"
+
+
+@dataclass(frozen=True, eq=False)
+class Picture:
+    """A picture in the page itself: the bytes of a PNG, JPEG, GIF or WebP file, also a moving one."""
+
+    data: bytes
+    alt: str
+    caption: str = ""
+
+    KINDS = {b"\x89PNG": "png", b"\xff\xd8\xff": "jpeg", b"GIF8": "gif", b"RIFF": "webp"}
+
+    def fragment(self) -> str:
+        """Return the picture as a figure."""
+        kind = next((name for start, name in self.KINDS.items() if self.data.startswith(start)), "")
+        if not kind:
+            fail("Picture.data", "no picture", "must be a PNG, JPEG, GIF or WebP file")
+        caption = f"<figcaption>{html.escape(self.caption)}</figcaption>" if self.caption else ""
+        source = f"data:image/{kind};base64," + base64.b64encode(self.data).decode()
+        return (f'<figure class="tp-figure"><img src="{source}" alt="{html.escape(self.alt)}" '
+                f'style="max-width:100%;height:auto">{caption}</figure>')
 
 
 @dataclass(frozen=True, eq=False)

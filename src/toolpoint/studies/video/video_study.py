@@ -30,7 +30,7 @@ from toolpoint.vision.view import View
 HEADER = ("mode", "frequency Hz", "+- Hz", "damping %", "+- %", "largest motion px", "seen", "if aliased Hz", "remark")
 # Advice of an identification of measured responses that does not hold for the transforms of a decay.
 _OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", "stated variance")
-CYCLES = 2.5
+CYCLES = 0.9
 LARGE = 0.5
 BROKEN = 10.0
 

@@ -74,7 +74,7 @@ class VideoFrames:
             yield np.stack(part)
 
     def _decoded(self) -> Iterator[Frames]:
-        av = _library()
+        av = library()
         try:
             with av.open(str(self.path)) as container:
                 stream = container.streams.video[0]
@@ -102,7 +102,7 @@ def read(path: Path, frame_rate: float, scratch: int | None = None) -> Clip:
 
 def read_header(path: Path) -> Header:
     """Return what a video says of itself; refuse a file without a video that can be decoded."""
-    av = _library()
+    av = library()
     try:
         with av.open(str(path)) as container:
             if not container.streams.video:
@@ -186,7 +186,8 @@ def _turns(frame: Any) -> int:
     return (angle // 90) % 4
 
 
-def _library() -> Any:
+def library() -> Any:
+    """Return PyAV; say how to install it where it is missing."""
     try:
         import av
     except ImportError:

@@ -1,0 +1,145 @@
+"""The command video: modes from one or more videos, interfaces of a machine ranked and updated by them, motion magnified."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import Frame, frame
+from toolpoint.app.options import BAND, JSON, OUTPUT, PATH
+
+
+@click.command()
+@click.argument("files", nargs=-1, required=True, type=PATH)
+@click.option("--fps", required=True, type=float, help="True frames per second of the camera (not of the player).")
+@click.option("--shape", metavar="ROWSxCOLUMNS", help="Shape of plain binary frames (.raw, .bin).")
+@click.option("--bits", type=click.IntRange(8, 16), help="Bits of a pixel of raw frames.")
+@click.option("--row-delay", type=float, default=0.0, help="Rolling shutter: microseconds between neighbouring rows.")
+@click.option("--region", metavar="LEFT,TOP,WIDTH,HEIGHT", help="Part of the picture to use.")
+@click.option("--background", multiple=True, metavar="LEFT,TOP,WIDTH,HEIGHT",
+              help="Part that stands still and has texture: camera shake is taken off by it; several times.")
+@click.option("--body", "bodies", multiple=True, metavar="NAME=LEFT,TOP,WIDTH,HEIGHT",
+              help="Where a body is seen, from back to front; several times. With --machine found by itself.")
+@click.option("--method", type=click.Choice(["templates", "lucas-kanade", "phase"]), default="templates", show_default=True,
+              help="Of displacement.")
+@click.option("--points", type=click.IntRange(10, 5000), default=300, show_default=True, help="Points on edges and corners.")
+@click.option("--view", "views", multiple=True, type=click.Choice(["xz", "yz", "xy"]),
+              help="Plane of each video; z (or y) is up.")
+@click.option("--scale", type=float, help="Millimetres a pixel.")
+@click.option("--origin", "origins", multiple=True, metavar="COLUMN,ROW", help="Where each video shows the machine's origin.")
+@BAND
+@click.option("--start", type=float, help="Start of the free decay, s; found where left out.")
+@click.option("--stop", type=float, help="End of the free decay, s.")
+@click.option("--record", type=PATH,
+              help="Hammer or accelerometer record, FRFs or modes from beside the video: gives the poles.")
+@click.option("--machine", type=PATH, help="Machine file: interfaces are ranked by the videos.")
+@click.option("--update", "written", type=PATH, help="Update the machine to the videos and write it here.")
+@click.option("--magnify", type=PATH, help="Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).")
+@click.option("--mode", "which", type=click.IntRange(1), default=1, show_default=True, help="Mode to magnify.")
+@click.option("--factor", type=float, default=20.0, show_default=True, help="Of magnification.")
+@OUTPUT
+@JSON
+def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | None, written: Path | None, magnify: Path | None,
+          which: int, factor: float, **options: Any) -> None:
+    """Mode shapes, frequencies and damping from videos of a machine that rings after a blow.
+
+    Videos (.mp4 .mov .avi .mkv, extra 'video'), folders of images, .npy or raw frames. Two videos of orthogonal planes and a
+    machine file rank the machine's interfaces and update it.
+    """
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.video import video_page
+    from toolpoint.studies.video.interfaces import rank_interfaces
+    from toolpoint.studies.video.video_update import update_from_videos
+
+    if written is not None and machine is None:
+        raise ToolpointError("--update: needs --machine, the machine to be updated")
+    built = None if machine is None else machine_file.read(machine)
+    with frame(output, as_json) as run:
+        videos = [_study(run, path, number, built, options) for number, path in enumerate(files)]
+        result = None
+        if built is not None:
+            result = rank_interfaces(built, videos) if written is None else update_from_videos(built, videos)
+        if written is not None and result is not None:
+            machine_file.write(result.machine.description, written)  # type: ignore[union-attr]
+        run.save(video_page(videos, result, warnings=run.warnings))
+        if magnify is not None:
+            _magnify(videos[0], magnify, which, factor)
+    if as_json:
+        run.show_json({"videos": [study.to_dict() for study in videos],
+                       "machine": None if result is None else result.to_dict()})
+        return
+    for study in videos:
+        run.print_table(study)
+    if result is not None:
+        run.print_table(result)
+    run.show_rest([note for study in videos for note in study.notes], {"Machine file": written, "Magnified clip": magnify})
+
+
+def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str, Any]) -> Any:
+    """Read and study one video."""
+    from toolpoint.io import frf_files, mode_files, record_files
+    from toolpoint.studies.video.machine_view import body_regions
+    from toolpoint.studies.video.record_poles import poles_of
+    from toolpoint.studies.video.video_study import study_video
+    from toolpoint.vision import Region, read_clip
+
+    view = _view(options, number)
+    region = None if options["region"] is None else Region.parse(options["region"])
+    clip = read_clip(path, options["fps"], shape=_shape(options["shape"]), bits=options["bits"],
+                     row_delay=1e-6 * options["row_delay"], region=region)
+    bodies = {name: Region.parse(box) for name, _, box in (text.partition("=") for text in options["bodies"])}
+    if machine is not None and not bodies:
+        bodies = body_regions(machine, view, clip.shape)
+    poles = None
+    if options["record"] is not None:
+        file = options["record"]
+        if mode_files.holds_modes(file):
+            poles = poles_of(mode_files.read(file))
+        else:
+            try:
+                poles = poles_of(record_files.read(file), options["band"])
+            except ToolpointError as of_record:
+                try:
+                    poles = poles_of(frf_files.read(file), options["band"])
+                except ToolpointError as of_responses:
+                    raise ToolpointError(f"--record: {file.name} is read neither as a record ({of_record}) nor as responses "
+                                         f"({of_responses})") from None
+    with run.progress_of_parts() as progress:
+        return study_video(clip, method=options["method"], points=options["points"], view=view,
+                           background=[Region.parse(text) for text in options["background"]], bodies=bodies,
+                           band=options["band"], start=options["start"], stop=options["stop"], poles=poles,
+                           progress=lambda name, done, total: progress(name, done, max(total, done)))
+
+
+def _view(options: dict[str, Any], number: int) -> Any:
+    from toolpoint.vision import View
+
+    planes, origins = options["views"] or ("xz",), options["origins"] or ("0,0",)
+    plane, origin = planes[min(number, len(planes) - 1)], origins[min(number, len(origins) - 1)]
+    try:
+        column, row = (float(part) for part in origin.split(","))
+    except ValueError:
+        raise click.BadParameter(f"{origin!r}: write COLUMN,ROW, for example 640,700", param_hint="--origin") from None
+    return View.of_plane(plane, None if options["scale"] is None else 1e-3 * options["scale"], (column, row))
+
+
+def _shape(text: str | None) -> tuple[int, int] | None:
+    if text is None:
+        return None
+    rows, cross, columns = text.partition("x")
+    if not (cross and rows.isdigit() and columns.isdigit()):
+        raise click.BadParameter(f"{text!r}: write ROWSxCOLUMNS, for example 720x1280", param_hint="--shape")
+    return int(rows), int(columns)
+
+
+def _magnify(study: Any, path: Path, which: int, factor: float) -> None:
+    from toolpoint.pages.video import shape_warp
+    from toolpoint.vision import write_frames
+
+    if which > study.poles.count:
+        raise ToolpointError(f"--mode: {which}; the video has {study.poles.count} modes")
+    write_frames(shape_warp(study).frames(which - 1, factor), path)

@@ -1,0 +1,136 @@
+"""The page of videos: doubts, modes, shapes moving, edges over the machine at rest, points with their spectra, interfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from toolpoint.plot import Chart, Notes, Picture, Report, Table
+from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
+from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
+from toolpoint.studies.video.interfaces import InterfaceRanking
+from toolpoint.studies.video.video_study import HEADER, VideoStudy
+from toolpoint.studies.video.video_update import VideoUpdate
+from toolpoint.vision.magnification.edges import overlay
+from toolpoint.vision.magnification.warp import ShapeWarp
+from toolpoint.vision.magnification.writing import eight_bits, encode_moving, encode_picture
+
+PHASES, SHOWN_MODES, WIDEST, CLIP_FRAMES = 12, 4, 480, 36
+# Largest motion of a drawn shape, share of the picture's longer side.
+DRAWN = 0.03
+
+
+def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRanking | None = None, *,
+               warnings: Sequence[str] = ()) -> Report:
+    """Return the page of one or more videos, with the ranking and update of a machine where there is one."""
+    names = ", ".join(video.scan.clip.name for video in videos)
+    summary = "; ".join(f"{video.scan.clip.name}: {int(video.is_mode.sum())} modes" for video in videos)
+    report = Report("Modes from video", summary, subtitle=names)
+    doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
+    if doubts:
+        report = report.with_section("Doubts", Notes(list(dict.fromkeys(doubts)), "warning", "Read these first"))
+    if result is not None:
+        report = _machine(report, result)
+    for number, video in enumerate(videos, start=1):
+        report = _video(report, video, number)
+    notes = list(dict.fromkeys(note for video in videos for note in video.notes))
+    return report.with_section("Remarks", Notes(notes, "note")) if notes else report
+
+
+def shape_warp(video: VideoStudy) -> ShapeWarp:
+    """Return the magnification by the shapes of a study."""
+    return ShapeWarp(video.scan, video.poles.poles, video.bodies, video.picture, video.decay.first)
+
+
+def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN) -> float:
+    """Return the factor at which the largest motion of a mode is a share of the picture's longer side."""
+    sure = video.shapes.deviation().max(axis=1)[:, mode] < 0.2 * np.abs(video.shapes.shape[:, :, mode]).max()
+    moved = np.sqrt((np.abs(video.shapes.shape[:, :, mode]) ** 2).sum(axis=1))
+    largest = float(moved[sure].max()) if sure.any() else float(moved.max())
+    return float(min(1e4, share * max(video.scan.clip.shape) / max(largest, 1e-9)))
+
+
+def _machine(report: Report, result: VideoUpdate | InterfaceRanking) -> Report:
+    ranking = result.ranking if isinstance(result, VideoUpdate) else result
+    report = report.with_section("Interfaces", Table(INTERFACE_HEADER, ranking.rows(), "The softest in these modes first."))
+    if isinstance(result, VideoUpdate):
+        fit = result.update.fit
+        rows = [[name, value] for name, value in fit.values.items()]
+        report = report.with_section("Updated machine", fit.status, Table(["parameter", "value, SI"], rows, digits=5))
+    return report
+
+
+def _video(report: Report, video: VideoStudy, number: int) -> Report:
+    clip, field = video.scan.clip, video.points
+    title = clip.name or f"video {number}"
+    picture = encode_picture(eight_bits(video.scan.reference.picture.astype(np.uint16) if clip.source.bits > 8
+                                        else np.clip(video.scan.reference.picture + 0.5, 0, 255).astype(np.uint8)), "jpeg")
+    report = report.with_section(f"{title}: modes", Table(HEADER, video.rows()), _clip(video))
+    warp, modes = shape_warp(video), np.flatnonzero(video.is_mode)[:SHOWN_MODES]
+    for i in modes.tolist():
+        report = report.with_section(f"{title}: {video.poles.frequency[i]:.2f} Hz", *_shape_parts(video, warp, i, picture))
+    chosen = spread_points(field)
+    highest = min(clip.frame_rate / 2, 2.5 * float(video.poles.frequency.max()))
+    chart = Chart(picture_points(picture, clip.shape, field, chosen), "Click a point for its spectrum.", f"points-{number}")
+    spectra = point_spectra(field, chosen, f"points-{number}", first=video.decay.first, highest=highest,
+                            name=f"spectra-{number}")
+    return report.with_section(f"{title}: points", chart, spectra)
+
+
+def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) -> list[Any]:
+    factor = shape_factor(video, mode)
+    rest = video.scan.reference.picture
+    turn = _real_phase(video, mode)
+    frames = [_small(warp.still(mode, factor, turn * np.exp(2j * np.pi * k / PHASES))) for k in range(PHASES)]
+    edges = overlay(rest, warp.still(mode, factor, turn).astype(float))
+    windows, shapes = video.picture.windows, video.picture.shapes
+    lengths = shapes.deviation()[:, :, mode].max(axis=1)
+    sure = (windows.sight > 0) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
+    parts: list[Any] = [
+        Picture(encode_moving(frames, 16), f"the shape at {video.poles.frequency[mode]:.2f} Hz, moving",
+                f"Motion of this mode alone, {factor:.0f} times its largest in the clip."),
+        Picture(encode_picture(_small(edges)), "edges of the deformed machine over the machine at rest",
+                "Edges at rest in blue, deformed in red.")]
+    if sure.any():
+        chart = picture_shape(picture, video.scan.clip.shape, windows.centres[sure], shapes.shape[sure][:, :, mode])
+        parts.append(Chart(chart, f"Shape of {int(sure.sum())} windows that see it clearly, lines to where they move."))
+    return parts
+
+
+def _real_phase(video: VideoStudy, mode: int) -> complex:
+    """Return the turn that makes the shape real where it is largest."""
+    square = (video.shapes.shape[:, :, mode] ** 2 / np.maximum(video.shapes.deviation()[:, :, mode] ** 2, 1e-12)).sum()
+    return complex(np.exp(-0.5j * np.angle(square)))
+
+
+def _clip(video: VideoStudy) -> Picture:
+    """Return the first periods of the decay as they were filmed."""
+    rate = video.scan.clip.frame_rate
+    lowest = float(video.poles.frequency.min())
+    step = max(1, round(3 * rate / lowest / CLIP_FRAMES))
+    frames = [_small(frame) for frame in _some(video, step)]
+    return Picture(encode_moving(frames, 16, quality=45), "the clip", f"The clip itself, every {step}. frame from the blow on.")
+
+
+def _some(video: VideoStudy, step: int) -> Iterator[np.ndarray]:
+    at, last = 0, video.decay.first + step * CLIP_FRAMES
+    for frames in video.scan.clip.chunks():
+        for k, frame in enumerate(frames, start=at):
+            if video.decay.first <= k < last and (k - video.decay.first) % step == 0:
+                yield frame
+        at += len(frames)
+        if at >= last:
+            return
+
+
+def _small(frame: np.ndarray) -> np.ndarray:
+    """Return a frame of at most `WIDEST` pixels, by means of whole blocks."""
+    picture = eight_bits(frame)
+    side = -(-max(picture.shape[:2]) // WIDEST)
+    if side == 1:
+        return picture
+    rows, columns = picture.shape[0] // side * side, picture.shape[1] // side * side
+    cut = picture[:rows, :columns].reshape(rows // side, side, columns // side, side, -1).mean(axis=(1, 3))
+    return np.ascontiguousarray((cut[..., 0] if picture.ndim == 2 else cut) + 0.5).astype(np.uint8)

@@ -1,0 +1,83 @@
+"""Figures of a video: the picture at rest with its points and shapes, and the spectrum of the point that is clicked."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.plot.figures.theme import COLOURS, figure
+from toolpoint.plot.page.parts import ClickedSeries
+from toolpoint.vision.displacement.result import DisplacementField
+
+POINTS = "measured points"
+MOST_POINTS, MOST_LINES = 120, 220
+
+
+def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, chosen: Sequence[int]) -> go.Figure:
+    """Return the picture at rest (a PNG or JPEG file) with the chosen windows as points that can be clicked."""
+    chart = _over(picture, shape)
+    centres = field.windows.centres[list(chosen)]
+    words = [f"point {k + 1}: {field.quality[k]}, {_sigma(field, k)} px a frame" for k in chosen]
+    chart.add_scatter(x=centres[:, 0], y=centres[:, 1], mode="markers", name=POINTS, customdata=list(range(len(chosen))),
+                      text=words, hovertemplate="%{text}<extra></extra>",
+                      marker={"size": 8, "color": COLOURS[1], "line": {"width": 1, "color": "white"}})
+    return chart
+
+
+def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, moved: ComplexArray, *,
+                  title: str = "") -> go.Figure:
+    """Return the picture at rest with the shape of one mode, (n, 2) complex pixels, as lines from each window's centre."""
+    chart = _over(picture, shape, title)
+    flat = moved * np.exp(-0.5j * np.angle((moved**2).sum()))
+    arrows = flat.real * (0.05 * max(shape) / max(float(np.abs(flat.real).max()), 1e-12))
+    x, y = (np.stack([centres[:, i], centres[:, i] + arrows[:, i], np.full(len(centres), np.nan)], axis=1).ravel() for i in (0,
+                                                                                                                             1))
+    chart.add_scatter(x=np.round(x, 1), y=np.round(y, 1), mode="lines", line={"color": COLOURS[1], "width": 1.5},
+                      hoverinfo="skip",
+                      name="shape")
+    chart.add_scatter(x=np.round(centres[:, 0] + arrows[:, 0], 1), y=np.round(centres[:, 1] + arrows[:, 1], 1), mode="markers",
+                      marker={"size": 3, "color": COLOURS[1]}, hoverinfo="skip", name="tip")
+    return chart
+
+
+def point_spectra(field: DisplacementField, chosen: Sequence[int], follows: str, *, first: int, highest: float,
+                  name: str = "spectra") -> ClickedSeries:
+    """Return the amplitude spectrum of every chosen point up to `highest` (Hz), shown when the point is clicked."""
+    values = field.values[first:, list(chosen)]
+    spectra = 2 * np.abs(np.fft.rfft(values - values.mean(axis=0), axis=0)) / len(values)
+    frequency = np.fft.rfftfreq(len(values), 1 / field.frame_rate)
+    keep = np.flatnonzero((frequency > 0) & (frequency <= highest))[:MOST_LINES * 4]
+    chart = figure("", 340)
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="Amplitude, px", type="log")
+    sets = [(f"point {k + 1} ({field.quality[k]})", frequency[keep], [np.maximum(spectra[keep, n, i], 1e-6) for i in range(2)])
+            for n, k in enumerate(chosen)]
+    return ClickedSeries(chart, follows, POINTS, ("right", "down"), COLOURS[:2], sets, "Spectrum of the point last clicked.",
+                         name)
+
+
+def spread_points(field: DisplacementField, most: int = MOST_POINTS) -> list[int]:
+    """Return up to `most` points that see motion, spread over their order."""
+    at = np.flatnonzero(field.windows.sight > 0)
+    return at[np.unique(np.linspace(0, at.size - 1, min(most, at.size)).astype(int))].tolist() if at.size else []
+
+
+def _sigma(field: DisplacementField, k: int) -> str:
+    return f"{np.sqrt(np.trace(field.covariance[k]) / 2):.2g}"
+
+
+def _over(picture: bytes, shape: tuple[int, int], title: str = "") -> go.Figure:
+    rows, columns = shape
+    chart = figure(title, int(min(620, max(320, 900 * rows / columns))))
+    source = "data:image/jpeg;base64," + base64.b64encode(picture).decode()
+    chart.add_layout_image({"source": source, "xref": "x", "yref": "y", "x": -0.5, "y": -0.5, "sizex": columns, "sizey": rows,
+                            "sizing": "stretch", "layer": "below"})
+    chart.update_xaxes(range=[-0.5, columns - 0.5], showgrid=False, zeroline=False, title_text="Column, px", constrain="domain")
+    chart.update_yaxes(range=[rows - 0.5, -0.5], showgrid=False, zeroline=False, title_text="Row, px", scaleanchor="x",
+                       constrain="domain")
+    chart.update_layout(showlegend=False)
+    return chart

@@ -1,0 +1,88 @@
+r"""Two videos of orthogonal planes joined to spatial shapes.
+
+The blows differ and no force is known, so each video has its own complex scale. A mode seen in both is joined by what both
+see: their common direction at common points, :math:`\phi_2 \to c\,\phi_2` with :math:`c = \phi_2^H \phi_1 / \phi_2^H \phi_2`
+over those Dofs. Where that motion does not stand out of its noise, the two halves of a shape have no common scale and stay
+apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.vibration import Dof, Modes
+
+TOLD = 5.0
+
+
+@dataclass(frozen=True, eq=False)
+class JoinedViews:
+    """Spatial shapes of the modes that both videos show.
+
+    modes : Modes with the Dofs of both; pairs : (n, 2) indices in the first and the second; scale_deviation : (n,) relative
+    standard deviation of the common scale; notes : modes that were not joined, and why.
+    """
+
+    modes: Modes
+    pairs: tuple[tuple[int, int], ...]
+    scale_deviation: FloatArray
+    notes: tuple[str, ...]
+
+
+def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) -> JoinedViews:
+    """Return the modes of two orthogonal videos (both in metres or both in pixels) as spatial shapes.
+
+    Parameters
+    ----------
+    first, second : Modes
+        With common points and one common direction, e.g. ``VideoStudy.modes_at`` of both.
+    frequency_shift : float
+        Largest relative difference of frequency within a pair.
+
+    Raises
+    ------
+    ToolpointError
+        Without a common Dof, or where no mode can be joined.
+    """
+    common = [dof for dof in first.dofs if dof in second.dofs]
+    if not common:
+        fail("join_views", "no common point and direction", "must be one at least",
+             "both planes show z: name points that both see")
+    extra = [dof for dof in second.dofs if dof not in first.dofs]
+    kept, pairs, deviations, notes = [], [], [], []
+    for i in range(first.count):
+        j = int(np.argmin(np.abs(second.frequency - first.frequency[i])))
+        if abs(second.frequency[j] / first.frequency[i] - 1) > frequency_shift:
+            notes.append(f"{first.frequency[i]:.4g} Hz: seen in the first video only")
+            continue
+        a, b = first.shape_at(common)[:, i], second.shape_at(common)[:, j]
+        power = float((np.abs(b) ** 2).sum())
+        noise = _noise(first, common, i) / max(float((np.abs(a) ** 2).sum()), 1e-300) + _noise(second, common, j) / max(power,
+                                                                                                                        1e-300)
+        if power == 0 or noise > 1 / TOLD**2:
+            notes.append(f"{first.frequency[i]:.4g} Hz: the common direction does not move enough for a common scale; the "
+                         f"two halves "
+                         "stay apart")
+            continue
+        scale = (b.conj() @ a) / power
+        kept.append(np.concatenate([first.shape[:, i], scale * second.shape_at(extra)[:, j]]))
+        pairs.append((i, j))
+        deviations.append(float(np.sqrt(noise)))
+    if not kept:
+        fail("join_views", "; ".join(notes) or "no modes", "must have a mode that both videos show in their common direction",
+             "use the videos apart: each plane updates its own parameters")
+    at = [i for i, _ in pairs]
+    modes = Modes(first.frequency[at], first.damping_ratio[at], np.stack(kept, axis=1), (*first.dofs, *extra), "unscaled",
+                  covariance=None if first.covariance is None else first.covariance[at])
+    return JoinedViews(modes, tuple(pairs), np.array(deviations), tuple(notes))
+
+
+def _noise(modes: Modes, common: Sequence[Dof], which: int) -> float:
+    if modes.shape_variance is None:
+        return 0.0
+    at = [modes.dofs.index(dof) for dof in common]
+    return float(modes.shape_variance[at, which].sum()) / len(at)
