@@ -3,21 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from toolpoint.plot import Chart, Notes, Picture, Report, Table
+from toolpoint.plot import Chart, Listing, Notes, Picture, Report, Table
+from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
 from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
 from toolpoint.studies.video.interfaces import InterfaceRanking
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
 from toolpoint.studies.video.video_update import VideoUpdate
+from toolpoint.studies.video.virtual_update import VirtualUpdate
+from toolpoint.vision.displacement.points import COARSEST
 from toolpoint.vision.magnification.edges import overlay
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.magnification.writing import eight_bits, encode_moving, encode_picture
 
-PHASES, SHOWN_MODES, WIDEST, CLIP_FRAMES = 12, 4, 480, 36
+PHASES, SHOWN_MODES, WIDEST, CLIP_FRAMES = 12, 4, 720, 36
 # Largest motion of a drawn shape, share of the picture's longer side.
 DRAWN = 0.03
 
@@ -37,6 +41,20 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
         report = _video(report, video, number)
     notes = list(dict.fromkeys(note for video in videos for note in video.notes))
     return report.with_section("Remarks", Notes(notes, "note")) if notes else report
+
+
+def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of virtual videos: what the videos say, and responses of the truth beside those before and after."""
+    report = video_page(result.videos, result.update, warnings=warnings)
+    charts = []
+    for truth, before, after, (low, high) in zip(result.truth, result.before, result.after, result.frac, strict=True):
+        charts.append(Chart(bode({"truth": truth, "before": before, "updated": after},
+                                 title=f"{truth.outputs[0]}: FRAC before {low:.3f}, updated {high:.4f}")))
+    first, rest = report.sections[:2], report.sections[2:]
+    report = replace(report, title="A mill updated from two videos", sections=first).with_section("Responses", *charts)
+    report = replace(report, sections=(*report.sections, *rest))
+    notes = result.update.machine.description.assumptions
+    return report.with_section("Inputs", Notes(list(notes), "assumed"), Listing(f"Machine file {name}", text))
 
 
 def shape_warp(video: VideoStudy) -> ShapeWarp:
@@ -87,7 +105,7 @@ def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) 
     edges = overlay(rest, warp.still(mode, factor, turn).astype(float))
     windows, shapes = video.picture.windows, video.picture.shapes
     lengths = shapes.deviation()[:, :, mode].max(axis=1)
-    sure = (windows.sight > 0) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
+    sure = (windows.bound[:, 0] <= COARSEST) & (lengths < 0.25 * float(np.abs(video.shapes.shape[:, :, mode]).max()))
     parts: list[Any] = [
         Picture(encode_moving(frames, 16), f"the shape at {video.poles.frequency[mode]:.2f} Hz, moving",
                 f"Motion of this mode alone, {factor:.0f} times its largest in the clip."),

@@ -25,6 +25,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
+    from toolpoint.studies.video.interfaces import rank_interfaces
+    from toolpoint.studies.video.video_study import study_video
+    from toolpoint.studies.video.video_update import update_from_videos
+    from toolpoint.studies.video.virtual_update import update_from_virtual_videos
+    from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
     "CuttingTest",
@@ -35,6 +40,7 @@ __all__ = [
     "chart_lobes",
     "chart_turning",
     "compare_with_test",
+    "film_machine",
     "gather_test",
     "judge_servo_data",
     "machine_dynamics",
@@ -43,6 +49,7 @@ __all__ = [
     "map_servo",
     "map_stiffness",
     "modal_dynamics",
+    "rank_interfaces",
     "response_dynamics",
     "run_drives",
     "separate_dynamics",
@@ -53,6 +60,9 @@ __all__ = [
     "study_modes",
     "study_responses",
     "study_sensitivity",
+    "study_video",
+    "update_from_videos",
+    "update_from_virtual_videos",
     "update_machine",
 ]
 
@@ -73,6 +83,11 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "servos.drive_experiment": ("run_drives",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
+    "video.interfaces": ("rank_interfaces",),
+    "video.video_study": ("study_video",),
+    "video.video_update": ("update_from_videos",),
+    "video.virtual_update": ("update_from_virtual_videos",),
+    "video.virtual_video": ("film_machine",),
 }
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.

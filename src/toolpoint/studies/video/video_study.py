@@ -199,7 +199,7 @@ def study_video(
     doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
-             *_advice(identification))
+             *_advice(identification, names))
     return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, whole, moved, view or View(),
                       "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
 
@@ -322,10 +322,12 @@ def _line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, floa
     return float(solution[1]), float(np.sqrt(inverse[1, 1] * max(1.0, (left**2).mean())))
 
 
-def _advice(identification: Identification | None) -> tuple[str, ...]:
+def _advice(identification: Identification | None, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the advice that holds for a decay: not what is meant for responses, and not for poles that are no modes."""
     if identification is None:
         return ()
-    return tuple(text for text in identification.advice if not any(part in text for part in _OF_RESPONSES))
+    skipped = [f"mode {i + 1} " for i, name in enumerate(names) if name]
+    return tuple(text for text in identification.advice if not any(part in text for part in (*_OF_RESPONSES, *skipped)))
 
 
 def _finite(values: FloatArray) -> list[float | None]:

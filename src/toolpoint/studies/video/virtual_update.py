@@ -1,0 +1,102 @@
+"""A machine updated to virtual videos of a machine of known truth: two planes filmed, modes, interfaces, update, FRAC."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine import Machine, assemble
+from toolpoint.studies.text_table import text_table
+from toolpoint.studies.video.video_study import VideoStudy, study_video
+from toolpoint.studies.video.video_update import VideoUpdate, update_from_videos
+from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
+from toolpoint.vibration import Dof, Frf, correlation, frequency_response
+from toolpoint.vision.clip import Clip
+from toolpoint.vision.rendering.scene import Camera
+from toolpoint.vision.view import View
+
+BAND = (5.0, 100.0)
+LINES = 476
+# A picture of 1.08 m by 0.96 m, as wide as the source's, with the floor near its lower edge.
+SHAPE, SCALE, ORIGIN = (432, 384), 2.5e-3, (192.0, 400.0)
+
+
+@dataclass(frozen=True, eq=False)
+class VirtualUpdate:
+    """The videos, the update, and responses at the struck point: of the truth, before and after, with FRAC of each plane."""
+
+    videos: tuple[VideoStudy, ...]
+    update: VideoUpdate
+    truth: tuple[Frf, ...]
+    before: tuple[Frf, ...]
+    after: tuple[Frf, ...]
+
+    @property
+    def frac(self) -> FloatArray:
+        """FRAC before and after, (planes, 2)."""
+        return np.array([[float(correlation.frac(t, part)[0, 0]) for part in (b, a)]
+                         for t, b, a in zip(self.truth, self.before, self.after, strict=True)])
+
+    def table(self) -> str:
+        """Return modes, ranking, fitted values and FRAC as text."""
+        rows = [[str(truth.outputs[0]), f"{b:.4f}", f"{a:.5f}"] for truth, (b, a) in zip(self.truth, self.frac, strict=True)]
+        values = [[name, f"{value:.5g}"] for name, value in self.update.update.fit.values.items()]
+        return "\n".join([*(video.table() for video in self.videos), self.update.ranking.table(),
+                          text_table("Updated to the videos", ("parameter", "value, SI"), values),
+                          text_table("Responses against the truth", ("point", "FRAC before", "FRAC after"), rows)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return videos, ranking, values and FRAC as plain data."""
+        return {"videos": [video.to_dict() for video in self.videos], "update": self.update.to_dict(),
+                "frac": self.frac.tolist()}
+
+
+def update_from_virtual_videos(
+    machine: Machine, truth: Mapping[str, float], point: str, *, rng: np.random.Generator, method: str = "templates",
+    camera: Camera | None = None, frames: int = 960, planes: Sequence[str] = ("xz", "yz"),
+    step: Callable[[str], None] | None = None,
+    recorded: Callable[[VirtualVideo, str], Clip] | None = None,
+) -> VirtualUpdate:
+    """Return a machine updated to videos of the same machine with other values, filmed in two planes.
+
+    Parameters
+    ----------
+    machine : Machine
+        Before the update.
+    truth : path to value
+        What the filmed machine has instead.
+    point : str
+        Point that is struck, in each plane's horizontal direction.
+    rng : numpy.random.Generator
+    method : str
+        Of displacement.
+    camera : Camera, optional
+    frames : int
+    planes : ``xz``, ``yz``
+    step : function of the name of the part that begins, optional
+    recorded : function of a video and its plane to the clip that is measured, optional
+        For example one that writes it compressed and reads it again.
+    """
+    camera = camera or Camera(shape=SHAPE)
+    filmed = machine.with_values(dict(truth))
+    videos = []
+    for plane in planes:
+        if step is not None:
+            step(f"filming the {plane} plane")
+        video = film_machine(filmed, View.of_plane(plane, SCALE, ORIGIN), Dof(point, "+" + plane[0]), rng=rng, camera=camera,
+                             frames=frames)
+        clip = video.clip if recorded is None else recorded(video, plane)
+        if step is not None:
+            step(f"modes of the {plane} plane")
+        videos.append(study_video(clip, view=video.view, bodies=video.regions, band=BAND, method=method))
+    if step is not None:
+        step("update")
+    update = update_from_videos(machine, videos)
+    lines = np.linspace(*BAND, LINES)
+    responses = [[frequency_response.direct(assemble(model, None, (Dof(point, "+" + plane[0]),)), lines) for plane in planes]
+                 for model in (filmed, machine, update.machine)]
+    return VirtualUpdate(tuple(videos), update, *(tuple(part) for part in responses))
