@@ -20,6 +20,9 @@ from toolpoint.io import read_drives, read_machine
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.servos.drive_experiment import run_drives
 from toolpoint.vibration import Dof, Modes, frequency_response
+from toolpoint.vision.clip import clip_of
+from toolpoint.vision.displacement.measure import measure, scan
+from toolpoint.vision.displacement.points import windows_at
 
 ROOT = Path(__file__).resolve().parents[1]
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
@@ -44,6 +47,10 @@ def main() -> None:
     measured = MillingProblem(Tool(0.012, 2), Engagement.down(0.3), CuttingCoefficients(6e8, 2e8), frf, "tool:+x", "same")
     stability.chart(measured, speeds, stability.method_named("hill"), depth_max=0.002)
     natural_frequencies(read_machine(MACHINES / "three_axis_vertical.yaml"), {"X": np.zeros(2)}, path="compiled")
+    moved = np.random.default_rng(1).integers(0, 255, (40, 64, 64), dtype=np.uint8)
+    scanned = scan(clip_of(moved, 100.0))
+    for method in ("templates", "lucas-kanade", "phase"):
+        measure(scanned, windows_at(scanned.reference, np.array([[20, 20]]), 17), method)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run_drives(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))

@@ -48,6 +48,9 @@ COMMANDS = [
     ("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet"),
     ("update_a_machine.py", 1.0, 1e-3, "the published stiffness of the feet"),
     ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),
+    ("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in"),
+    pytest.param("find_the_soft_joints_in_two_videos.py", 1.0, 0.05, "the bar of the FRAC in both planes",
+                 marks=pytest.mark.slow),
 ]
 
 

@@ -34,14 +34,20 @@ def sum_blocks(frames, side, means, extremes, white):
 
 
 @njit(cache=True)
-def add_differences(before, frame, after, squares, products):
-    """Add the squares of a frame's change, and the product of its two changes, to the sums (rows, columns), all float32."""
+def add_differences(before, frame, after, sums):
+    """Add a frame's changes to sums (4, rows, columns), all float32.
+
+    Squares of its change, products of its two changes, products with the change of the pixel to the left, fourth powers.
+    """
     rows, columns = frame.shape
     for y in range(rows):
         for x in range(columns):
             first, second = frame[y, x] - before[y, x], after[y, x] - frame[y, x]
-            squares[y, x] += first * first
-            products[y, x] += first * second
+            sums[0, y, x] += first * first
+            sums[1, y, x] += first * second
+            sums[3, y, x] += first * first * first * first
+            if x > 0:
+                sums[2, y, x] += first * (frame[y, x - 1] - before[y, x - 1])
 
 
 @njit(cache=True, fastmath=True, inline="always")

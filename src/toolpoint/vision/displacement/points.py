@@ -14,6 +14,7 @@ BLIND, EDGE, BOTH = 0, 1, 2
 SIGHTS = ("blind", "across the edge only", "both directions")
 # Pixels a frame: a direction whose standard deviation is above this is not measured.
 COARSEST = 0.3
+SURE = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,7 +55,8 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     size, vectors = np.linalg.eigh(information)
     size, vectors = size[:, ::-1], vectors[:, :, ::-1]  # the normal, which shows best, first
     bound = np.where(size > 0, 1 / np.sqrt(np.maximum(size, 1e-12)), np.inf)
-    seen = bound <= coarsest
+    # What noise of the reference looks like is no texture; fluctuations of it neither.
+    seen = (bound <= coarsest) & (size > SURE * reference.false_information(side))
     sight = seen[:, 0].astype(int) + (seen[:, 0] & seen[:, 1])
     clipped = np.zeros(len(corners)) if saturated is None else _share(saturated, corners, side)
     sight = np.where(clipped > SATURATED, BLIND, sight)

@@ -27,13 +27,16 @@ class Reference:
     """The picture at rest.
 
     picture : (rows, columns), grey levels; constant, slope : variance of a pixel's noise, a + b I; whiteness : correlation
-    of a pixel's successive changes, -0.5 for white noise; frames : how many were averaged.
+    of a pixel's successive changes, -0.5 for white noise; grain : correlation of neighbours' changes, 0 for a sensor's noise;
+    kurtosis : of the changes, 3 for normal noise; frames : how many were averaged.
     """
 
     picture: FloatArray
     constant: float
     slope: float
     whiteness: float
+    grain: float
+    kurtosis: float
     frames: int
 
     @property
@@ -63,11 +66,15 @@ class Reference:
             object.__setattr__(self, "_spline", spline_filter1d(lines, 5, axis=1, mode="mirror").astype(np.float32))
         return self._spline  # type: ignore[attr-defined]
 
+    def false_information(self, window: int) -> float:
+        """Return what noise in the reference adds to J along each direction of a square window, 1/px^2."""
+        return window * window * _slope_noise() / self.frames
+
     def information(self, window: int) -> FloatArray:
         """Return J over a window around every pixel, less what noise in the reference adds, (rows, columns, 2, 2), 1/px^2."""
         _, x, y = self.moved(0.0, 0.0)
         weight, area = 1 / self.variance, float(window * window)
-        false = area * _slope_noise() / self.frames
+        false = self.false_information(window)
         result = np.empty((*self.picture.shape, 2, 2))
         for i, j, product in ((0, 0, x * x), (1, 1, y * y), (0, 1, x * y)):
             total = area * uniform_filter(product * weight, window, mode="constant")
@@ -108,7 +115,7 @@ def take_reference(clip: Clip, survey: Survey) -> Reference:
 
     rows, columns = clip.shape
     total = np.zeros((rows, columns), np.int64)
-    squares, products = np.zeros((rows, columns), np.float32), np.zeros((rows, columns), np.float32)
+    sums = np.zeros((4, rows, columns), np.float32)
     gain = (1 / (1 + survey.brightness)).astype(np.float32)
     start, stop = survey.quiet
     alike = set(survey.alike.tolist())
@@ -121,14 +128,19 @@ def take_reference(clip: Clip, survey: Survey) -> Reference:
             if start <= k < stop:
                 last = [*last[-2:], frame * gain[k]]  # lamps are no noise
                 if len(last) == 3:
-                    add_differences(last[0], last[1], last[2], squares, products)
+                    add_differences(last[0], last[1], last[2], sums)
         at += len(frames)
     count = stop - start - 2
-    picture, variance = total / len(alike), squares / (2 * count)
+    picture, variance = total / len(alike), sums[0] / (2 * count)
     a, b = _fit_noise(picture, variance, count)
-    plain = _plain(picture)
-    whiteness = float(products[plain].sum() / max(squares[plain].sum(), 1))
-    return Reference(picture.astype(np.float32), a, b, whiteness, len(alike))
+    return Reference(picture.astype(np.float32), a, b, *_noise_shape(sums[:, _plain(picture)], count), len(alike))
+
+
+def _noise_shape(sums: FloatArray, frames: int) -> tuple[float, float, float]:
+    """Return correlation in time, correlation of neighbours, and kurtosis of the changes of pixels, from their sums (4, n)."""
+    squares, products, beside, fourths = sums.astype(float).sum(axis=1)
+    power = max(squares, 1e-9)
+    return products / power, beside / power, fourths * frames * sums.shape[1] / power**2
 
 
 def _plain(picture: FloatArray) -> BoolArray:

@@ -52,7 +52,7 @@ class TemplateProducts:
         def build(i: int, j: int) -> None:
             moved = self._secants(reference, j / step, i / step)
             for part in batches:
-                templates[part, i, j, :, :, :side], spread = solve_windows(moved, reference.variance, windows.selected(part))
+                templates[part, i, j, :, :, :side], spread = solve_windows(moved, reference, windows.selected(part))
                 covariance[part] = spread if i == j == 0 else covariance[part]
             ready[i, j] = 1
 
@@ -88,12 +88,12 @@ class TemplateProducts:
 
 
 def solve_windows(
-    moved: tuple[FloatArray, FloatArray, FloatArray], variance: FloatArray, windows: Windows
+    moved: tuple[FloatArray, FloatArray, FloatArray], reference: Reference, windows: Windows
 ) -> tuple[FloatArray, FloatArray]:
     """Return the templates (n, 2, side, side) and the covariance (n, 2, 2) for one place of the texture."""
     side, n = windows.side, len(windows.corners)
     y, x = windows.corners[:, 0], windows.corners[:, 1]
-    cut = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float) for part in (*moved, variance)]
+    cut = [sliding_window_view(part, (side, side))[y, x].reshape(n, -1).astype(float) for part in (*moved, reference.variance)]
     picture, right, down, noise = cut
     weight = 1 / noise
     seen = np.stack([right, down], axis=2)
@@ -103,6 +103,10 @@ def solve_windows(
     seen = np.where((windows.sight == EDGE)[:, None, None], np.stack([edge, np.zeros_like(edge)], axis=2), seen)
     seen = _free_of(np.stack([np.ones_like(picture), picture - picture.mean(axis=1, keepdims=True)], axis=2), seen, weight)
     gram = np.einsum("npi,np,npj->nij", seen, weight, seen)
+    # Noise in the reference looks like texture and would make every motion a little too small.
+    false = reference.false_information(side)
+    gram[:, 0, 0] -= false
+    gram[:, 1, 1] -= np.where(windows.sight == EDGE, 0.0, false)
     gram[windows.sight == BLIND] = np.eye(2)
     gram[windows.sight == EDGE, 1, 1] = 1.0
     inverse = np.linalg.inv(gram)

@@ -36,9 +36,9 @@ def draw_layers(frame, rest, wall, fills, owner, boxes, moved, moved_rest, share
 
     frame : (rows, columns) grey levels; rest : the picture at rest, float32; wall : the picture at rest without bodies;
     fills : (n, rows, columns) each body's picture at rest without those before it; owner : (rows, columns) body in front at
-    every pixel, -1 for none; boxes : (n, 4) left, top, width, height, from back to front; moved, moved_rest : (n, 2, 6)
-    displacement from the frame and from rest over (1, a, b, a^2, a b, b^2), a and b in pixels from the box' centre; share :
-    part that is taken from the picture at rest; out : (rows, columns) uint8 or uint16.
+    every pixel, -1 for none, -2 for none but close to one; boxes : (n, 4) left, top, width, height, from back to front;
+    moved, moved_rest : (n, 2, 6) displacement from the frame and from rest over (1, a, b, a^2, a b, b^2), a and b in pixels
+    from the box' centre; share : part that is taken from the picture at rest; out : (rows, columns) uint8 or uint16.
     """
     rows, columns = frame.shape
     count = boxes.shape[0]
@@ -87,7 +87,7 @@ def draw_layers(frame, rest, wall, fills, owner, boxes, moved, moved_rest, share
                 if left < 0.01:
                     break
             if left >= 0.01:
-                if owner[y, x] < 0:
+                if owner[y, x] == -1:
                     value += left * (share * rest[y, x] + (1.0 - share) * frame[y, x])
                 else:
                     value += left * wall[y, x]

@@ -19,7 +19,10 @@ from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE
 from toolpoint.vision.modes.bodies import BodyMotion
 from toolpoint.vision.modes.full_field import FullField
 
-SMOOTH = 1.2  # windows
+SMOOTH = 0.7  # windows
+RIM = 2
+# Owners of pixels that no body covers: the wall, and its part close to a body, where the body's edge may show.
+NOWHERE, BESIDE = -1, -2
 LARGEST_FACTOR = 1e4
 
 
@@ -60,12 +63,12 @@ class ShapeWarp:
             Frames of the clip; all from the start of the decay on where left out.
         """
         _check(mode, self.poles.size, factor, attenuation)
-        wanted = None if numbers is None else set(numbers)
+        chosen = None if numbers is None else set(numbers)
         draw = self._drawing()
         at = 0
         for frames in self.scan.clip.chunks():
             for k, frame in enumerate(frames, start=at):
-                if k >= self.first and (wanted is None or k in wanted):
+                if k >= self.first and (chosen is None or k in chosen):
                     gains = np.exp(self.poles * (k - self.first) / self.scan.clip.frame_rate)
                     yield draw(frame, gains, mode, factor, attenuation)
             at += len(frames)
@@ -99,11 +102,13 @@ class _Layers:
     def __init__(self, scanned: Scan, bodies: Sequence[BodyMotion]) -> None:
         rest = np.ascontiguousarray(scanned.reference.picture, np.float32)
         self.rest = rest
-        self.boxes = np.array([(b.region.left, b.region.top, b.region.width, b.region.height) for b in bodies])
-        self.owner = np.full(rest.shape, -1, np.int16)
+        # Edges are blurred over a pixel or two outside: they move with the body.
+        self.boxes = np.array([(b.region.left - RIM, b.region.top - RIM, b.region.width + 2 * RIM, b.region.height + 2 * RIM)
+                               for b in bodies])
+        around = _grown(self.boxes, rest.shape)
+        self.owner = np.where(around, BESIDE, NOWHERE).astype(np.int16)
         for k, (left, top, width, height) in enumerate(self.boxes):
             self.owner[max(0, top):top + height, max(0, left):left + width] = k
-        around = _grown(self.boxes, rest.shape)
         self.wall = _filled(rest, around)
         self.fills = np.stack([_filled(rest, self.owner != k) if (self.owner == k).any() else rest for k in range(len(bodies))])
         self.fields = np.stack([_in_pixels(body) for body in bodies])
@@ -179,7 +184,7 @@ def _in_pixels(body: BodyMotion) -> ComplexArray:
     return np.asarray(body.coefficients.reshape(-1, 2, 6) / half ** np.array([0, 1, 1, 2, 2, 2]))
 
 
-def _grown(boxes: np.ndarray, shape: tuple[int, ...], by: int = 4) -> np.ndarray:
+def _grown(boxes: np.ndarray, shape: tuple[int, ...], by: int = 2) -> np.ndarray:
     inside = np.zeros(shape, bool)
     for left, top, width, height in boxes:
         inside[max(0, top - by):top + height + by, max(0, left - by):left + width + by] = True

@@ -66,7 +66,7 @@ def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int 
     shape, covariance = np.empty((n, 2, basis.poles.size), complex), np.empty((n, 2, 2))
     for part in np.array_split(np.arange(n), -(-n // BATCH)):
         few = windows.selected(part)
-        templates, covariance[part] = solve_windows(moved, scanned.reference.variance, few)
+        templates, covariance[part] = solve_windows(moved, scanned.reference, few)
         y, x = few.corners[:, 0], few.corners[:, 1]
         for r, picture in enumerate(pictures):
             cut = sliding_window_view(picture, (side, side))[y, x]
