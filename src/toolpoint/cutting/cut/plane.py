@@ -37,6 +37,8 @@ class PlaneDynamics:
         Receptance of the modes above the band (upper residual), m/N.
     frequency, values : (n_f,) floats and (n_f, d, d) complex, optional
         Hz and m/N of a measured FRF.
+    variance : (n_f, d, d) floats, optional
+        E|noise|^2 of the lines, (m/N)^2, where the measurement states it.
     notes : sequence of str
     """
 
@@ -46,6 +48,7 @@ class PlaneDynamics:
     frequency: FloatArray | None = None
     values: ComplexArray | None = None
     notes: tuple[str, ...] = ()
+    variance: FloatArray | None = None
 
     @property
     def is_modal(self) -> bool:
@@ -85,7 +88,9 @@ class PlaneDynamics:
         turn = np.eye(self.size)
         turn[:2, :2] = [[c, s], [-s, c]]
         values = None if self.values is None else turn @ self.values @ turn.T
-        return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values)
+        variance = None if self.variance is None else turn**2 @ self.variance @ turn.T**2
+        return replace(self, residues=turn @ self.residues @ turn.T, static=turn @ self.static @ turn.T, values=values,
+                       variance=variance)
 
     def with_modal_residual(self) -> PlaneDynamics:
         r"""The response with its static part (upper residual) given by heavily damped modes far above the others.
@@ -263,13 +268,16 @@ def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
     if len(frf.outputs) == 1 == len(frf.inputs) and d == 2:  # one measurement between two points is taken as it is labelled
         values = np.zeros((frf.frequency.size, 2, 2), complex)
         values[:, 0, 0] = frf.values[:, 0, 0]
+        variance = None if frf.variance is None else frf.variance * np.eye(2)[0] * np.eye(2)[:, :1]
     else:
         values = _signed(_signed(frf.values, frf.outputs, labels, 1), frf.inputs, labels, 2)
+        variance = None if frf.variance is None else np.abs(
+            _signed(_signed(frf.variance, frf.outputs, labels, 1), frf.inputs, labels, 2))
     if y == "same":
-        values = _same(values)
+        values, variance = _same(values), None if variance is None else _same(variance)
     empty = np.zeros((0, d, d), complex)
     return PlaneDynamics(np.zeros(0, complex), empty, np.zeros((d, d)), floats("frequency", frf.frequency), values,
-                         (*frf.notes, *notes, *more))
+                         (*frf.notes, *notes, *more), variance)
 
 
 def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
@@ -291,7 +299,12 @@ def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
             fail("dynamics", "two FRFs with different lines", "must be the same lines", "use frf.interpolated")
         values = values.copy()
         values[:, 1, 1] = values_of_y[:, 0, 0]
-        return replace(along_x, values=values, notes=along_x.notes[:-1])
+        variances = [along.variance for along in (along_x, along_y)]
+        variance = None
+        if variances[0] is not None and variances[1] is not None:
+            variance = variances[0].copy()
+            variance[:, 1, 1] = variances[1][:, 0, 0]
+        return replace(along_x, values=values, notes=along_x.notes[:-1], variance=variance)
     second = _swapped(along_y.residues)
     static = along_x.static + _swapped(along_y.static)
     return PlaneDynamics(np.concatenate([along_x.poles, along_y.poles]), np.concatenate([along_x.residues, second]),

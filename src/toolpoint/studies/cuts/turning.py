@@ -80,7 +80,7 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
         return out
 
     values = None if plane.values is None else along(plane.values)
-    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values)
+    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=None)
 
 
 def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> UnconditionalLimit:

@@ -38,10 +38,11 @@ class HillDeterminant:
     A measured FRF is used at the harmonics that lie in its band (the cubic through four lines; faded out over the last 3 % of
     the band, zero outside). The stated error of a point is 1.5 times the sum of its changes (of first order) when the upper
     tenth of the band is left out, when the band is continued by its mass line, when the response below the band is held at
-    its first line, and when every other line is left out. Noise of the measurement is in it only as far as neighbouring lines
-    differ. Modes enter with their exact response up to `reach` times the highest frequency that matters and four tooth
-    passings further; the harmonics above are added in first order, the largest of their partial sums is the stated error.
-    What first order leaves out is taken as three times the error's square over the depth.
+    its first line, and when every other line is left out; and the 95 % interval of the lines' noise, as the FRF states its
+    variance, else from the scatter of neighbouring lines (`noise`). Modes enter with their exact response up to `reach` times
+    the highest frequency that matters and four tooth passings further; the harmonics above are added in first order, the
+    largest of their partial sums is the stated error. What first order leaves out is taken as three times the error's square
+    over the depth.
 
     Parameters
     ----------
@@ -107,7 +108,9 @@ class HillDeterminant:
         return FINER * self.levels if is_plain(problem) else self.levels
 
     def _note(self, problem: MillingProblem) -> str:
-        source = "harmonics beyond the matrix" if problem.plane.is_modal else "the ends of the band and the lines' spacing"
+        source = "harmonics beyond the matrix" if problem.plane.is_modal else (
+            "the ends of the band, the lines' spacing, and 95 % of the lines' noise "
+            f"({'by their scatter' if problem.plane.variance is None else 'as stated'})")
         return (f"count of multipliers from Hill's determinant; error of each point from {source}; bands narrower than the "
                 f"{self._levels(problem)} search levels can be missed")
 

@@ -8,6 +8,8 @@ import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.stability.hill.interpolation import interpolate
+from toolpoint.cutting.stability.hill.noise import line_variance
 
 UPPER = 0.1  # upper share of a measured band that is left out for the stated error
 FADE = 0.03  # upper share of the band over which the response goes to zero: a harmonic that vanished at once would leave a jump
@@ -25,6 +27,7 @@ class HarmonicResponse:
     plane: PlaneDynamics
     top: float
     low: float
+    variance: FloatArray | None = None  # of the lines of a measured FRF
 
     @classmethod
     def of(cls, plane: PlaneDynamics, reach: float, tooth: float) -> HarmonicResponse:
@@ -33,7 +36,7 @@ class HarmonicResponse:
         if plane.is_modal:
             return cls(plane, reach * highest(plane) + TEETH * tooth, 0.0)
         low, top = plane.span
-        return cls(plane, top, low)
+        return cls(plane, top, low, line_variance(plane))
 
     def at(self, hz: FloatArray) -> ComplexArray:
         """Return G at these frequencies (Hz, of either sign), shape (n, d, d)."""
@@ -93,20 +96,6 @@ def highest(plane: PlaneDynamics) -> float:
     """Highest frequency (Hz) of a mode with at least a thousandth of the largest dynamic flexibility."""
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
     return float(np.abs(plane.poles[size > 1e-3 * size.max()]).max()) / (2 * np.pi)
-
-
-def interpolate(line: FloatArray, values: ComplexArray, f: FloatArray) -> ComplexArray:
-    """Value at f of the polynomial through the four (or all) nearest lines, shape (n, ...)."""
-    width = min(4, line.size)
-    first = np.clip(np.searchsorted(line, f) - width // 2, 0, line.size - width)
-    at = first[:, None] + np.arange(width)
-    x = line[at]
-    weight = np.ones((f.size, width))
-    for i in range(width):
-        for j in range(width):
-            if i != j:
-                weight[:, i] *= (f - x[:, j]) / (x[:, i] - x[:, j])
-    return np.einsum("nw,nwab->nab", weight, values[at])
 
 
 def _half_width(size: Array, f: FloatArray, at: int) -> float:

@@ -11,6 +11,7 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.hill.fourier import HillCut, hill_cut, is_plain, periods, range_of_forces
 from toolpoint.cutting.stability.hill.kernels import fill_blocks
+from toolpoint.cutting.stability.hill.noise import NORMAL_95, depth_variance
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
 
 FLOOR = 1e-9  # relative error of depth that rounding leaves
@@ -38,6 +39,14 @@ class Root:
     def change(self) -> int:
         """Multipliers that leave the unit circle when the depth grows: those of theta with a negative imaginary part."""
         return (1 if self.real else 2) * (1 if (self.by_depth * np.conj(self.by_theta)).imag > 0 else -1)
+
+    @property
+    def factor(self) -> complex:
+        """kappa: the depth moves by the real part of kappa times a change of the vanishing eigenvalue."""
+        if self.real:
+            return complex(-1 / self.by_depth)
+        area = (np.conj(self.by_theta) * self.by_depth).imag
+        return complex(1j * np.conj(self.by_theta) / area) if area else complex(np.inf)
 
     def moved(self, change: complex) -> tuple[float, float]:
         """How far (theta, depth) move when the vanishing eigenvalue is changed by this much."""
@@ -206,8 +215,21 @@ class HillSystem:
         if self.response.plane.is_modal:
             return root.theta + dtheta, root.depth + depth, error * (1 + CURVED * error / root.depth) + floor
         error += SAFETY * (abs(moved(self.response.upper(hz))[1]) + abs(moved(self.response.below(hz))[1]))
-        error += SAFETY * max(abs(moved(self.response.between(hz, first))[1]) for first in (0, 1))
-        return root.theta, root.depth, error * (1 + CURVED * error / root.depth) + floor
+        noise, scatter = self._noise(root, hz, left, push)
+        spaced = max(abs(moved(self.response.between(hz, first))[1]) for first in (0, 1))
+        # Leaving out every other line changes noise too: of that, what two deviations explain is no error of interpolation.
+        error += SAFETY * float(np.sqrt(max(spaced**2 - 4 * scatter, 0.0)))
+        return root.theta, root.depth, sum(e * (1 + CURVED * e / root.depth) for e in (error, noise)) + floor
+
+    def _noise(self, root: Root, hz: FloatArray, left: ComplexArray, push: ComplexArray) -> tuple[float, float]:
+        """(half the 95 % interval of the depth by noise, m; variance by noise of that when every other line is left out)."""
+        influence = np.zeros((hz.size, push.shape[1], push.shape[1]), complex)
+        influence[:, self.seen] = left[:, :, None] * push[:, None, :]
+        plane, variance = self.response.plane, self.response.variance
+        assert variance is not None
+        whole, halved = (depth_variance(plane, variance, hz, influence=influence, factor=root.factor, less=less)
+                         for less in (None, slice(0, None, 2)))
+        return NORMAL_95 * float(np.sqrt(whole)), halved
 
     def _extended(self, root: Root, wide: Array) -> tuple[ComplexArray, ComplexArray]:
         """Left null vector (harmonics, seen) and force (harmonics, d) of a root, at harmonics beyond the matrix too."""
