@@ -143,6 +143,37 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str,
 
 
 @click.command()
+@click.argument("machine", type=PATH)
+@click.option("--speeds", default="0:24000:25", show_default=True, metavar="FIRST:LAST:NUMBER", help="Spindle speeds, rev/min.")
+@click.option("--count", type=click.IntRange(1), default=8, show_default=True, help="How many of the lowest modes.")
+@click.option("--order", "orders", multiple=True, type=float, default=(1.0, 2.0), show_default=True,
+              help="Excitations per revolution; several times.")
+@POSE
+@OUTPUT
+@JSON
+def campbell(machine: Path, speeds: str, count: int, orders: tuple[float, ...], pose: dict[str, float] | None, output: Path,
+             as_json: bool) -> None:
+    """Natural frequencies of a machine with spinning bodies over the spindle speed, whirl and critical speeds."""
+    import numpy as np
+
+    from toolpoint.app.poses import machine_at
+    from toolpoint.pages.campbell import campbell_page
+    from toolpoint.studies.machines.campbell import map_speeds
+
+    try:
+        first, last, number = speeds.split(":")
+        lines = np.linspace(float(first), float(last), int(number))
+    except ValueError:
+        raise click.BadParameter(f"--speeds {speeds!r}: write FIRST:LAST:NUMBER, for example 0:24000:25") from None
+    with frame(output, as_json, steps=2) as run:
+        run.step("modes at every speed")
+        result = map_speeds(machine_at(machine, pose), lines, count, pose=pose, orders=orders)
+        run.step("page")
+        run.save(campbell_page(result))
+    run.show(result)
+
+
+@click.command()
 def schema() -> None:
     """The JSON schema of machine files, for editors that check YAML while it is typed."""
     from toolpoint.io.yaml.machine_schema import json_schema

@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine import preload
+from toolpoint.machine.gyroscopics import gyroscopic_matrix
 from toolpoint.machine.joint_terms import joint_matrices, loop_motion
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import Placement, place_machine
@@ -66,6 +67,9 @@ def assemble(
 def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray | None]:
     """Return mass, stiffness, damping, structural damping (P, n, n) and the loop basis (P, n_tree, n), None without loops."""
     mass, (stiffness, viscous, structural) = mass_matrix(place), joint_matrices(place)
+    gyroscopic = gyroscopic_matrix(place)
+    if gyroscopic is not None:
+        viscous = viscous + gyroscopic
     stiffness = stiffness + preload.geometric_stiffness(place)
     basis = loop_basis(place) if place.machine.loops else None
     if basis is None:

@@ -8,11 +8,13 @@ from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations, freedoms, mass_matrix
 from toolpoint.machine.closed_frequencies import solve_closed
+from toolpoint.machine.gyroscopics import gyroscopic_matrix, spins
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import place_machine
 from toolpoint.machine.tree_arrays import body_moments, paths_of
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
+from toolpoint.vibration.gyroscopic import whirl_omega
 
 _CHUNK = 4096
 
@@ -36,6 +38,8 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     """
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))
+    if spins(machine):
+        return _whirling(machine, poses, number, path)
     if path == "compiled" and machine.loops:
         return _closed(machine, poses, number)
     factor = _inverse_factor(machine)
@@ -44,6 +48,22 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     return np.concatenate([
         _general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor)
         for chunk in machine.chain.chunks(poses, _CHUNK)])
+
+
+def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArray:
+    """Frequencies of a machine with spinning bodies: forward and backward whirl, by the gyroscopic pencil."""
+    if path == "compiled":
+        fail("path", "'compiled' for a machine with spinning bodies", "needs a machine at standstill", "use path='numpy'")
+    parts = []
+    for chunk in machine.chain.chunks(poses, _CHUNK):
+        place = place_machine(machine, chunk)
+        mass, stiffness, _, _, basis = equations(place)
+        gyroscopic = gyroscopic_matrix(place)
+        assert gyroscopic is not None
+        if basis is not None:
+            gyroscopic = np.swapaxes(basis, -1, -2) @ gyroscopic @ basis
+        parts.append(whirl_omega(mass, gyroscopic, stiffness)[:, :number] / (2 * np.pi))
+    return np.concatenate(parts)
 
 
 def _closed(machine: Machine, poses: Pose, number: int) -> FloatArray:

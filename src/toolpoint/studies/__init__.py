@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+    from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
@@ -47,6 +48,7 @@ __all__ = [
     "map_chatter",
     "map_frequencies",
     "map_servo",
+    "map_speeds",
     "map_stiffness",
     "modal_dynamics",
     "rank_interfaces",
@@ -74,6 +76,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "cuts.tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
     "cuts.turning_study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty",),
+    "machines.campbell": ("map_speeds",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.sensitivity_study": ("study_sensitivity",),

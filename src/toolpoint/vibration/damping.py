@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, floats, scalar
 from toolpoint.vibration.eigen import mass_normalised
+from toolpoint.vibration.gyroscopic import is_gyroscopic
 from toolpoint.vibration.system import SecondOrderSystem
 
 
@@ -22,12 +23,13 @@ def modal(system: SecondOrderSystem, ratio: ArrayLike) -> SecondOrderSystem:
     r"""Return the system with the damping matrix that gives these modal damping ratios.
 
     :math:`C = M \Phi\, diag(2 \zeta_r \omega_r)\, \Phi^T M`; a single ratio serves every mode.
-    Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
+    A gyroscopic part of the damping present is kept. Source: Clough, Penzien, Dynamics of Structures, 3rd ed., section 12-5.
     """
     squares, vectors = mass_normalised(system.mass, system.stiffness)
     omega = np.sqrt(np.maximum(squares, 0.0))
     rate = 2 * floats("ratio", np.broadcast_to(ratio, omega.shape)) * omega
-    return system.with_damping(_from_modal(system.mass, vectors, rate))
+    matrix = _from_modal(system.mass, vectors, rate)
+    return system.with_damping(matrix + _skew(system.damping) if is_gyroscopic(system) else matrix)
 
 
 def equivalent_viscous(system: SecondOrderSystem) -> SecondOrderSystem:
@@ -49,6 +51,11 @@ def equivalent_viscous(system: SecondOrderSystem) -> SecondOrderSystem:
     matrix = matrix if system.damping is None else matrix + system.damping
     note = "structural damping replaced by viscous damping of equal loss at each resonance"
     return replace(system, damping=matrix, structural_damping=None, notes=(*system.notes, note))
+
+
+def _skew(damping: FloatArray | None) -> FloatArray:
+    assert damping is not None
+    return np.asarray((damping - np.swapaxes(damping, -1, -2)) / 2)
 
 
 def _from_modal(mass: FloatArray, vectors: FloatArray, rate: FloatArray) -> FloatArray:

@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import null_space, sqrtm
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
+from toolpoint.vibration.gyroscopic import gyroscopic_modes, is_gyroscopic
 from toolpoint.vibration.modes import Modes, remark_overdamped
 from toolpoint.vibration.system import SecondOrderSystem
 
@@ -108,8 +109,10 @@ def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     simple real pole at zero as frequency 0 with damping ratio 1. Structural damping: unit modal mass with complex
     shapes, K + i D as it stands. Rigid-body modes that no damping touches come first, with unit modal mass.
 
-    Raises ToolpointError for viscous and structural damping together, an unsymmetric (gyroscopic) damping matrix, or a
-    defective pencil (critical damping of a coordinate), for which modes do not exist.
+    A damping matrix that is not symmetric (gyroscopic) gives modes with a participation of their own, see `gyroscopic`.
+
+    Raises ToolpointError for viscous and structural damping together, or a defective pencil (critical damping of a coordinate),
+    for which modes do not exist.
     """
     structural = system.structural_damping is not None and bool(np.any(system.structural_damping))
     viscous = system.damping is not None and bool(np.any(system.damping))
@@ -117,7 +120,7 @@ def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
         fail("solve_damped", "viscous and structural damping together", "must be one kind",
              "use frequency_response.direct, or damping.equivalent_viscous(system)")
     keep = None if modes is None else count("modes", modes)
-    solve = _structural if structural else _viscous
+    solve = _structural if structural else gyroscopic_modes if is_gyroscopic(system) else _viscous
     if not system.poses:
         return solve(system, keep)
     singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None

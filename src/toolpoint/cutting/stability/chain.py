@@ -7,14 +7,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
-from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.cut.problem import Dynamics, MillingProblem
 from toolpoint.cutting.stability.compute import chart
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
 from toolpoint.vibration import Frf, Modes
 
-Poses = Modes | Frf | Sequence[Modes | Frf]
+Poses = Modes | Frf | Sequence[Dynamics]
 ChartRow = tuple[StabilityChart | str, ...]
 
 
@@ -45,7 +45,7 @@ def chart_poses(
     first = WarmStart()
     memories = [first, *(first.beside() for _ in angles[1:])] if warm else [None] * angles.size
 
-    def attempt(pose: Modes | Frf, angle: float, memory: WarmStart | None) -> StabilityChart | str:
+    def attempt(pose: Dynamics, angle: float, memory: WarmStart | None) -> StabilityChart | str:
         try:
             turned = problem.changed(dynamics=pose, feed_angle=angle)
             return chart(turned, speeds, method, depth_max=depth_max, warm=memory)
@@ -62,7 +62,7 @@ def limits_of(rows: Sequence[ChartRow], count: int) -> FloatArray:
     return np.array([[empty if isinstance(cell, str) else cell.limit for cell in row] for row in rows])
 
 
-def poses_of(dynamics: Poses) -> Iterator[Modes | Frf]:
+def poses_of(dynamics: Poses) -> Iterator[Dynamics]:
     """Yield single poses of a batch along its one leading axis, or of a sequence."""
     if isinstance(dynamics, (Modes, Frf)):
         array = dynamics.frequency if isinstance(dynamics, Modes) else dynamics.values[..., 0, 0, 0]

@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.stability.chain import ChartRow, chart_poses, limits_of
+from toolpoint.cutting.stability.chain import ChartRow, Poses, chart_poses, limits_of
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
-from toolpoint.studies.machines.tool_point import batch_of, depth_limit, milling_problem, tool_point
+from toolpoint.studies.machines.tool_point import batch_of, depth_limit, pose_problem, tool_point
 from toolpoint.studies.remark_kinds import one_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -121,10 +121,11 @@ class _ChainLimits:
 
     def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
         study = tool_point(self.machine, [dict(zip(self.names, position, strict=True)) for position in chain])
-        problems = [milling_problem(self.cut, study.modes.at_pose(i), f"{study.point}:+x", y=f"{study.point}:+y")
-                    for i in range(len(chain))]
+        problems = [pose_problem(study, self.cut, i) for i in range(len(chain))]
+        spinning = [problem.dynamics for problem in problems] if problems[0].depends_on_speed else None
         depth = max(depth_limit(problem) for problem in problems)
-        rows = chart_poses(problems[0], study.modes, np.array(self.speeds), feed_angles=self.feed_angles, method=self.method,
+        dynamics: Poses = spinning or study.modes
+        rows = chart_poses(problems[0], dynamics, np.array(self.speeds), feed_angles=self.feed_angles, method=self.method,
                            depth_max=depth)
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),

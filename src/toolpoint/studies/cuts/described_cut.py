@@ -41,6 +41,8 @@ def _problem(dynamics: ToolDynamics, given: Mapping[str, Any], in_time: bool
     used, more = cut_on(dynamics.machine, given)
     notes += [*more, *unit_doubts(used)]
     problem = milling_problem(used, dynamics.response, dynamics.x, y=dynamics.y)
+    if dynamics.at_speed is not None:
+        problem = problem.changed(dynamics=dynamics.at_speed)
     if problem.coefficients.ka > 0 and problem.z is None:
         notes.append("the response along z is not known: the axial force moves nothing here")
     return problem, used, notes

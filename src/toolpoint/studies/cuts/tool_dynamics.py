@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -13,7 +13,7 @@ from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import identify
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
-from toolpoint.studies.machines.tool_point import tool_point
+from toolpoint.studies.machines.tool_point import speed_dynamics, tool_point
 from toolpoint.vibration import Dof, Frf, Modes
 
 LOW_PART = 0.02
@@ -27,7 +27,7 @@ class ToolDynamics:
     """Modes or lines of one pose with the labels of the cutting plane; y is ``same`` or None (rigid) where not known.
 
     machine : the machine that they are of, where there is one; notes : what the response is of, and what was assumed;
-    what : the name of the data, for messages.
+    what : the name of the data, for messages; at_speed : the modes at a spindle speed (rev/min), where bodies spin.
     """
 
     response: Modes | Frf
@@ -36,13 +36,17 @@ class ToolDynamics:
     machine: Machine | None = None
     notes: tuple[str, ...] = ()
     what: str = "the data"
+    at_speed: Callable[[float], Modes] | None = None
 
 
 def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
     """Return the dynamics of a machine's tool against its table at a pose; `y` may be ``same`` or ``rigid``."""
     study = tool_point(machine, [dict(pose or {})])
     across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
-    return ToolDynamics(study.modes.at_pose(0), f"{study.point}:+x", across, machine, (), machine.name)
+    at_speeds = speed_dynamics(machine, pose)
+    notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)
+    return ToolDynamics(study.modes.at_pose(0), f"{study.point}:+x", across, machine, (*notes, *study.leaning()), machine.name,
+                        at_speeds)
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:

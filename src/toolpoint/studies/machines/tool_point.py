@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -18,9 +19,11 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.assemble import assemble
+from toolpoint.machine.gyroscopics import at_speed, fastest_spin
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
+from toolpoint.vibration.gyroscopic import is_gyroscopic
 
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
@@ -83,14 +86,36 @@ def tool_point(
         system = _as_batch(system, len(poses))
     axes = tool_axes(machine, batch, len(poses))
     system = seen_along(system, axes)
-    modes = eigen.solve_undamped(_of_one_damping(system))
-    if description.damping_ratio is not None:
-        modes = modes.with_damping(description.damping_ratio)
+    modes = _modes(_of_one_damping(system), description.damping_ratio)
     if not modes.damping_ratio.any():
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
              "give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(modes) if frequency is None else increasing("frequency", np.asarray(frequency, float))
     return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines), axes)
+
+
+def _modes(system: SecondOrderSystem, ratio: float | None) -> Modes:
+    """Real modes with the described damping; of a machine with spinning bodies the complex ones of the whole."""
+    if is_gyroscopic(system):
+        return eigen.solve_damped(system if ratio is None else damping.modal(system, ratio))
+    modes = eigen.solve_undamped(system)
+    return modes if ratio is None else modes.with_damping(ratio)
+
+
+def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) -> Callable[[float], Modes] | None:
+    """Return the modes at the tool point as a function of the spindle speed (rev/min); None where nothing spins.
+
+    The fastest body of the machine turns with the spindle, the others in proportion; the last 256 speeds are kept.
+    """
+    if not fastest_spin(machine.description):
+        return None
+    at = [dict(pose or {})]
+
+    @lru_cache(maxsize=256)
+    def modes_at(speed: float) -> Modes:
+        return tool_point(at_speed(machine, speed * np.pi / 30), at, np.array([0.0, 1.0])).modes.at_pose(0)
+
+    return modes_at
 
 
 def batch_of(machine: Machine, poses: Sequence[Mapping[str, float]]) -> dict[str, FloatArray]:
@@ -200,8 +225,15 @@ def lowest_limits(study: ToolPoint, charts: Sequence[StabilityChart], cut: Cutti
 
 def _problems(study: ToolPoint, cut: CuttingDescription) -> list[MillingProblem]:
     """Return the milling problem of every pose."""
+    return [pose_problem(study, cut, i) for i in range(len(study.poses))]
+
+
+def pose_problem(study: ToolPoint, cut: CuttingDescription, index: int) -> MillingProblem:
+    """Return the milling problem at a pose of a study; with spinning bodies every spindle speed has modes of its own."""
     x, y = f"{study.point}:+x", f"{study.point}:+y"
-    return [milling_problem(cut, study.modes.at_pose(i), x, y=y) for i in range(len(study.poses))]
+    problem = milling_problem(cut, study.modes.at_pose(index), x, y=y)
+    at_speeds = speed_dynamics(study.machine, study.poses[index])
+    return problem if at_speeds is None else problem.changed(dynamics=at_speeds)
 
 
 def depth_limit(problem: MillingProblem) -> float:

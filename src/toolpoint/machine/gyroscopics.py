@@ -1,0 +1,87 @@
+r"""Gyroscopic matrix of spinning bodies: the moment that a spin with angular momentum h takes to be turned.
+
+A body that is symmetric about the axis of its spin keeps its mass matrix while it turns. With :math:`h = I_s \Omega a` the
+moment of its inertia is :math:`\omega \times h`, so :math:`G = \sum J_\omega^T (-[h]) J_\omega`, which is skew. Source: Genta,
+Dynamics of Rotating Systems, 2005, chapter 4.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, scalar
+from toolpoint.bodies import Body
+from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import Placement
+from toolpoint.spatial.rotation import skew
+
+ROUND = 1e-6  # of the moment of inertia: how far a body may be from symmetric about its axis
+
+
+def gyroscopic_matrix(place: Placement) -> FloatArray | None:
+    """Return the gyroscopic matrix in the tree's coordinates, N m s/rad, shape (P, n, n); None where nothing spins."""
+    machine = place.machine
+    total: FloatArray | None = None
+    for link, momentum in spins(machine).items():
+        turned = (place.displacements[:, link, :3, :3] @ momentum[..., None])[..., 0]
+        turning = place.jacobians[:, link, 3:]
+        part = -np.swapaxes(turning, -1, -2) @ skew(turned) @ turning
+        total = part if total is None else total + part
+    return total
+
+
+def spins(machine: Machine) -> dict[int, FloatArray]:
+    """Return the angular momentum of every spinning link at the reference pose, machine frame, kg m^2/s, shape (3,)."""
+    result = {}
+    for link, name in enumerate(machine.body_names):
+        spin = machine.description.bodies[name].spin
+        if spin is not None and spin.speed != 0:
+            axis = np.array(spin.axis)
+            polar = _polar_inertia(name, machine.bodies[link], machine.body_frames[link, :3, :3].T @ axis)
+            result[link] = polar * spin.speed * axis
+    return result
+
+
+def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:
+    """Moment of inertia about the axis of spin through the centre of mass, of a body that is symmetric about it."""
+    if body.modal_count:
+        fail(f"bodies.{name}.spin", "an elastic body", "must be rigid", "take the spin away, or the reduced body")
+    mass = body.mass[0, 0]
+    first = body.mass[3:6, :3] / mass
+    inertia = body.mass[3:, 3:] + mass * first @ first
+    polar = float(axis @ inertia @ axis)
+    across = np.linalg.svd(axis[None])[2][1:]
+    rest = across @ inertia @ across.T
+    scale = max(polar, float(np.abs(rest).max()))
+    apart = max(float(np.abs(inertia @ axis - polar * axis).max()), abs(rest[0, 0] - rest[1, 1]), 2 * abs(rest[0, 1])) / scale
+    if apart > ROUND:
+        fail(f"bodies.{name}.spin", f"a body that differs from symmetric about its axis by {100 * apart:.2g} %",
+             "must be symmetric about the axis that it spins about (its equations would change as it turns)",
+             "give it a cylinder about that axis, or equal moments across it")
+    return np.asarray(polar)
+
+
+def at_speed(machine: Machine, speed: float) -> Machine:
+    """Return the machine with its fastest body spinning at a speed (rad/s), the others in proportion."""
+    return machine.rebuild(spun(machine.description, speed))
+
+
+def spun(description: MachineDescription, speed: float) -> MachineDescription:
+    """Return the description with its fastest body spinning at a speed (rad/s), the others in proportion."""
+    nominal = fastest_spin(description)
+    if nominal == 0:
+        fail("machine", "no body that spins", "must have one", "give the spindle's body spin: {speed: 12000 rpm, axis: z}")
+    factor = scalar("speed", speed) / nominal
+    bodies: Mapping[str, object] = {
+        name: body if body.spin is None else replace(body, spin=replace(body.spin, speed=body.spin.speed * factor))
+        for name, body in description.bodies.items()}
+    return replace(description, bodies=bodies)  # type: ignore[arg-type]
+
+
+def fastest_spin(description: MachineDescription) -> float:
+    """Return the greatest speed of a spinning body, rad/s, zero where none spins."""
+    return max((abs(body.spin.speed) for body in description.bodies.values() if body.spin is not None), default=0.0)
