@@ -38,8 +38,8 @@ from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.studies.measured.machine_check import solve_poles
 
 CASES = ("plain", "sensor", "calibration", "hits", "coordinates", "masses", "order")
-SPEEDS = np.linspace(800.0, 4000.0, 24)
-SAMPLES = 12
+SPEEDS = np.linspace(800.0, 4000.0, 16)
+SAMPLES = 8
 
 
 def spoilt(case, frf, rng, kind):

@@ -15,6 +15,8 @@ from toolpoint.joint_identification.relative_motion import RelativeMotion, relat
 from toolpoint.joint_identification.rigid_motion import RigidMotion
 
 GROUND = "ground"
+# Less than one freedom, so that it only decides between trees that need equally many.
+_PREFERRED = 0.01
 
 
 def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str]) -> dict[str, str]:
@@ -66,7 +68,7 @@ def pair(parent: str, child: str, parts: Mapping[str, Component], *, motions: Ma
 def better_order(
     given: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, criterion: Criterion,
 ) -> tuple[int, int, list[tuple[str, str]]]:
-    """Return (freedoms of the given tree, fewest freedoms of any tree, the joints of that tree).
+    """Return (freedoms of the given tree, fewest freedoms of any tree, (child, parent) of the joints of that tree).
 
     The tree with the fewest freedoms in all is the minimum spanning tree of the freedoms between all pairs.
     """
@@ -76,8 +78,25 @@ def better_order(
         motion = pair(names[i], names[j], parts, motions=motions)
         # One is added because the tree search reads zero as no link.
         cost[i, j] = freedoms(stack_twists(motion, criterion), criterion) + 1
-    best = minimum_spanning_tree(cost).tocoo()
-    links = [(names[i], names[j]) for i, j in zip(best.row, best.col, strict=True)]
     places = {name: i for i, name in enumerate(names)}
     total = sum(cost[tuple(sorted((places[a], places[b])))] - 1 for a, b in given.items())
-    return int(total), int(best.data.sum() - len(links)), links
+    # Of trees with equally few freedoms the one that shares most joints with the given one.
+    for child, parent in given.items():
+        at = tuple(sorted((places[child], places[parent])))
+        cost[at] -= _PREFERRED
+    best = minimum_spanning_tree(cost).tocoo()
+    links = [(names[i], names[j]) for i, j in zip(best.row, best.col, strict=True)]
+    fewest = sum(round(float(value) + _PREFERRED / 2) - 1 for value in best.data)
+    return int(total), int(fewest), _rooted(links, names[0])
+
+
+def _rooted(links: Sequence[tuple[str, str]], root: str) -> list[tuple[str, str]]:
+    """Return (child, parent) pairs of a tree of undirected links, from its root outwards."""
+    left, placed, result = list(links), [root], []
+    while left:
+        a, b = next((a, b) for a, b in left if (a in placed) != (b in placed))
+        left.remove((a, b))
+        child, parent = (b, a) if a in placed else (a, b)
+        placed.append(child)
+        result.append((child, parent))
+    return result

@@ -27,7 +27,7 @@ from toolpoint.joint_identification.stiffness import ComponentMass
 
 STEP = 1e-6
 # Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
-FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 2e-5, 1e-3, 1e-5
+FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
 _IMPROBABLE = 1e-3
 
 

@@ -186,3 +186,18 @@ def _with_matrix(model: MachineNumbers, i: int) -> MachineNumbers:
     return replace(model, forms=tuple(forms))
 
 
+def widen_softness(whole: WholeMachine, softness: Mapping[str, float]) -> WholeMachine:
+    """Return the machine with the stiffness of joints on bending components known no better than these bend.
+
+    A component that bends by a share b of its motion is a spring in line with its joints: it takes about that share of the
+    deflection that is counted as theirs.
+    """
+    covariance = whole.fit.covariance.copy()
+    slices = whole.fit.model.slices
+    for i, (form, name) in enumerate(zip(whole.fit.model.forms, whole.names, strict=True)):
+        parent = whole.fit.model.parents[i]
+        share = max(softness.get(name, 0.0), softness.get(whole.names[parent], 0.0) if parent >= 0 else 0.0)
+        place, stiff, _ = form.sizes
+        at = np.arange(slices[i].start + place, slices[i].start + place + stiff)
+        covariance[at, at] += share**2
+    return replace(whole, fit=replace(whole.fit, covariance=covariance))

@@ -25,7 +25,8 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     report = with_warnings(report, doubts, "Doubts")
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
         joint_views(geometry.points, components.points, joints.joints),
-        "Crosses: joints; lines: their free directions; dots: measured points by component."))
+        "Crosses: joints; lines: their free directions; dots: measured points by component."),
+        *([Notes(result.joints.notes, "note")] if result.joints.notes else []))
     scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))

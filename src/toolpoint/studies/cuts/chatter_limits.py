@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.cutting.description import CuttingDescription
+from toolpoint.studies.cuts.limit_spread import LimitSpread
 from toolpoint.studies.text_table import text_table
 
 HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
@@ -58,6 +59,7 @@ class ChatterMap:
     notes: tuple[str, ...] = ()
     poses: tuple[Mapping[str, float], ...] = ()
     angles: tuple[str, ...] = ()
+    spread: LimitSpread | None = None
 
     @property
     def lowest(self) -> FloatArray:
@@ -116,7 +118,8 @@ class ChatterMap:
         """Return the least depth of every feed direction, the worst place, and what failed, as text."""
         title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
         return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
-                          f"Worst: {self.worst()}"])
+                          f"Worst: {self.worst()}",
+                          *([self.spread.words(self.worst().depth)] if self.spread is not None else [])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain numbers and text; None where a pose failed, or no limit lies below depth_max."""
@@ -128,6 +131,7 @@ class ChatterMap:
                 "feed_angle_deg": np.degrees(self.feed_angles).tolist(), "speed_rpm": self.speeds.tolist(),
                 "limit_m": _finite(self.limit), "chatter_frequency_hz": _finite(self.frequency),
                 "depth_max_m": _finite(self.depth_max), "stable_everywhere_m": _finite(self.everywhere), "worst": least,
+                "limit_interval_m": None if self.spread is None else [_finite(end) for end in self.spread.ends(self.limit)],
                 "failures": self.failed(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:

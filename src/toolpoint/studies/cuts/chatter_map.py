@@ -7,9 +7,10 @@ breaks, its poses run again one at a time, so that only the one to blame is a fa
 
 from __future__ import annotations
 
+import hashlib
 import itertools
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
+from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 from toolpoint.studies.machines.tool_point import batch_of, depth_limit, pose_problem, tool_point
 from toolpoint.studies.remark_kinds import one_of_each_kind
@@ -63,8 +65,21 @@ def chatter_map(
     n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
     angles = floats("feed_angles", np.atleast_1d(feed_angles))
     function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
-    outcomes = _run_chains(function, places, engine, None if folder is None else Path(folder), progress)
-    return _assembled(outcomes, places, angles, n, used)
+    store = None if folder is None else Path(folder)
+    result = _assembled(_run_chains(function, places, engine, store, progress), places, angles, n, used)
+
+    def limits(sample: Machine) -> FloatArray:
+        again = replace(function, machine=sample)
+        inner = None if store is None else store / hashlib.sha256(again.identity.encode()).hexdigest()[:16]
+        return _assembled(_run_chains(again, places, engine, inner, progress), places, angles, n, used).limit
+
+    def compliance(sample: Machine) -> FloatArray:
+        study = tool_point(sample, [dict(zip(places.names, row, strict=True)) for row in places.rows.values()])
+        return np.log(np.abs(study.frf.values.real).max(axis=(1, 2, 3)))
+
+    if np.isnan(result.limit).all():
+        return result
+    return replace(result, spread=sample_limits(machine, limits, compliance, rng=np.random.default_rng(0)))
 
 
 @dataclass(frozen=True, eq=False)

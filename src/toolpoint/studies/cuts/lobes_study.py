@@ -17,6 +17,7 @@ from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulat
 from toolpoint.cutting.simulation.verdict import run_until_decided
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
 from toolpoint.studies.machines.tool_point import depth_limit
@@ -38,6 +39,7 @@ class LobesStudy:
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits
     that are hard to believe; runs : cuts simulated in time; probability : of stability, None where it was not asked for;
     lowest : limit between the charted speeds (None for measured lines, whose charts take long).
+    spread : of the limits from the machine's identified numbers, None where there are none.
     """
 
     problem: MillingProblem
@@ -48,6 +50,7 @@ class LobesStudy:
     probability: ProbabilityChart | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
     lowest: stability.LowestLimit | None = None
+    spread: LimitSpread | None = None
 
     @property
     def contradictions(self) -> tuple[str, ...]:
@@ -75,6 +78,7 @@ class LobesStudy:
                 "limit_error_m": [None if p < 0 else float(chart.error[p]) for p in points],
                 "chatter_frequency_hz": [None if p < 0 else float(chart.frequency[p]) for p in points],
                 "lowest_limit": _lowest_numbers(self.lowest),
+                "limit_interval_m": None if self.spread is None else self.spread.rows(chart.limit),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
                 "contradictions": list(self.contradictions)}
 
@@ -117,11 +121,15 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
         sampled, more = sample_charts(problem, chart, uncertainty, method=method,
                                        progress=lambda done, total: progress("sampled charts", done, total))
         notes += more
+    spread = spread_of_limits(dynamics, values or {}, chart, method=method,
+                              progress=lambda done, total: progress("sampled machines", done, total))
+    if spread is not None and np.isfinite(chart.limit).any():
+        notes = [spread.words(float(np.min(chart.limit))), *notes]
     advice = advice_rows(chart, sampled, uncertainty)
     doubts = doubtful_limits(chart)
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
-    return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest)
+    return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
 
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:

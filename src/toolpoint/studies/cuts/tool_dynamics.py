@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,8 @@ class ToolDynamics:
     """Modes or lines of one pose with the labels of the cutting plane; y is ``same`` or None (rigid) where not known.
 
     machine : the machine that they are of, where there is one; notes : what the response is of, and what was assumed;
-    what : the name of the data, for messages; at_speed : the modes at a spindle speed (rev/min), where bodies spin.
+    what : the name of the data, for messages; at_speed : the modes at a spindle speed (rev/min), where bodies spin;
+    pose : of the machine.
     """
 
     response: Modes | Frf
@@ -37,6 +38,7 @@ class ToolDynamics:
     notes: tuple[str, ...] = ()
     what: str = "the data"
     at_speed: Callable[[float], Modes] | None = None
+    pose: Mapping[str, float] = field(default_factory=dict)
 
 
 def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, y: str | None = None) -> ToolDynamics:
@@ -46,7 +48,7 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
     at_speeds = speed_dynamics(machine, pose)
     notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)
     return ToolDynamics(study.modes.at_pose(0), f"{study.point}:+x", across, machine, (*notes, *study.leaning()), machine.name,
-                        at_speeds)
+                        at_speeds, dict(pose or {}))
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:

@@ -11,32 +11,50 @@ from toolpoint.machine import Machine
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.gyroscopics import fastest_spin
 from toolpoint.machine.shapes import body_shapes
+from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.text_table import text_table
 
 
 @dataclass(frozen=True, eq=False)
 class MachineModes:
-    """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin."""
+    """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
+
+    spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance.
+    """
 
     machine: Machine
     pose: Mapping[str, float]
     frequency: FloatArray
+    spread: AnswerSpread | None = None
 
     def table(self) -> str:
-        """Return the frequencies as text."""
+        """Return the frequencies as text, with their 95 % intervals and the joint that these mostly come from."""
         rows = [[str(i + 1), f"{f:.4f}"] for i, f in enumerate(self.frequency)]
         spin = fastest_spin(self.machine.description)
         title = self.machine.name + (f", bodies spinning at up to {spin * 30 / 3.141592653589793:.6g} rev/min" if spin else "")
-        return text_table(title, ["mode", "frequency Hz"], rows)
+        header = ["mode", "frequency Hz"]
+        if self.spread is not None:
+            header += ["+- Hz (95 %)", "mostly of"]
+            rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
+        return text_table(title, header, rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the frequencies (Hz) as plain data."""
-        return {"frequency_hz": self.frequency.tolist()}
+        """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints."""
+        spread = self.spread
+        return {"frequency_hz": self.frequency.tolist(),
+                "interval_hz": None if spread is None else spread.interval.tolist(),
+                "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 
 
 def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count: int = 12) -> MachineModes:
     """Return the lowest natural frequencies of a machine at a pose (m, rad), undamped."""
     at = dict(pose or {})
+    uncertainty = machine_uncertainty(machine)
+    spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
+    return MachineModes(machine, at, _frequencies(machine, at, count), spread)
+
+
+def _frequencies(machine: Machine, pose: Mapping[str, float], count: int) -> FloatArray:
     if fastest_spin(machine.description):
-        return MachineModes(machine, at, natural_frequencies(machine, at, count)[0])
-    return MachineModes(machine, at, body_shapes(machine, at, count).frequency)
+        return natural_frequencies(machine, pose, count)[0]
+    return body_shapes(machine, pose, count).frequency

@@ -35,7 +35,8 @@ class MachineUncertainty:
         """Joint or body of every number."""
         return tuple(" ".join(path.split(".")[:2]).replace("joints", "joint").replace("bodies", "body") for path in self.paths)
 
-    def slopes(self, answer: Callable[[Machine], FloatArray]) -> FloatArray:
+    def slopes(self, answer: Callable[[Machine], FloatArray], progress: Callable[[int, int], None] | None = None
+               ) -> FloatArray:
         """Return the slopes (n, ...) of an answer, per standard deviation of each number."""
         deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         rows = []
@@ -44,11 +45,14 @@ class MachineUncertainty:
             ends = [np.asarray(answer(self.machine.with_values({path: _possible(path, value + sign * _STEP * size)})))
                     for sign in (1, -1)]
             rows.append((ends[0] - ends[1]) / (2 * _STEP))
+            if progress is not None:
+                progress(len(rows), len(self.paths))
         return np.array(rows)
 
-    def spread(self, answer: Callable[[Machine], FloatArray]) -> AnswerSpread:
+    def spread(self, answer: Callable[[Machine], FloatArray], progress: Callable[[int, int], None] | None = None
+               ) -> AnswerSpread:
         """Return the standard deviations of a smooth answer, and what each part brings to them."""
-        slopes = self.slopes(answer)
+        slopes = self.slopes(answer, progress)
         size = np.sqrt(np.maximum(np.diag(self.covariance), 1e-300))
         unit = self.covariance / np.outer(size, size)
         flat = slopes.reshape(len(self.paths), -1)

@@ -15,6 +15,7 @@ from toolpoint.machine.assemble import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
 from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
 from toolpoint.studies.text_table import text_table
 
@@ -24,13 +25,14 @@ class PoseMap:
     """Frequencies over a grid.
 
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
-    failures : grid index to reason; angles : axes in rad.
-    """
+    failures : grid index to reason; angles : axes in rad; uncertainty : of the frequencies, Hz, where the machine was
+    identified. """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
     failures: Mapping[tuple[int, ...], str] = field(default_factory=dict)
     angles: tuple[str, ...] = ()
+    uncertainty: AnswerSpread | None = None
 
     @property
     def grid(self) -> Grid:
@@ -54,14 +56,32 @@ class PoseMap:
     def table(self) -> str:
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
-        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes()])
+        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *self.uncertain()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
         values = self.frequency.astype(object)
         values[np.isnan(self.frequency)] = None
         return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
-                "failures": self.failed(), "extremes": self.extremes()}
+                "failures": self.failed(), "extremes": self.extremes(),
+                "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
+                "uncertain": self.uncertain()}
+
+    def interval(self) -> FloatArray | None:
+        """Half widths of the 95 % intervals, shape as `frequency`, Hz; None where nothing was identified with a covariance."""
+        return None if self.uncertainty is None else self.uncertainty.interval
+
+    def uncertain(self) -> list[str]:
+        """Return a line on every mode: its widest 95 % interval, where, and the joint that it mostly comes from."""
+        if self.uncertainty is None:
+            return []
+        lines = []
+        for mode in range(self.frequency.shape[-1]):
+            half = self.uncertainty.interval[..., mode]
+            place = tuple(int(i) for i in np.unravel_index(int(np.argmax(half)), half.shape))
+            lines.append(f"mode {mode + 1}: at most +- {float(half.max()):.2g} Hz (95 %), at {self.grid.words(place)}, mostly "
+                         f"of {self.uncertainty.main_part(*place, mode)}")
+        return lines
 
     def __repr__(self) -> str:
         return f"PoseMap({self.grid}, {self.frequency.shape[-1]} modes, {len(self.failures)} poses failed)"
@@ -108,4 +128,15 @@ def pose_map(
     grid = check_grid(machine, axes)
     values, failures = map_over(_Frequencies(machine, tuple(grid.axes), modes, path), grid, modes, engine=engine, folder=folder,
                                 progress=progress)
-    return PoseMap(grid.axes, values, failures, grid.angles)
+    return PoseMap(grid.axes, values, failures, grid.angles,
+                   None if failures else _spread(machine, grid.axes, modes, values.shape))
+
+
+def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape: tuple[int, ...]) -> AnswerSpread | None:
+    """Return the spread of the frequencies over a grid, None where the machine holds no identified numbers."""
+    uncertainty = machine_uncertainty(machine)
+    if uncertainty is None:
+        return None
+    mesh = np.meshgrid(*axes.values(), indexing="ij")
+    poses = {name: at.ravel() for name, at in zip(axes, mesh, strict=True)}
+    return uncertainty.spread(lambda one: natural_frequencies(one, poses, modes).reshape(shape))

@@ -46,7 +46,8 @@ class JointStudy:
 
     def table(self) -> str:
         """Return doubts first, the joints, then the modes of their machine beside the measured ones, as text."""
-        lines = [*(f"doubt: {text}" for text in self.doubts), self.joints.table()]
+        # The table of the joints repeats the doubts where they belong.
+        lines = [*(f"doubt: {text}" for text in self.doubts if text not in self.joints.doubts), self.joints.table()]
         if self.checked is not None:
             lines.append(text_table("The machine of these joints", HEADER, self.checked.rows()))
             lines.append(self.checked.status)
@@ -58,7 +59,8 @@ class JointStudy:
     def to_dict(self) -> dict[str, Any]:
         """Return all that the page shows as plain data, SI: joints with covariance, doubts, modes, the machine or why not."""
         return {"joints": [joint.as_dict() for joint in self.joints.joints], "status": self.joints.status,
-                "doubts": list(self.doubts), "machine": None if self.machine is None else "described",
+                "doubts": list(self.doubts), "notes": list(self.joints.notes),
+                "machine": None if self.machine is None else "described",
                 "missing": self.missing, "modes": None if self.checked is None else self.checked.to_dict()}
 
 

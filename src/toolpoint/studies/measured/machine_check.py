@@ -16,13 +16,16 @@ from toolpoint.vibration.correlation import mac
 HEADER = ("mode", "computed Hz", "measured Hz", "difference %", "computed damping %", "measured damping %", "MAC")
 # A machine that is farther from its own test than this is not the machine of the test.
 _FREQUENCY, _DAMPING, _ALIKE = 0.005, 0.15, 0.9
+# A driving point that moves less than this share of the largest motion hardly drives a mode.
+_WEAK = 0.1
 
 
 @dataclass(frozen=True, eq=False)
 class MachineCheck:
     """Modes of a machine (frequency |s|/2 pi in Hz, damping ratio) and the measured ones that they look like.
 
-    partner : (n,) of every mode of the machine among the measured ones, -1 for none; mac : (n,) with it.
+    partner : (n,) of every mode of the machine among the measured ones, -1 for none; mac : (n,) with it; driven : (n,) motion
+    of the driving points over the largest, 1 where they are not known.
     """
 
     frequency: FloatArray
@@ -30,6 +33,24 @@ class MachineCheck:
     measured: Modes
     partner: IndexArray
     mac: FloatArray
+    driven: FloatArray
+
+    @property
+    def missed(self) -> tuple[str, ...]:
+        """Modes of the machine between the measured ones that the test did not show, each with a reason."""
+        inside = (self.frequency > self.measured.frequency.min()) & (self.frequency < self.measured.frequency.max())
+        lines = []
+        for j in np.flatnonzero(inside & (self.partner < 0)):
+            width = self.ratio[j] * self.frequency[j]
+            near = np.delete(self.frequency, j)
+            close = float(near[int(np.argmin(np.abs(near - self.frequency[j])))])
+            away = abs(close - self.frequency[j]) / max(width, 1e-9)
+            why = f"lies {away:.2g} half widths beside that at {close:.4g} Hz"
+            if self.driven[j] < _WEAK:
+                why = f"moves the driving points by {100 * self.driven[j]:.2g} % of its largest motion"
+            lines.append(f"the machine has a mode at {self.frequency[j]:.4g} Hz that the test does not show: it {why}; "
+                         "another driving point would")
+        return tuple(lines)
 
     @property
     def single(self) -> list[int]:
@@ -51,7 +72,7 @@ class MachineCheck:
         if self.single:
             lines.append("measured without a partner among the machine's modes: " + ", ".join(
                 f"{self.measured.frequency[i]:.4g} Hz" for i in self.single))
-        return tuple(lines)
+        return (*lines, *self.missed)
 
     @property
     def status(self) -> str:
@@ -98,7 +119,17 @@ def check_machine(machine: Machine, modes: Modes) -> MachineCheck:
     for i, j in pairs:
         if alike[i, j] >= 0.3:
             partner[j], score[j] = i, alike[i, j]
-    return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score)
+    return MachineCheck(frequency, -poles.real / np.maximum(np.abs(poles), 1e-12), modes, partner, score,
+                        _driven(machine, modes, computed))
+
+
+def _driven(machine: Machine, modes: Modes, computed: Modes) -> FloatArray:
+    """Return how far the driving points move in every computed mode, over its largest motion."""
+    driven = [dof for dof in modes.input_dofs if str(dof.point) in machine.description.points]
+    if not driven or modes.participation is None:
+        return np.ones(computed.count)
+    moves = np.abs(solve_poles(assemble(machine, outputs=driven)).shape).max(axis=0)
+    return np.asarray(moves / np.maximum(np.abs(computed.shape).max(axis=0), 1e-300))
 
 
 def solve_poles(system: Any) -> Modes:

@@ -1,0 +1,68 @@
+"""Commands about what a machine answers between named points: frf."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import click
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import frame
+from toolpoint.app.options import JSON, OUTPUT, PATH, POSES
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@POSES
+@click.option("--at", "outputs", multiple=True, metavar="POINT:DIRECTION",
+              help="Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against table where left out.")
+@click.option("--force", "inputs", multiple=True, metavar="POINT:DIRECTION",
+              help="Force here; where it is seen, where left out.")
+@click.option("--lines", metavar="LOW:HIGH:NUMBER", help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
+@click.option("--save", type=PATH, help="Save the responses here: universal (.uff) or HDF5 (.h5) file, one pose.")
+@OUTPUT
+@JSON
+def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: str | None,
+        save: Path | None, output: Path, as_json: bool) -> None:
+    """Frequency responses of a machine at poses, tool against table, with 95 % intervals where its numbers were identified."""
+    from toolpoint.app.poses import machine_at
+    from toolpoint.pages.machine_responses import responses_page
+    from toolpoint.studies.machines.machine_responses import study_responses_of_machine
+
+    if save is not None and len(poses) > 1:
+        raise ToolpointError(f"--save {save}: {len(poses)} poses; a file of responses holds one; call once for each")
+    with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
+        result = study_responses_of_machine(
+            machine_at(machine, *poses), list(poses) or None, list(outputs) or None, inputs=list(inputs) or None,
+            frequency=None if lines is None else _lines(lines), progress=progress)
+    run.save(responses_page(result, run.warnings))
+    if save is not None:
+        _write(result.frfs[0], save)
+    run.show(result, result.notes, {"Responses": save})
+
+
+def _lines(text: str) -> np.ndarray:
+    parts = text.split(":")
+    try:
+        low, high, number = float(parts[0]), float(parts[1]), int(parts[2])
+    except (ValueError, IndexError):
+        raise ToolpointError(f"--lines: {text!r}; write LOW:HIGH:NUMBER in Hz, for example 5:400:1600") from None
+    if len(parts) != 3 or not 0 <= low < high or not 2 <= number <= 100_000:
+        raise ToolpointError(f"--lines: {text!r}; must be 0 <= LOW < HIGH and 2 to 100000 lines")
+    return np.linspace(low, high, number)
+
+
+def _write(response: object, path: Path) -> None:
+    from toolpoint.io import hdf5, uff
+    from toolpoint.io.suffixes import HDF5, UNIVERSAL
+    from toolpoint.vibration import Frf
+
+    assert isinstance(response, Frf)
+    if path.suffix.lower() in HDF5:
+        hdf5.write(response, path)
+    elif path.suffix.lower() in UNIVERSAL:
+        uff.write(path, response)
+    else:
+        raise ToolpointError(f"--save {path}: the name must end in .h5 or .uff")

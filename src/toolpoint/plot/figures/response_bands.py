@@ -1,0 +1,33 @@
+"""Magnitudes of responses with their 95 % intervals as bands."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import plotly.graph_objects as go
+
+from toolpoint._check import FloatArray
+from toolpoint.plot.figures.theme import COLOURS, figure, plain
+
+
+def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]], *, title: str = ""
+                    ) -> go.Figure:
+    """Return magnitudes over frequency with bands.
+
+    Parameters
+    ----------
+    frequency : (n_f,) floats, Hz
+    curves : name to (magnitude, lower end, upper end), (n_f,) each, m/N
+    """
+    chart = figure(title, 460)
+    for k, (name, (middle, low, high)) in enumerate(curves.items()):
+        colour = COLOURS[k % len(COLOURS)]
+        both = np.concatenate([frequency, frequency[::-1]])
+        chart.add_scatter(x=both, y=np.concatenate([high, low[::-1]]), fill="toself", line={"width": 0}, opacity=0.3,
+                          fillcolor=colour, showlegend=False, hoverinfo="skip", legendgroup=str(k))
+        chart.add_scatter(x=frequency, y=middle, name=plain(name), line={"color": colour, "width": 1.4}, legendgroup=str(k),
+                          hovertemplate="%{x:.5g} Hz<br>%{y:.4g} m/N")
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(type="log", title_text="Receptance, m/N")
+    return chart

@@ -1,0 +1,109 @@
+"""How far stability limits may be off because the machine's identified numbers are: samples of the whole machine.
+
+Limits are not smooth where lobes change places, so machines are drawn from the covariance and charted like the machine itself;
+the logarithm of the limit gets Student's interval from them. Which joint it comes from is told by the greatest compliance of
+the tool, which is smooth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy import stats
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import StabilityChart, stability
+from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.machine.model import Machine
+from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
+from toolpoint.studies.execute import Progress
+from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
+
+SAMPLES = 8
+
+
+@dataclass(frozen=True, eq=False)
+class LimitSpread:
+    """Standard deviations of the natural logarithm of limits (not a number where there is none), from so many samples;
+    `lowest` is that of the least limit; `part` is the joint that it mostly comes from."""
+
+    deviation: FloatArray
+    lowest: float
+    samples: int
+    part: str
+
+    @property
+    def factor(self) -> float:
+        """Half widths of 95 % intervals over standard deviations (Student)."""
+        return float(stats.t.ppf(0.975, self.samples - 1))
+
+    def ends(self, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return both ends of the 95 % intervals of limits."""
+        half = self.factor * self.deviation
+        return limit * np.exp(-half), limit * np.exp(half)
+
+    def rows(self, limit: FloatArray) -> list[list[float] | None]:
+        """Return both ends of every interval as plain numbers, None where there is no limit."""
+        low, high = self.ends(limit)
+        return [[float(a), float(b)] if np.isfinite(a) and np.isfinite(b) else None for a, b in zip(low, high, strict=True)]
+
+    def words(self, limit: float) -> str:
+        """Return the interval of the least limit in words."""
+        half = self.factor * self.lowest
+        return (f"95 % interval of the least limit from the machine's identified numbers: {1e3 * limit * np.exp(-half):.4g} .. "
+                f"{1e3 * limit * np.exp(half):.4g} mm ({self.samples} samples), mostly of {self.part}")
+
+
+def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], part_of: Callable[[Machine], FloatArray],
+                  *, rng: np.random.Generator, samples: int = SAMPLES, progress: Progress | None = None
+                  ) -> LimitSpread | None:
+    """Return the spread of limits (last axis: speeds) of a machine, None where its file holds no identified numbers.
+
+    Parameters
+    ----------
+    limits : function of a machine, m
+    part_of : function of a machine
+        A smooth answer that the limits hang on; the joint that it is most uncertain of is named.
+    """
+    uncertainty = machine_uncertainty(machine)
+    if uncertainty is None:
+        return None
+    drawn = []
+    for k, sample in enumerate(uncertainty.samples(samples, rng)):
+        drawn.append(limits(sample))
+        if progress is not None:
+            progress(k + 1, samples)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(np.where(np.isfinite(drawn), drawn, np.nan))
+        lowest = np.log(np.nanmin(np.array(drawn).reshape(samples, -1), axis=1))
+        deviation = logs.std(axis=0, ddof=1)
+    spread = uncertainty.spread(part_of)
+    worst = int(np.argmax(spread.deviation))
+    return LimitSpread(deviation, float(lowest.std(ddof=1)), samples, spread.main_part(worst))
+
+
+def spread_of_limits(dynamics: ToolDynamics, values: Mapping[str, Any], chart: StabilityChart, *,
+                     method: StabilityMethod | None = None, progress: Progress | None = None) -> LimitSpread | None:
+    """Return the spread of a chart's limits, None for dynamics that are not of an identified machine.
+
+    values : of the cut by flat keys, as the chart was made with.
+    """
+    machine = dynamics.machine
+    if machine is None:
+        return None
+    across = "rigid" if dynamics.y is None else "same" if dynamics.y == "same" else None
+
+    def limits(sample: Machine) -> FloatArray:
+        problem = build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0]
+        return stability.chart(problem, chart.speeds, method, depth_max=chart.depth_max).limit
+
+    def compliance(sample: Machine) -> FloatArray:
+        plane = build_problem(machine_dynamics(sample, dynamics.pose, across), values)[0].plane
+        low, high = plane.span
+        return np.log(np.abs(np.real(plane.response(np.linspace(0.5 * low, 2 * high, 400)))).max(keepdims=True).ravel())
+
+    return sample_limits(machine, limits, compliance, rng=np.random.default_rng(0), progress=progress)

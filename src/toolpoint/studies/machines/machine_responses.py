@@ -1,0 +1,144 @@
+"""Frequency responses of a machine between named points at any pose, with what its identified numbers leave open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, increasing
+from toolpoint.kinematics.chain import check_poses
+from toolpoint.machine.assemble import assemble
+from toolpoint.machine.model import Machine
+from toolpoint.machine.shapes import body_shapes
+from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
+from toolpoint.studies.machines.pose_words import pose_words
+from toolpoint.studies.machines.tool_point import seen_along, tool_axes
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Dof, Frf, frequency_response
+
+HEADER = ("pose", "response", "greatest um/N", "at Hz", "95 % interval", "mostly of")
+Progress = Callable[[int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class MachineResponses:
+    """Receptances of a machine at several poses.
+
+    frfs : one Frf a pose; spread : of the natural logarithm of |H|, (n_poses, n_f, n_outputs, n_inputs), None where the machine
+    holds no identified numbers with their covariance; notes : what was assumed.
+    """
+
+    machine: Machine
+    poses: tuple[Mapping[str, float], ...]
+    frfs: tuple[Frf, ...]
+    spread: AnswerSpread | None = None
+    notes: tuple[str, ...] = ()
+
+    def band(self, pose: int) -> tuple[FloatArray, FloatArray] | None:
+        """Return the ends of the 95 % interval of |H| at a pose, each (n_f, n_outputs, n_inputs); None without intervals."""
+        if self.spread is None:
+            return None
+        size, half = np.abs(self.frfs[pose].values), self.spread.interval[pose]
+        return size * np.exp(-half), size * np.exp(half)
+
+    def rows(self) -> list[list[str]]:
+        """Return a row of texts for every pose and driving response (all where there is none), see `HEADER`."""
+        rows = []
+        for k, (pose, frf) in enumerate(zip(self.poses, self.frfs, strict=True)):
+            pairs = [(i, j) for i, a in enumerate(frf.outputs) for j, b in enumerate(frf.inputs) if a == b] or [
+                (i, j) for i in range(len(frf.outputs)) for j in range(len(frf.inputs))]
+            for i, j in pairs:
+                size = np.abs(frf.values[:, i, j])
+                top = int(np.argmax(size))
+                row = [pose_words(self.machine, pose), f"{frf.outputs[i]} / {frf.inputs[j]}", f"{1e6 * size[top]:.4g}",
+                       f"{frf.frequency[top]:.4g}", "", ""]
+                if self.spread is not None:
+                    row[4:] = (f"± {100 * np.expm1(self.spread.interval[k, top, i, j]):.2g} %",
+                               self.spread.main_part(k, top, i, j))
+                rows.append(row)
+        return rows
+
+    def table(self) -> str:
+        """Return the greatest receptance of every response with its interval, and the joint that this comes from, as text."""
+        return text_table(f"Responses of {self.machine.name}", HEADER, self.rows())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return lines (Hz), receptances (m/N), intervals of |H| and the joint each mostly comes from as plain data."""
+        result = []
+        for k, (pose, frf) in enumerate(zip(self.poses, self.frfs, strict=True)):
+            band = self.band(k)
+            result.append({
+                "pose": dict(pose), "outputs": [str(dof) for dof in frf.outputs], "inputs": [str(dof) for dof in frf.inputs],
+                "frequency_hz": frf.frequency.tolist(), "real_m_per_n": frf.values.real.tolist(),
+                "imaginary_m_per_n": frf.values.imag.tolist(),
+                "interval_m_per_n": None if band is None else [band[0].tolist(), band[1].tolist()]})
+        return {"responses": result, "greatest": [dict(zip(HEADER, row, strict=True)) for row in self.rows()],
+                "notes": list(self.notes)}
+
+
+def study_responses_of_machine(
+    machine: Machine, poses: Sequence[Mapping[str, float]] | None = None, outputs: Sequence[Dof | str] | None = None,
+    *, inputs: Sequence[Dof | str] | None = None, frequency: ArrayLike | None = None, progress: Progress | None = None,
+) -> MachineResponses:
+    """Return the receptances of a machine by direct solution, exact for damping of any kind.
+
+    Parameters
+    ----------
+    machine : Machine
+    poses : sequence of mappings of axis name to m or rad, optional
+        Those of the description, or the reference pose, where left out.
+    outputs, inputs : labels, optional
+        ``point:direction``, also ``a-b:+x`` of a point relative to another. The tool against the table along the tool's x, y
+        and z where left out; inputs where left out are the outputs.
+    frequency : (n_f,) floats, optional
+        Hz; 400 lines over the lowest twelve modes where left out.
+    progress : function of done and total, optional
+        Of the slopes to the identified numbers, which the intervals come from.
+    """
+    chosen = tuple(check_poses(poses) if poses is not None else machine.description.poses) or ({},)
+    if not machine.description.damping_ratio and not _has_loss(machine):
+        fail("machine", "no damping", "its responses would be infinite at every resonance",
+             "give damping_ratio, or loss_factor or damping to joints")
+    lines = _lines(machine, chosen) if frequency is None else increasing("frequency",
+                                                                         np.atleast_1d(np.asarray(frequency, float)))
+
+    def responses(sample: Machine) -> list[Frf]:
+        return [_response(sample, pose, outputs, inputs, lines=lines) for pose in chosen]
+
+    uncertainty = machine_uncertainty(machine)
+    spread = None if uncertainty is None else uncertainty.spread(
+        lambda sample: np.log(np.maximum(np.abs([frf.values for frf in responses(sample)]), 1e-300)), progress)
+    frfs = responses(machine)
+    notes = () if spread is not None else (
+        "no intervals: the machine file holds no identified numbers with their covariance (section identified)",)
+    return MachineResponses(machine, chosen, tuple(frfs), spread,
+                            (*notes, *dict.fromkeys(n for frf in frfs for n in frf.notes)))
+
+
+def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof | str] | None,
+              inputs: Sequence[Dof | str] | None, *, lines: FloatArray) -> Frf:
+    if outputs is not None:
+        return frequency_response.direct(assemble(machine, pose, outputs, inputs=inputs), lines)
+    description = machine.description
+    if description.tool is None:
+        fail("outputs", "none, and the machine names no tool", "must be point:direction labels",
+             "add 'tool: NAME' to the machine file, or name outputs")
+    point = description.tool if description.table is None else f"{description.tool}-{description.table}"
+    batch = {name: np.atleast_1d(float(value)) for name, value in pose.items()}
+    system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")], inputs=inputs)
+    return frequency_response.direct(system if inputs is not None else seen_along(system, tool_axes(machine, batch)[0]), lines)
+
+
+def _has_loss(machine: Machine) -> bool:
+    return any(np.any(law.damping) or np.any(law.structural_damping) for law in (
+        *machine.joints, *(loop.law for loop in machine.loops)))
+
+
+def _lines(machine: Machine, poses: Sequence[Mapping[str, float]]) -> FloatArray:
+    ends = [body_shapes(machine, pose, 12).frequency for pose in poses]
+    moving = np.concatenate([f[f > 1e-6] for f in ends])
+    return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), 400)
