@@ -81,20 +81,25 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: boo
 
 @click.command()
 @click.argument("machine", type=PATH)
+@click.option("--mass", type=click.FloatRange(0, min_open=True), help="Mass of a robot (URDF) by its catalogue, kg.")
 @JSON
-def check(machine: Path, as_json: bool) -> None:
-    """Check a machine file: all its faults at once, or what it holds."""
+def check(machine: Path, mass: float | None, as_json: bool) -> None:
+    """Check a machine file (or a robot's URDF): all its faults at once, or what it holds."""
     from toolpoint.app import console
     from toolpoint.cutting.build import words
+    from toolpoint.io import urdf
     from toolpoint.io.yaml import machine_file
     from toolpoint.studies.machines.machine_doubts import question_machine
     from toolpoint.studies.machines.machine_words import describe_motion
 
+    inertias = urdf.read_robot(machine, mass).doubts if machine.suffix.lower() == ".urdf" else ()
+    for doubt in () if as_json else inertias:
+        console.text("doubt: " + doubt)
     built = machine_file.read(machine)
     doubts = question_machine(built)
     cut = None if built.description.cutting is None else words(built.description.cutting)
     if as_json:
-        click.echo(json.dumps({"ok": True, "doubts": list(doubts), "coordinates": built.size, "cutting": cut,
+        click.echo(json.dumps({"ok": True, "doubts": [*inertias, *doubts], "coordinates": built.size, "cutting": cut,
                                "motion": list(describe_motion(built))}))
         return
     for doubt in doubts:

@@ -66,6 +66,7 @@ def assemble(
 
 def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray | None]:
     """Return mass, stiffness, damping, structural damping (P, n, n) and the loop basis (P, n_tree, n), None without loops."""
+    _check_freedom(place.machine.size)
     mass, (stiffness, viscous, structural) = mass_matrix(place), joint_matrices(place)
     gyroscopic = gyroscopic_matrix(place)
     if gyroscopic is not None:
@@ -141,10 +142,16 @@ def loop_basis(place: Placement) -> FloatArray | None:
 
 def freedoms(machine: Machine) -> int:
     """Return the number of coordinates that are left when all loops are closed, at the reference pose."""
-    if not machine.loops:
-        return machine.size
-    basis = loop_basis(place_machine(machine))
-    return machine.size if basis is None else int(basis.shape[-1])
+    basis = loop_basis(place_machine(machine)) if machine.loops else None
+    number = machine.size if basis is None else int(basis.shape[-1])
+    _check_freedom(number)
+    return number
+
+
+def _check_freedom(number: int) -> None:
+    if number == 0:
+        fail("machine", "no elastic or free direction", "must have one to vibrate",
+             "give its joints stiffness, for example stiffness: {rx: 4e5, ry: 4e5, rz: 1.2e5}")
 
 
 def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:

@@ -15,11 +15,12 @@ from ruamel.yaml import YAML
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.cutting.build import fault_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
-from toolpoint.io import stl
+from toolpoint.io import stl, urdf
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
+from toolpoint.io.yaml.arm_section import expand_arm
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_motion import (
     assembly_modes_of,
@@ -42,13 +43,15 @@ _SECTIONS: dict[str, type[BaseModel]] = {
 
 @door("machine file")
 def read(path: str | Path) -> Machine:
-    """Return the machine of a YAML file.
+    """Return the machine of a YAML file, or of a URDF file by its suffix (joints are rigid then, see `urdf.read`).
 
     Raises
     ------
     FileFaults
         With every fault of the file: line, column, key, value, limit and remedy.
     """
+    if Path(path).suffix.lower() == ".urdf":
+        return build(urdf.read(path))
     document = parse(Path(path))
     description = _description(document)
     if document.faults or description is None:
@@ -57,6 +60,7 @@ def read(path: str | Path) -> Machine:
 
 
 def _description(document: Document) -> d.MachineDescription | None:
+    expand_arm(document)
     data = document.data
     version = data.get("toolpoint")
     if version != schema.VERSION:

@@ -149,6 +149,30 @@ class AxisModel(Part):
     at_reference: Any = 0.0
 
 
+class ArmRowModel(Part):
+    body: str
+    axis: str
+    theta: Any = 0.0
+    d: Any = 0.0
+    a: Any = 0.0
+    alpha: Any = 0.0
+    slides: bool = False
+    coupled: dict[str, float] = {}
+    limits: tuple[Any, Any] | str | None = None
+    joint: str = ""
+    stiffness: StiffnessModel = StiffnessModel()
+    damping: DampingModel = DampingModel()
+    loss_factor: LossFactorModel | Annotated[float, Scalar(units.RATIO, ge=0)] = 0.0
+    source: str = ""
+
+
+class ArmModel(Part):
+    convention: Literal["standard", "modified"] = "standard"
+    base: str = "ground"
+    frame: FrameModel = FrameModel()
+    rows: tuple[ArmRowModel, ...]
+
+
 Coordinate = Literal["x", "y", "z", "tilt", "azimuth", "torsion"]
 
 
@@ -246,6 +270,7 @@ class MachineModel(Part):
     source: str = ""
     assumptions: tuple[str, ...] = ()
     tool_axis: Any = "z"
+    arm: ArmModel | None = None
     task: TaskModel | None = None
     assembly_modes: dict[str, dict[str, Any]] = {}
     assembly_mode: str = ""

@@ -1,0 +1,58 @@
+"""What is doubtful about the inertias of a robot: total mass, impossible moments, density over the hull, placeholders."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from toolpoint.bodies.inertia import inertia_fault
+from toolpoint.io.urdf.robot import UrdfLink, UrdfRobot
+
+DENSITY = (200.0, 12000.0)  # kg/m^3 over the hull; hollow castings are light, nothing of a robot is heavier than lead
+SPREAD = (0.02, 4.0)  # principal moment over that of the box around the hull, filled evenly
+
+
+def question_inertias(robot: UrdfRobot, mass: float | None = None) -> list[str]:
+    """Return doubts about the inertias of a robot; `mass` (kg) is that of the whole by its catalogue."""
+    moving = [link for link in robot.links.values() if link.mass is not None]
+    lines = []
+    if mass is not None and abs(robot.mass / mass - 1) > 0.05:
+        lines.append(f"the links weigh {robot.mass:.4g} kg together, {100 * (robot.mass / mass - 1):+.0f} % off the "
+                     f"{mass:g} kg given")
+    for link in moving:
+        lines += [f"link {link.name}: {text}" for text in _link_doubts(link)]
+    tensors = [tuple(np.round(np.linalg.eigvalsh(link.inertia), 12)) for link in moving]
+    alike = [link.name for link, tensor in zip(moving, tensors, strict=True) if tensors.count(tensor) > 1]
+    if len(alike) > 2:
+        lines.append(f"links {', '.join(alike)} have the same inertia to the last digit: placeholders?")
+    return lines
+
+
+def _link_doubts(link: UrdfLink) -> list[str]:
+    assert link.mass is not None
+    moments = np.linalg.eigvalsh(link.inertia)
+    lines = []
+    fault = inertia_fault(link.inertia)
+    if fault:
+        lines.append(fault)
+    if np.ptp(moments) < 1e-12 and any(np.isclose(moments[0], v) for v in (1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-6)):
+        lines.append(f"inertia {moments[0]:g} kg m^2 alike about all axes: a placeholder?")
+    if np.isclose(link.mass, 1.0, atol=1e-12) and np.ptp(moments) < 1e-12:
+        lines.append("mass of exactly 1 kg with a round inertia: a placeholder?")
+    if len(link.corners) < 4:
+        return lines
+    try:
+        hull = ConvexHull(link.corners)
+    except QhullError:
+        return lines
+    density, span = link.mass / hull.volume, np.ptp(link.corners, axis=0)
+    if not DENSITY[0] < density < DENSITY[1]:
+        lines.append(f"density {density:.3g} kg/m^3 over its hull; believed are {DENSITY[0]:g} to {DENSITY[1]:g}")
+    if (link.centre < link.corners.min(axis=0) - 1e-9).any() or (link.centre > link.corners.max(axis=0) + 1e-9).any():
+        lines.append("its centre of mass lies outside of its shape")
+    box = np.sort(link.mass / 12 * (np.sum(span**2) - span**2))
+    ratio = moments / box
+    if ratio.min() < SPREAD[0] or ratio.max() > SPREAD[1]:
+        lines.append(f"principal moments {moments[0]:.3g} .. {moments[2]:.3g} kg m^2 against {box[0]:.3g} .. {box[2]:.3g} of a "
+                     "filled box around it: check the unit (kg m^2, not kg mm^2) and the point they are about")
+    return lines
