@@ -25,8 +25,9 @@ def arm_file(coupled="", second="250 mm", theta="-90 deg"):
                       f"inertia: {{xx: {xx}, yy: {yy}, zz: {zz}}}}}")
         length = second if i == 1 else f"{1e3 * a} mm"
         more = coupled if i == 2 else ""
-        rows.append(f"    - {{body: link{i + 1}, axis: q{i + 1}, theta: {theta if i == 1 else '0 deg'}, d: {1e3 * d} mm, "
-                    f"a: {length}, alpha: {alpha} deg, stiffness: {{rx: {k}, ry: {k}, rz: {kz}}}, limits: [-200 deg, 200 deg]{more}}}")
+        angle = theta if i == 1 else "0 deg"
+        rows.append(f"    - {{body: link{i + 1}, axis: q{i + 1}, theta: {angle}, d: {1e3 * d} mm, a: {length}, "
+                    f"alpha: {alpha} deg, stiffness: {{rx: {k}, ry: {k}, rz: {kz}}}, limits: [-200 deg, 200 deg]{more}}}")
     return "\n".join(["toolpoint: 1", "name: robot", "bodies:", *bodies, "arm:", "  rows:", *rows,
                       "points: {flange: {body: link6}}", ""])
 

@@ -1,5 +1,8 @@
 """Closed chains: against closed forms, exact Jacobians, assembly modes, gaps, limits, coordinates of the tool."""
 
+import contextlib
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -8,8 +11,10 @@ import parallel_machines
 from toolpoint.io import read_machine
 from toolpoint.kinematics.closure import Closure
 from toolpoint.kinematics.loops import LoopClosure
+from toolpoint.kinematics.singularity import nearest_singularity, pose_condition
 from toolpoint.kinematics.three_rps import ThreeRps
 from toolpoint.machine import build
+from toolpoint.machine.description import AxisDescription
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.placement import place_machine
 from toolpoint.spatial import transform as tf
@@ -195,3 +200,62 @@ def test_another_assembly_mode_is_kept():
         across = np.cross(crank - [0.5, 0, 0], pin - [0.5, 0, 0])[:, 1]
         assert (sign * across > 0).all() or (sign * across < 0).all()
     assert np.abs(place_machine(up, {"q": 0.1}).frames - place_machine(down, {"q": 0.1}).frames).max() > 0.1
+
+
+def rocker_driven():
+    """The four-bar driven at its rocker: dead where crank and coupler are in line."""
+    bars = parallel_machines.four_bar()
+    joints = dict(bars.joints)
+    joints["a"] = replace(joints["a"], stiffness={}, free=("ry",))
+    joints["c"] = replace(joints["c"], stiffness={"ry": 1e4}, free=())
+    return build(replace(bars, joints=joints, axes={"q": AxisDescription("c", "ry")}, assembly_modes={}))
+
+
+def test_nearest_singular_pose_is_where_crank_and_coupler_are_in_line():
+    machine = rocker_driven()
+    pin = np.array(machine.description.points["pin"].at) - [0.5, 0, 0]
+    here = np.arctan2(pin[0], pin[2])
+    # The pin is then 0.45 + 0.2 (or 0.45 - 0.2) from the crank's pivot: the angle at the rocker's pivot by the cosine law.
+    inner = [np.arccos((0.5**2 + 0.4**2 - reach**2) / (2 * 0.5 * 0.4)) for reach in (0.65, 0.25)]
+    dead = [np.arctan2(-np.cos(angle), np.sin(angle)) for angle in inner]
+    distance, kind = nearest_singularity(machine.chain, {}, "q")
+    assert kind == "actuation"
+    assert distance == pytest.approx(min(abs(angle - here) for angle in dead), abs=1e-4)
+    way = min((angle - here for angle in dead), key=abs)
+    near = pose_condition(machine.chain, {"q": [0.0, way - 1e-3 * np.sign(way)]})
+    assert near.actuation[1] > 5 * near.actuation[0]
+
+
+def test_a_path_over_a_singular_pose_is_refused_where_it_happens():
+    machine = rocker_driven()
+    distance, _ = nearest_singularity(machine.chain, {}, "q")
+    def follow(way):
+        machine.chain.follow({"q": way * np.linspace(0, 1.05 * distance, 5)})
+    refused = 0
+    for way in (1, -1):
+        with contextlib.suppress(ValueError):
+            follow(way)
+            continue
+        with pytest.raises(ValueError, match=r"of the path: cannot be reached.*singular"):
+            follow(way)
+        refused += 1
+    assert refused == 1
+
+
+def test_a_followed_path_equals_single_poses(head):
+    poses = {"Z": np.linspace(0.8, 1.0, 7), "tilt": np.linspace(0, 0.5, 7), "azimuth": np.linspace(0, 3, 7)}
+    np.testing.assert_allclose(head.chain.follow(poses), head.chain.step_values(poses), atol=1e-11)
+
+
+def test_rates_of_the_legs_are_those_of_the_task(head):
+    pose, h = {"Z": 0.92, "tilt": 0.3, "azimuth": 0.7}, 1e-6
+    ahead, back = (head.chain.positions({**pose, "Z": pose["Z"] + s * h})[0] for s in (1, -1))
+    rates = np.linalg.solve(head.chain.task_rates(pose)[0], [1.0, 0.0, 0.0])
+    np.testing.assert_allclose(rates, (ahead - back) / (2 * h), atol=1e-7)
+
+
+def test_constraint_singularity_counts_all_joints(head):
+    poses = {"Z": [0.9, 0.9], "tilt": [0.0, 0.5], "azimuth": [0.0, 0.4]}
+    condition = pose_condition(head.chain, poses, head.link("platform"))
+    assert (condition.constraint < 100).all() and (condition.actuation < 100).all()
+    assert condition.reasons() == ["", ""]

@@ -128,6 +128,39 @@ class ClosedChain(TreeChain):
         first_fault(self, pose, solution)
         return solution.values, tuple(dict.fromkeys(note for note in solution.notes if note))[:3]
 
+    def follow(self, path: Pose) -> FloatArray:
+        """Return the step values along a path of poses, each followed from the one before, shape (n_poses, n_steps).
+
+        Raises ToolpointError where the way from one pose to the next meets a singular pose or a loop cannot close, naming both.
+        """
+        batch = self.batch(path)
+        count = len(next(iter(batch.values()))) if batch else 1
+        values = [np.asarray(self.start)]
+        for i in range(count):
+            pose = {name: at[i:i + 1] for name, at in batch.items()}
+            solution = self.solve(pose, start=values[-1])
+            if solution.reasons[0]:
+                before = "the reference pose" if i == 0 else f"pose {i} of the path"
+                first_fault(self, pose, replace(solution, reasons=(f"from {before}: {solution.reasons[0]}",)))
+            values.append(solution.values)
+        return np.concatenate(values[1:])
+
+    def task_rates(self, pose: Pose) -> FloatArray:
+        """Return the rate of the task's residual coordinates per rate of the axes that it stands in place of, (P, k, k).
+
+        Rows are place (m/s) and the tool's turning across and about its axis (rad/s); its inverse gives the rates of the legs.
+        """
+        task = self.task
+        if task is None:
+            fail("task", "none", "must be given", "describe the coordinates of the tool under 'task'")
+        values = self.step_values(pose)
+        moved = self.displacements_of(self.motions_of(values))
+        names = [axis.name for axis in self.driven_axes]
+        rates = self.closure.rates(values)[:, :, [names.index(name) for name in task.axes]]
+        twists = self.twists_of(values, moved) * self.on_path[task.link][:, None]
+        read = task.read(moved)
+        return task.rate(moved, twists, {kind: read[kind] for kind in task.kinds}) @ rates
+
     def reachable(self, pose: Pose) -> tuple[BoolArray, list[str]]:
         """Return which poses of a batch can be, and the reason of each that cannot (empty text where it can)."""
         solution = self.solve(pose)

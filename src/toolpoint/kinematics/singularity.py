@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, fail, positive
+from toolpoint._check import BoolArray, FloatArray, ToolpointError, fail, positive
 from toolpoint.kinematics.chain import Pose
 from toolpoint.kinematics.closed import ClosedChain
 from toolpoint.kinematics.closure import Closure
@@ -20,6 +20,7 @@ from toolpoint.kinematics.tree import TreeChain
 
 KINDS = ("actuation", "constraint", "lost motion")
 SINGULAR = 1e6  # condition number of a pose that counts as singular
+EDGE = 0.02  # inverse condition number at the end of the way that counts as singular
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,7 +65,9 @@ def pose_condition(chain: TreeChain, pose: Pose, link: int | None = None, *, len
 
 def _loop_conditions(chain: ClosedChain, values: FloatArray, length: float) -> tuple[FloatArray, FloatArray]:
     closure = Closure(chain, None)
-    rate = closure.evaluate(values, {})[1] * (chain.length / length)
+    # Elastic directions count like locked ones here: they hold a loop together as well.
+    rows = np.array([1 / length if way < 3 else 1.0 for loop in chain.loops for way in loop.rows])
+    rate = closure.evaluate(values, {})[1] * (rows / closure.weights)[:, None]
     step_scale = np.array([1.0 if step.turns else 1 / length for step in chain.steps])
     rank = _ranks(closure, chain, step_scale)
     passive = np.linalg.svd(rate[:, :, list(chain.passive_steps)] / step_scale[list(chain.passive_steps)], compute_uv=False)
@@ -114,15 +117,47 @@ def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, link: int | Non
     reach = np.pi if part.is_rotary else 4 * float(getattr(chain, "length", 1.0))
     low, high = max(part.lower, here - reach), min(part.upper, here + reach)
     places = np.linspace(low, high, samples)
-    inverse = np.array([_inverse_condition(chain, {**pose, axis: place}, link) for place in places])
-    candidates = [i for i in range(1, samples - 1) if _dips(inverse, i)]
-    results = [_refined(chain, (pose, axis), (places[i - 1], places[i + 1]), link) for i in candidates]
-    near = [(abs(place - here), kind) for place, kind in results if kind] if results else []
+    inverse = _inverse_conditions(chain, (pose, axis), places, link)
+    results = [_refined(chain, (pose, axis), (places[i - 1], places[i + 1]), link)
+               for i in range(1, samples - 1) if _dips(inverse, i)]
+    lost: BoolArray = np.asarray(np.isnan(inverse).all(axis=1))
+    for i in np.flatnonzero(lost[1:] != lost[:-1]):
+        span = (places[i + 1], places[i]) if lost[i] else (places[i], places[i + 1])
+        results.append(_edge(chain, (pose, axis), span, link))
+    near = [(abs(place - here), kind) for place, kind in results if kind]
     return min(near) if near else None
 
 
+def _edge(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], link: int | None) -> tuple[float, str]:
+    """Where along an axis the chain can go no further, and the kind of singular pose there; empty where a limit ends it."""
+    (pose, axis), (inside, outside) = at, span
+    assert isinstance(chain, ClosedChain)
+    values = chain.solve({**pose, axis: inside}).values
+    for _ in range(4):  # each attempt goes on to within 1/512 of what was left
+        solution = chain.solve({**pose, axis: outside}, start=values)
+        if solution.part[0] >= 1:
+            break
+        inside, values = inside + float(solution.part[0]) * (outside - inside), solution.values
+    row = _inverse_condition(chain, {**pose, axis: inside}, link)
+    # Near such an end the condition falls with the root of the distance, so rounding leaves more of it than elsewhere.
+    return inside, KINDS[int(np.nanargmin(row))] if not np.isnan(row).all() and np.nanmin(row) < EDGE else ""
+
+
 def _dips(inverse: FloatArray, i: int) -> bool:
-    return bool((inverse[i] <= np.minimum(inverse[i - 1], inverse[i + 1])).any())
+    # Flat stretches, whose values differ by rounding only, are no dips.
+    return bool((inverse[i] < (1 - 1e-9) * np.minimum(inverse[i - 1], inverse[i + 1])).any())
+
+
+def _inverse_conditions(chain: TreeChain, at: tuple[Pose, str], places: FloatArray, link: int | None) -> FloatArray:
+    """Inverse condition numbers of each kind (n_places, 3), not a number where a pose cannot be."""
+    (pose, axis), result = at, np.full((len(places), 3), np.nan)
+    good = np.ones(len(places), bool)
+    if isinstance(chain, ClosedChain):
+        good, _ = chain.reachable({**pose, axis: places})
+    if good.any():
+        condition = pose_condition(chain, {**pose, axis: places[good]}, link)
+        result[good] = 1 / np.stack([condition.actuation, condition.constraint, condition.lost_motion], axis=-1)
+    return result
 
 
 def _inverse_condition(chain: TreeChain, pose: Pose, link: int | None) -> FloatArray:
@@ -142,7 +177,7 @@ def _refined(chain: TreeChain, at: tuple[Pose, str], span: tuple[float, float], 
         row = _inverse_condition(chain, {**pose, axis: place}, link)
         return 0.0 if np.isnan(row).all() else float(np.nanmin(row))
 
-    for _ in range(60):
+    for _ in range(48):
         left, right = high - golden * (high - low), low + golden * (high - low)
         low, high = (low, right) if value(left) < value(right) else (left, high)
     place = (low + high) / 2
