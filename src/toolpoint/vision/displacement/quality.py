@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 from toolpoint.vision.displacement.measure import Scan
 from toolpoint.vision.displacement.survey import SATURATED
 
-# Correlation of successive changes (-0.5 is white), of neighbours (0), kurtosis (3). x264 on noise of two grey
-# levels, quality 10: -0.494 0.01 3.15, quality 14: -0.495 0.02 3.3, quality 18: -0.458 0.15 4.4, quality 23: less noise than one level.
+# Correlation of successive changes (-0.5 is white), of neighbours (0), kurtosis (3). x264 on noise of two grey levels:
+# quality 10: -0.494 0.01 3.15, quality 14: -0.495 0.02 3.3, quality 18: -0.458 0.15 4.4, 23: less noise than one level.
 WHITE_ENOUGH, GRAIN, KURTOSIS = -0.46, 0.06, 3.8
 ROUNDED = 0.35
 FEW_REPEATS = 0
