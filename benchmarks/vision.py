@@ -25,7 +25,7 @@ from toolpoint.studies.video.virtual_update import update_from_virtual_videos
 from toolpoint.vibration.correlation import mac
 from toolpoint.vision.clip import Clip, Region
 from toolpoint.vision.displacement.measure import measure, scan
-from toolpoint.vision.displacement.points import choose_points
+from toolpoint.vision.displacement.points import choose_points, grid_windows
 from toolpoint.vision.magnification.warp import ShapeWarp
 from toolpoint.vision.modes.bodies import fit_bodies
 from toolpoint.vision.modes.decay import find_decay
@@ -62,7 +62,7 @@ def clip_bars(seed: int, peers: str | None) -> Row:
         rows[f"{name} scan, CPU s"] = seconds
         windows = choose_points(scanned.reference, scanned.survey, 500)
         rows |= {f"{name} {key}": value for key, value in _displacement(scene, scanned, windows).items()}
-        rows |= {f"{name} {key}": value for key, value in _modes(scene, scanned, windows).items()}
+        rows |= {f"{name} {key}": value for key, value in _modes(scene, scanned).items()}
         if peers and name == "syn":
             rows |= _peers(peers, scene, clip, windows)
     return rows
@@ -94,9 +94,9 @@ def _displacement(scene: Any, scanned: Any, windows: Any) -> Row:
     return rows
 
 
-def _modes(scene: Any, scanned: Any, windows: Any) -> Row:
-    field = measure(scanned, windows)
-    decay = find_decay(field)
+def _modes(scene: Any, scanned: Any) -> Row:
+    every = grid_windows(scanned.reference, scanned.survey, 32)
+    decay = find_decay(measure(scanned, every.selected(np.flatnonzero(every.sight > 0))))
     found = identify(decay.responses(1.0)).modes
     at = [int(np.argmin(np.abs(found.frequency - f))) for f in bench.FREQUENCY]
     rows: Row = {"worst frequency, %": 100 * float(np.abs(found.frequency[at] / bench.FREQUENCY - 1).max()),

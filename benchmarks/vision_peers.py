@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -31,7 +32,7 @@ def main() -> None:
 def _pyidi(frames: np.ndarray, points: np.ndarray, side: int) -> np.ndarray:
     import pyidi
 
-    video = pyidi.VideoReader(np.asarray(frames)) if hasattr(pyidi, "VideoReader") else np.asarray(frames)
+    video = pyidi.VideoReader(np.asarray(frames), root=tempfile.mkdtemp())
     method = pyidi.LucasKanade(video)
     method.configure(roi_size=(side, side), processes=1, show_pbar=False, reference_image=(0, 64))
     method.set_points(points[:, ::-1])

@@ -32,6 +32,7 @@ HEADER = ("mode", "frequency Hz", "+- Hz", "damping %", "+- %", "largest motion 
 _OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", "stated variance")
 CYCLES = 0.9
 LARGE = 0.5
+FEWEST_WINDOWS = 12
 BROKEN = 10.0
 
 
@@ -187,7 +188,7 @@ def study_video(
     regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
     field = _steady(measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress),
                     scanned, still, method)
-    decay = find_decay(field, start, stop)
+    decay = find_decay(_all_windows(scanned, field, still, side=side, method=method, progress=progress), start, stop)
     lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
     known, identification = (poles, None) if poles is not None else _identified(decay, band)
     shapes = point_shapes(field, known.poles, decay.first)
@@ -202,6 +203,16 @@ def study_video(
              *_advice(identification, names))
     return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, whole, moved, view or View(),
                       "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
+
+
+def _all_windows(scanned: Scan, points: DisplacementField, still: Sequence[Region], *, side: int, method: str | Method,
+                 progress: Progress | None) -> DisplacementField:
+    """Return the field of windows side by side over the picture, for the poles: every pixel counts once; else the points."""
+    windows = grid_windows(scanned.reference, scanned.survey, min(2 * side, min(scanned.clip.shape) // 4))
+    windows = windows.selected(np.flatnonzero(windows.sight > BLIND))
+    if len(windows.corners) < FEWEST_WINDOWS:
+        return points
+    return _steady(measure(scanned, windows, method, progress=progress), scanned, still, method)
 
 
 def _steady(field: DisplacementField, scanned: Scan, still: Sequence[Region], method: str | Method) -> DisplacementField:

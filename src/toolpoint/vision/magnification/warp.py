@@ -114,14 +114,15 @@ class _Layers:
         self.fields = np.stack([_in_pixels(body) for body in bodies])
 
     def __call__(self, frame: Frames, gains: ComplexArray, mode: int, factor: float, attenuation: float) -> Frames:
-        from toolpoint.vision.magnification.kernels import draw_layers
+        from toolpoint.vision.magnification.kernels import draw_layers, draw_wall
 
         parts = (self.fields * gains[:, None, None]).real  # (bodies, modes, 2, 6)
         further = (factor - 1) * parts[:, mode]
-        out = np.empty_like(frame)
-        draw_layers(frame, self.rest, self.wall, self.fills, self.owner, self.boxes, further, parts.sum(axis=1) + further,
-                    attenuation, out)
-        return out
+        grey, share = frame.astype(np.float32), np.float32(attenuation)
+        out = np.empty_like(grey)
+        draw_wall(grey, self.rest, self.wall, self.owner, share, out)
+        draw_layers(grey, self.rest, self.fills, self.owner, self.boxes, further, parts.sum(axis=1) + further, share, out)
+        return _rounded(out, frame)
 
 
 class _Field:
@@ -136,9 +137,16 @@ class _Field:
 
         further = ((factor - 1) * (self.maps[mode] * gains[mode]).real).astype(np.float32)
         whole = (np.tensordot(gains, self.maps, axes=(0, 0)).real + further).astype(np.float32)
-        out = np.empty_like(frame)
-        draw_field(frame, self.rest, further, whole, attenuation, out)
-        return out
+        grey = frame.astype(np.float32)
+        out = np.empty_like(grey)
+        draw_field(grey, self.rest, further, whole, np.float32(attenuation), out)
+        return _rounded(out, frame)
+
+
+def _rounded(picture: FloatArray, like: Frames) -> Frames:
+    """Return a picture as whole grey levels of the kind of another one."""
+    picture += 0.5
+    return np.clip(picture, 0, np.iinfo(like.dtype).max, out=picture).astype(like.dtype)
 
 
 def smooth_shapes(field: FullField, shape: tuple[int, ...]) -> ComplexArray:
