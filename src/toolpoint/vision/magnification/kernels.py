@@ -13,17 +13,17 @@ def _sample(picture, x, y):
     ix, iy = min(max(int(x), 1), columns - 3), min(max(int(y), 1), rows - 3)
     f, e = np.float32(x) - np.float32(ix), np.float32(y) - np.float32(iy)
     f, e = min(max(f, np.float32(0)), np.float32(1)), min(max(e, np.float32(0)), np.float32(1))
-    h, one, half = np.float32(0.5), np.float32(1), np.float32(2.5)
-    g, d = one - f, one - e
-    a0, a1 = -h * f * g * g, one + f * f * (np.float32(1.5) * f - half)
-    a2, a3 = one + g * g * (np.float32(1.5) * g - half), -h * g * f * f
+    h, unit, half = np.float32(0.5), np.float32(1), np.float32(2.5)
+    g, d = unit - f, unit - e
+    a0, a1 = -h * f * g * g, unit + f * f * (np.float32(1.5) * f - half)
+    a2, a3 = unit + g * g * (np.float32(1.5) * g - half), -h * g * f * f
     p, q, r, s = picture[iy - 1], picture[iy], picture[iy + 1], picture[iy + 2]
     first = a0 * p[ix - 1] + a1 * p[ix] + a2 * p[ix + 1] + a3 * p[ix + 2]
     second = a0 * q[ix - 1] + a1 * q[ix] + a2 * q[ix + 1] + a3 * q[ix + 2]
     third = a0 * r[ix - 1] + a1 * r[ix] + a2 * r[ix + 1] + a3 * r[ix + 2]
     fourth = a0 * s[ix - 1] + a1 * s[ix] + a2 * s[ix + 1] + a3 * s[ix + 2]
-    return (-h * e * d * d * first + (one + e * e * (np.float32(1.5) * e - half)) * second
-            + (one + d * d * (np.float32(1.5) * d - half)) * third - h * d * e * e * fourth)
+    return (-h * e * d * d * first + (unit + e * e * (np.float32(1.5) * e - half)) * second
+            + (unit + d * d * (np.float32(1.5) * d - half)) * third - h * d * e * e * fourth)
 
 
 @njit(cache=True, fastmath=True)
