@@ -31,6 +31,11 @@ def test_modes_from_hammer_blows():
     assert run("identify_a_machine_from_hammer_blows.py") < 0.1
 
 
+def test_parallel_head():
+    # The closed form of the 3-RPS, to rounding and to the digits of the file.
+    assert run("move_a_parallel_head.py") < 1e-9
+
+
 # Every command of the README in Python: (example, the number that it returns, relative deviation, where the number is from).
 COMMANDS = [
     ("check_a_machine_file.py", 6, 0, "three feet turn, a column, and a magazine that turns two ways"),
@@ -48,6 +53,7 @@ COMMANDS = [
     ("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet"),
     ("update_a_machine.py", 1.0, 1e-3, "the published stiffness of the feet"),
     ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),
+    ("draw_a_campbell_diagram.py", 1000 / 3, 1e-9, "I_p W/(2 pi I_d) of a rigid rotor"),
     ("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in"),
     pytest.param("find_the_soft_joints_in_two_videos.py", 1.0, 0.05, "the bar of the FRAC in both planes",
                  marks=pytest.mark.slow),

@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
+from toolpoint.machine.assemble import freedoms
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
@@ -54,7 +55,7 @@ def _frequency_parts(result: MachineReport) -> list[Table | str]:
              *("" for _ in references)]
     marked = [[Cell(round(v, 2) if isinstance(v, float) else v, mark if v != "" else "")
                for v, mark in zip(row, marks, strict=True)] for row in rows]
-    words = f"The machine has {result.machine.size} degrees of freedom in minimal coordinates."
+    words = f"The machine has {freedoms(result.machine)} degrees of freedom in minimal coordinates."
     return [words, Table(header, marked, "Natural frequencies")]
 
 
@@ -97,7 +98,7 @@ def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
 
 
 def _method_notes(result: MachineReport) -> list[str]:
-    notes = list(result.study.modes.notes) if result.study is not None else []
+    notes = [*result.study.leaning(), *result.study.modes.notes] if result.study is not None else []
     for chart in result.charts:
         notes += [note for note in chart.notes if note not in notes]
     return notes

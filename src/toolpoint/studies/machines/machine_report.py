@@ -43,6 +43,7 @@ class MachineReport:
         header, rows = comparison(self)
         texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
         return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.missing,
+                          *(self.study.leaning() if self.study else []),
                           *self.limit_lines()])
 
     def limit_lines(self) -> list[str]:
@@ -97,8 +98,6 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         lowest = lowest_limits(study, charts, method=method)
     elif study is not None:
         missing.append("No stability lobes: the machine file describes no 'cutting'.")
-    if study is not None:
-        missing += study.leaning()
     return MachineReport(machine, at, frequency, study, charts, tuple(missing), lowest)
 
 
