@@ -186,6 +186,31 @@ def test_order_and_size_of_the_batch_change_nothing(head):
         np.testing.assert_allclose(single[0], whole[i], atol=1e-14)
 
 
+def other_way_round(number):
+    """The hexapod with a leg described from the platform down: its loop closes at the universal joint instead of the ball."""
+    machine = parallel_machines.hexapod()
+    joints = dict(machine.description.joints)
+    ball, slide, knuckle = (joints[f"{name}{number}"] for name in ("ball", "slide", "knuckle"))
+    joints[f"ball{number}"] = replace(ball, parent="platform", child=f"limb{number}", closes_loop=False)
+    joints[f"slide{number}"] = replace(slide, parent=f"limb{number}", child=f"collar{number}")
+    joints[f"knuckle{number}"] = replace(knuckle, closes_loop=True)
+    axes = dict(machine.description.axes)
+    leg = axes[f"L{number}"]
+    axes[f"L{number}"] = replace(leg, direction="-z")
+    return replace(machine.description, joints=joints, axes=axes)
+
+
+@pytest.mark.parametrize("gravity", [None, (0.0, 0.0, -9.81), (3.0, -5.0, -400.0)])
+def test_where_a_loop_is_cut_changes_nothing_also_under_load(gravity):
+    """Preload stiffness through universal joints: closed at the ball, or at the universal joint with its order of turns."""
+    cut_at_ball = build(replace(parallel_machines.hexapod().description, gravity=gravity))
+    cut_at_knuckle = build(replace(other_way_round(2), gravity=gravity))
+    z = cut_at_ball.chain.axis("Z").rest
+    for pose in ({}, {"Z": z + 0.03, "tilt": 0.25, "azimuth": 0.8, "torsion": 0.1, "X": 0.04}):
+        first, second = (natural_frequencies(machine, pose, 6)[0] for machine in (cut_at_ball, cut_at_knuckle))
+        np.testing.assert_allclose(first, second, rtol=1e-8)
+
+
 def test_another_assembly_mode_is_kept():
     four_bar = parallel_machines.four_bar()
     up, down = build(four_bar), build(parallel_machines.four_bar("crossed"))

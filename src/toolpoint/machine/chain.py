@@ -95,9 +95,12 @@ def _passive_steps(tree: Sequence[JointDescription], on_loops: set[int], axes: S
 
 def _closure(name: str, joint: JointDescription, links: Mapping[str, int], law: LinearJoint) -> LoopClosure:
     free = large_freedoms(joint)
-    elastic = tuple(AXES[i] for i, state in enumerate(law.states) if state == "elastic" and AXES[i] not in free)
     tilt = np.inf if joint.largest_tilt is None else joint.largest_tilt
-    return LoopClosure(name, links[joint.parent], links[joint.child], frame(joint.frame), free, elastic, law.stiffness, tilt)
+    ends = links[joint.parent], links[joint.child]
+    if not law.is_of_directions:  # screws: every direction takes part in the springs
+        return LoopClosure(name, *ends, frame(joint.frame), free, tuple(way for way in AXES if way not in free), None, tilt)
+    elastic = tuple(AXES[i] for i, state in enumerate(law.states) if state == "elastic" and AXES[i] not in free)
+    return LoopClosure(name, *ends, frame(joint.frame), free, elastic, law.stiffness, tilt)
 
 
 def large_freedoms(joint: JointDescription) -> tuple[str, ...]:
