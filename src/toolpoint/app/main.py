@@ -40,7 +40,8 @@ def cli() -> None:
 
 for _command in (demo_commands.demo, machine_commands.report, machine_commands.modes, machine_commands.check,
                  machine_commands.frequency_map, machine_commands.campbell,
-                 response_commands.frf, machine_commands.schema, model_commands.identify, model_commands.joints,
+                 response_commands.frf, response_commands.next_test, machine_commands.schema, model_commands.identify,
+                 model_commands.joints,
                  model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
                  cutting_commands.calibrate, drive_commands.drive,

@@ -1,4 +1,4 @@
-"""Commands about what a machine answers between named points: frf."""
+"""Commands about what an identified machine answers: frf, next-test."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSES
+from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, POSES
 
 
 @click.command()
@@ -41,6 +41,31 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
     if save is not None:
         _write(result.frfs[0], save)
     run.show(result, result.notes, {"Responses": save})
+
+
+@click.command("next-test")
+@click.argument("machine", type=PATH)
+@POSE
+@click.option("--axis", "axes", multiple=True, metavar="X=-300mm:300mm:5", help="Poses that could be tested next; several "
+                                                                                "times.")
+@click.option("--frequency-deviation", default=1e-4, show_default=True, help="Relative, of measured frequencies.")
+@click.option("--shape-deviation", default=0.02, show_default=True, help="Of shapes, over the greatest motion of the mode.")
+@JSON
+def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str], frequency_deviation: float,
+              shape_deviation: float, as_json: bool) -> None:
+    """Which point, direction or pose, measured next, would narrow the tool's compliance at a pose most."""
+    import itertools
+
+    from toolpoint.app.poses import grid, machine_at
+    from toolpoint.studies.machines.next_test import rank_tests
+
+    with frame(None, as_json) as run, run.progress("slopes") as progress:
+        built = machine_at(machine, pose)
+        positions = grid(built, axes, "--axis") if axes else {}
+        poses = [dict(zip(positions, map(float, row), strict=True)) for row in itertools.product(*positions.values())]
+        result = rank_tests(built, pose, poses if axes else (), frequency_deviation=frequency_deviation,
+                            shape_deviation=shape_deviation, progress=progress)
+    run.show(result)
 
 
 def _lines(text: str) -> np.ndarray:

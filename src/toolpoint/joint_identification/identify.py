@@ -30,6 +30,8 @@ from toolpoint.joint_identification.whole_machine import WholeMachine, whole_mac
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
+_SECOND_ORDER = 0.1
+
 
 class MotionMethod(Protocol):
     """A way to find the twists of a component: `SmallMotion`, `FiniteRotation` or `ClosestPoint`."""
@@ -213,8 +215,12 @@ def _with_errors(parts: Mapping[str, Component], motions: Mapping[str, RigidMoti
     alone = dict(motions)
     if deviation > 0:
         for name, motion in motions.items():
-            noise = motion.variance - coordinate_variance(parts[name], motion.twist, deviation)
-            alone[name] = replace(motion, variance=np.maximum(noise, 1e-6 * motion.variance))
+            part, more = parts[name], coordinate_variance(parts[name], motion.twist, deviation)
+            assert part.variance is not None
+            # The noise as stated, widened as the whole was, never narrowed: what coordinates bring is far larger, and a
+            # difference of the two would leave next to nothing. A share of it is no shared error of first order.
+            noise = np.maximum(part.variance - more, 1e-3 * part.variance) + _SECOND_ORDER**2 * more
+            alone[name] = replace(motion, variance=noise * np.maximum(motion.variance / part.variance, 1.0))
     correlation = column_correlation(parts, alone, deviation)
     return {name: with_errors(part, alone[name], correlation, deviation=deviation) for name, part in parts.items()}
 

@@ -218,12 +218,35 @@ def _whole(top: schema.MachineModel, converted: dict[str, dict[str, Any]], docum
     cutting = None if top.cutting is None else cutting_of(top.cutting, document)
     if document.faults:
         return None
-    return d.MachineDescription(
+    result = d.MachineDescription(
         top.name, converted["bodies"], converted["joints"], converted["axes"], converted["points"], top.gravity,
         tuple(d.LoadDescription(**load.model_dump()) for load in top.loads), top.tool, top.table, top.damping_ratio, cutting,
         tuple(d.ReferenceDescription(**r.model_dump()) for r in top.reference), tuple(poses), top.description, top.source,
         top.assumptions, tool_axis, task, modes, top.assembly_mode,
         None if top.identified is None else d.IdentifiedDescription(**top.identified.model_dump()))
+    _check_identified(result, document)
+    return None if document.faults else result
+
+
+def _check_identified(machine: d.MachineDescription, document: Document) -> None:
+    """Find faults of the identified numbers: paths that are none, rows that are no triangle, a covariance that is none."""
+    identified = machine.identified
+    if identified is None:
+        return
+    for i, path in enumerate(identified.parameters):
+        try:
+            machine.value(path)
+        except ToolpointError as error:
+            document.fault(("identified", "parameters", i), f"identified: {error}")
+    if [len(row) for row in identified.covariance] != list(range(1, len(identified.parameters) + 1)):
+        document.fault(("identified", "covariance"), f"must have {len(identified.parameters)} rows of 1, 2, 3 ... numbers: the "
+                       "lower triangle over the parameters")
+        return
+    matrix = identified.matrix
+    size = np.sqrt(np.maximum(np.diag(matrix), 1e-300))
+    if (np.diag(matrix) < 0).any() or np.linalg.eigvalsh(matrix / np.outer(size, size))[0] < -1e-6:
+        document.fault(("identified", "covariance"), "has a negative variance or eigenvalue; a covariance has none")
+
 
 
 def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:

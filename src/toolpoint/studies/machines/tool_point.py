@@ -86,7 +86,7 @@ def tool_point(
         system = _as_batch(system, len(poses))
     axes = tool_axes(machine, batch, len(poses))
     system = seen_along(system, axes)
-    modes = _modes(_of_one_damping(system), description.damping_ratio)
+    modes = _modes(unify_damping(system), description.damping_ratio)
     if not modes.damping_ratio.any():
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
              "give damping_ratio, or loss_factor or damping to joints")
@@ -144,7 +144,7 @@ def seen_along(system: SecondOrderSystem, axes: FloatArray) -> SecondOrderSystem
     return replace(system, output_map=np.swapaxes(axes, -1, -2) @ system.output_map, input_map=system.input_map @ axes)
 
 
-def _of_one_damping(system: SecondOrderSystem) -> SecondOrderSystem:
+def unify_damping(system: SecondOrderSystem) -> SecondOrderSystem:
     """Return a system whose structural damping is viscous where it has both: modes carry one kind."""
     both = all(matrix is not None and np.any(matrix) for matrix in (system.damping, system.structural_damping))
     return damping.equivalent_viscous(system) if both else system
