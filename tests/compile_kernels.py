@@ -47,6 +47,7 @@ def main() -> None:
     measured = MillingProblem(Tool(0.012, 2), Engagement.down(0.3), CuttingCoefficients(6e8, 2e8), frf, "tool:+x", "same")
     stability.chart(measured, speeds, stability.method_named("hill"), depth_max=0.002)
     natural_frequencies(read_machine(MACHINES / "three_axis_vertical.yaml"), {"X": np.zeros(2)}, path="compiled")
+    natural_frequencies(read_machine(MACHINES / "three_rps_head.yaml"), {}, path="compiled")
     moved = np.random.default_rng(1).integers(0, 255, (40, 64, 64), dtype=np.uint8)
     scanned = scan(clip_of(moved, 100.0))
     for method in ("templates", "lucas-kanade", "phase"):

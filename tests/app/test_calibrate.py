@@ -169,6 +169,7 @@ def test_wrong_input(tmp_path, capsys, text, more, words):
     assert words in shown and "Traceback" not in shown
 
 
+@pytest.mark.slow
 def test_a_speed_that_is_not_that_of_the_record_is_told_with_the_one_it_shows(folder, tmp_path, capsys):
     """Four teeth at 3000 rev/min pass 200 times a second."""
     record = [str(folder / "f2.csv"), *OPTIONS, "--feed", "0.12", "-o", str(tmp_path)]

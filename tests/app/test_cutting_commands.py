@@ -63,6 +63,7 @@ def python_limits(problem, speeds, depth_max):
     return [chart.intervals(i)[0][1] for i in range(len(speeds))]
 
 
+@pytest.mark.slow
 def test_every_option_of_the_tool_reaches_the_chart(folder, tmp_path, capsys):
     """The chart of the command line is that of the Python problem with the same tool, in its own units."""
     options = ["--modes", str(folder / "modes.h5"), *CUT, "--direction", "up", "--immersion", "0.4", "--speeds", "8000:12000:3"]

@@ -276,6 +276,7 @@ def test_moving_nut_of_a_file(tmp_path, capsys):
     assert "screws follow their nuts" not in (tmp_path / "false/index.html").read_text()
 
 
+@pytest.mark.slow
 def test_clothoid_corners_and_substeps_of_a_file(tmp_path, capsys):
     import json
 

@@ -69,6 +69,7 @@ def plane(with_cross):
     return values
 
 
+@pytest.mark.slow
 def test_different_files_for_x_and_y_give_the_chart_of_the_python_call(folder, tmp_path, capsys):
     pair = ["--frf-x", folder / "x.txt", "--frf-y", folder / "y.txt", *BAND]
     apart, notes = lobes(capsys, tmp_path, *pair)
@@ -91,6 +92,7 @@ def test_labelled_files_of_every_format_give_the_same_chart(folder, tmp_path, ca
     assert "response along x is" in notes and ", along y " in notes
 
 
+@pytest.mark.slow
 def test_other_lines_are_interpolated_and_told(folder, tmp_path, capsys):
     same, _ = lobes(capsys, tmp_path, "--frf-x", folder / "x.txt", "--frf-y", folder / "y.txt", *BAND)
     other, notes = lobes(capsys, tmp_path, "--frf-x", folder / "x.txt", "--frf-y", folder / "y_other_lines.txt", *BAND)
@@ -98,6 +100,7 @@ def test_other_lines_are_interpolated_and_told(folder, tmp_path, capsys):
     assert "other lines" in notes
 
 
+@pytest.mark.slow
 def test_one_direction_is_the_same_across_or_rigid_as_told(folder, tmp_path, capsys):
     alone, notes = lobes(capsys, tmp_path, "--frf", folder / "x.txt", *BAND)
     assert "across is taken as that along" in notes
@@ -116,6 +119,7 @@ def test_one_direction_is_the_same_across_or_rigid_as_told(folder, tmp_path, cap
     np.testing.assert_allclose(rigid[:2], python_limits(doubled, rigid)[:2], rtol=1e-5)
 
 
+@pytest.mark.slow
 def test_a_hammer_from_the_other_side_is_turned_and_a_wrong_sign_is_doubted(folder, tmp_path, capsys):
     right, _ = lobes(capsys, tmp_path, "--frf", folder / "x.txt", *BAND)
     turned, notes = lobes(capsys, tmp_path, "--frf", folder / "hammer_opposite.h5", *BAND)
@@ -125,6 +129,7 @@ def test_a_hammer_from_the_other_side_is_turned_and_a_wrong_sign_is_doubted(fold
     assert "positive at the largest peak" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_columns_changed_over_and_a_mobility_read_as_receptance_are_doubted(folder, tmp_path, capsys):
     """Re G, taken for the imaginary part, is positive below every resonance."""
     _, notes = lobes(capsys, tmp_path, "--frf", folder / "x.txt", *BAND)

@@ -130,6 +130,7 @@ def test_the_machine_is_correlated_updated_and_studied_without_further_options(m
     assert len(json.loads(capsys.readouterr().out)["frequency_hz"]) == 6
 
 
+@pytest.mark.slow
 def test_a_mode_that_the_machine_does_not_have_has_no_partner_and_stops_nothing(measured_machine, tmp_path, capsys, vertical):
     points = surface_points(vertical, 60, np.random.default_rng(3))
     truth = true_modes(vertical, points, 0.03)

@@ -37,6 +37,7 @@ def run(capsys, *arguments):
     return json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.slow
 def test_a_cut_from_measured_lines_is_that_of_their_modes(folder, tmp_path, capsys, monkeypatch):
     """x and y differ and do not answer each other: the modes of both files side by side."""
     common = [*CUT, "--speed", 9000, "--depth", 0.05, "-o", tmp_path]
@@ -58,6 +59,7 @@ def test_a_cut_from_measured_lines_is_that_of_their_modes(folder, tmp_path, caps
     assert "explain only 100 % of a response; identify them with care" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_best_cut_from_too_short_a_band_is_doubted(folder, tmp_path, capsys):
     """The response ends on a resonance: what it says to cut is marked; with the whole band it is not."""
     for band, doubted in (("20:900", True), ("20:4900", False)):
@@ -65,6 +67,7 @@ def test_a_best_cut_from_too_short_a_band_is_doubted(folder, tmp_path, capsys):
         assert ("doubtful, as the FRF lacks" in " ".join(capsys.readouterr().out.replace("│", " ").split())) == doubted
 
 
+@pytest.mark.slow
 def test_a_short_simulation_does_not_take_the_start_for_chatter(tmp_path, capsys):
     """The slowest mode of the machine, 21.5 Hz at 3 %, needs more than a second to forget the start."""
     cut = ["mill", MACHINE, "--speed", 1350, "--depth", 2, "-o", tmp_path]

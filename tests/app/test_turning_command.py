@@ -55,6 +55,7 @@ def test_modes_give_the_closed_form_at_its_worst_speeds(folder, tmp_path, capsys
     assert many["best_cut"]["width_m"] > least
 
 
+@pytest.mark.slow
 def test_measured_lines_angle_and_vector_give_the_same_cut(folder, tmp_path, capsys):
     """At 30 deg from x towards y: G = cos^2 G_xx + sin^2 G_yy; b = -1/(2 K_f min Re G)."""
     pair = ["--frf-x", folder / "bar_x.txt", "--frf-y", folder / "bar_y.txt", "--band", "2:900", "--kf", 1200, "-o", tmp_path]

@@ -101,6 +101,7 @@ def test_measurements_at_several_poses_are_fitted_together(two_poses, vertical_d
     assert page.count("Modes before and after, measurement") >= 2 and "measurement 2 at" in page
 
 
+@pytest.mark.slow
 def test_samples_of_the_posterior_are_on_the_page(measurement, vertical, tmp_path, capsys):
     pytest.importorskip("emcee")
     options = [x for path in list(WRONG)[:2] for x in ("--parameter", path)]

@@ -88,6 +88,7 @@ def test_the_axial_force_matters_and_the_engines_agree() -> None:
     assert measured == pytest.approx(exact, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_several_teeth_in_cut_with_axial_force() -> None:
     """Four teeth in a slot, K_a and z: MultiFrequency closes in on the exact engines, which agree with helix too; ZeroOrder
     is near, for only the axial row of the matrix varies."""

@@ -67,6 +67,7 @@ def test_equal_pitch_reproduces_the_exact_engine_on_the_same_frf() -> None:
     assert stability.chart(problem, speeds, HillDeterminant(), depth_max=0.006).limit == pytest.approx(exact, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_two_tooth_cutter_and_the_restable_band() -> None:
     """Modes: converged depths of the literature's cutter, and the stable interval above an unstable one."""
     chart = stability.chart(altintas(), [3000.0, 6000, 9500, 14000, 16000], HillDeterminant(reach=5))
@@ -76,6 +77,7 @@ def test_the_two_tooth_cutter_and_the_restable_band() -> None:
     assert chart.kind[0] == "flip"
 
 
+@pytest.mark.slow
 def test_pitch_that_becomes_equal() -> None:
     """Over a revolution the determinant of equal pitch is the product of those over the tooth periods: the same limits, the
     angle of the multiplier four times that of the tooth period's."""
@@ -88,6 +90,7 @@ def test_pitch_that_becomes_equal() -> None:
         assert np.cos(whole.theta[0]) == pytest.approx(np.cos(4 * regular.theta[0]), abs=1e-7)
 
 
+@pytest.mark.slow
 def test_structure_and_feed_turned_together_change_nothing() -> None:
     """A measured 2x2 FRF of modes in any direction, turned, and cut along the turned feed."""
     problem = random_problem(np.random.default_rng(3), modes=3).changed(tool=Tool(0.016, 3, pitch=[2.0, 2.2, 2 * np.pi - 4.2]))
@@ -103,6 +106,7 @@ def test_structure_and_feed_turned_together_change_nothing() -> None:
     assert limits[1] == pytest.approx(limits[0], rel=1e-9)
 
 
+@pytest.mark.slow
 def test_helix_of_one_axial_pitch_makes_the_single_frequency_solution_exact() -> None:
     """With depth = pi D/(N tan helix) the coefficient is constant: the zero-order limit is a boundary, from modes and lines."""
     problem = benchmark(Engagement.down(0.3), 2)
@@ -214,6 +218,7 @@ def test_fourier_coefficients_are_those_of_the_edges(kind: str) -> None:
     assert cut.late.sum(1) == pytest.approx(cut.own, abs=1e-9 * np.abs(cut.own).max())
 
 
+@pytest.mark.slow
 def test_speed_dependent_response() -> None:
     """An FRF that is a function of the speed gives at each speed what the fixed FRF gives."""
     problem = measured(general("pitch"), np.arange(2.0, 4000, 2))

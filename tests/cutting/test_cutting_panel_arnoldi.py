@@ -34,6 +34,7 @@ def test_multipliers_of_the_slot(depth: float) -> None:
     assert got == pytest.approx(SLOT[depth], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_equal_pitch_reproduces_the_exact_engine() -> None:
     """Regular straight teeth: the limits of FloquetDeterminant, and the re-stable interval, to 1e-9."""
     speeds = [3000.0, 6000, 9500, 14000, 16000]

@@ -16,6 +16,7 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
     return float(max(gaps.min(0).max(), gaps.min(1).max()))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n", [1, 2, 3, 7, 24, 61])
 def test_roots_of_unity(n: int) -> None:
     """A cyclic shift, on which double shifts alone go round in circles: the n-th roots of 1."""

@@ -27,6 +27,7 @@ def test_slot_forces_and_volume() -> None:
     assert run.chip[steady].max() == pytest.approx(feed, rel=0.05)
 
 
+@pytest.mark.slow
 def test_a_helical_edge_cuts_every_layer_at_its_own_angle() -> None:
     """Half immersion up milling of a helical cutter: force over the revolution as the analytic one, volume exact."""
     feed, depth = 0.1e-3, 3e-3

@@ -17,6 +17,7 @@ from toolpoint.studies.cuts.turning import orient
 M, K, Z, KF = 1.0, 1e7, 0.03, 1e9
 
 
+@pytest.mark.slow
 def test_turning_in_closed_form_is_the_chart() -> None:
     """Least width and its speeds agree with the chart, with and without process damping."""
     modes = Modes([np.sqrt(K / M) / (2 * np.pi)], [Z], np.array([[1.0]]), ("tool:+x",))

@@ -62,6 +62,7 @@ def test_the_simulated_wall_stands_off_by_the_location_error() -> None:
     assert wall.location_error == pytest.approx(error, rel=0.02)
 
 
+@pytest.mark.slow
 def test_a_measured_response_keeps_its_static_deflection() -> None:
     """A FRF that begins at 20 Hz gives the published location error of its modes (36.70644, 3.73467, -2.07386 um)."""
     problem = benchmark(Engagement.down(0.05), 2, feed_per_tooth=1e-4)

@@ -51,6 +51,7 @@ def test_location_error_with_an_axial_force_that_bends_the_tool_sideways() -> No
         location_error(spatial(Tool(0.012, 2, corner_radius=1e-3), Engagement.down(0.2)), [9000.0], 0.05e-3)
 
 
+@pytest.mark.slow
 def test_growth_at_the_boundary_is_one() -> None:
     """Over 80 tooth periods at the converged depth the growth rate is within 1e-4 of 1."""
     problem = benchmark(Engagement.slot(), feed_per_tooth=1e-4)
@@ -136,6 +137,7 @@ def test_bad_input() -> None:
     assert issubclass(ToolpointWarning, UserWarning)
 
 
+@pytest.mark.slow
 def test_a_spindle_that_hardly_varies_is_a_constant_one() -> None:
     problem = benchmark(Engagement.down(0.2), 2, tool=Tool(0.02, 2), feed_per_tooth=1e-4)
     constant = simulate(problem, 9000.0, 0.3e-3, revolutions=20, method=ExactSteps(400))

@@ -69,6 +69,7 @@ def test_a_slow_position_loop_runs():
     assert result.status == "all steps converged"
 
 
+@pytest.mark.slow
 def test_all_loops_of_a_servo_have_finite_gain_margins():
     levels = compute_loops(cases.benchmark_servo())
     assert all(np.isfinite(level.margins().gain_db) for level in (levels.velocity, levels.position))

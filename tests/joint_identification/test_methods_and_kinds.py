@@ -259,6 +259,7 @@ def test_a_rotation_alone_is_a_hinge_and_with_a_translation_along_its_axis_cylin
         assert joint.kind == kind and joint.freedoms == FREE[kind]
 
 
+@pytest.mark.slow
 def test_beside_a_general_joint_the_others_get_their_stiffness():
     """Each line of K q = w^2 M q holds for itself: a hinge on a body that a general joint carries has its own stiffness."""
     rng = np.random.default_rng(12)

@@ -70,6 +70,7 @@ def test_the_matrix_is_found_and_its_intervals_hold(f, share):
     assert (np.abs(z) < 1.96).mean() >= 0.85 and 0.4 < (z**2).mean() < 2.2
 
 
+@pytest.mark.slow
 def test_six_freedoms_become_a_machine_with_the_frequencies_of_the_test():
     arguments, masses, _, _ = case(np.random.default_rng(3), 6)
     result = found(arguments, masses)
@@ -79,6 +80,7 @@ def test_six_freedoms_become_a_machine_with_the_frequencies_of_the_test():
     np.testing.assert_allclose(solve_modes(build(machine)).frequency, arguments[0].frequency, rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_too_few_modes_do_not_decide():
     arguments, masses, _, _ = case(np.random.default_rng(4), 6, modes=4)
     joint = found(arguments, masses).joint("first")
@@ -91,6 +93,7 @@ def test_a_machine_needs_masses():
         machine_of(found(arguments, None), Components("two", arguments[3], arguments[2]), modes=arguments[0])
 
 
+@pytest.mark.slow
 def test_wrong_masses_do_not_go_unseen():
     arguments, masses, _, _ = case(np.random.default_rng(5), 6)
     wrong = {**masses, "first": ComponentMass(40.0, (0.1, -0.8, 0.5), np.diag([3.0, 1.0, 3.5]))}

@@ -43,6 +43,7 @@ def test_shared_smooth_noise_widens_the_intervals_to_what_the_errors_are(monkeyp
     assert standardised_errors() > 1.6
 
 
+@pytest.mark.slow
 def test_independent_noise_widens_nothing(monkeypatch):
     seen = []
     monkeypatch.setattr(estimate, "widening", lambda fit, outputs: seen.append(original(fit, outputs)) or seen[-1])

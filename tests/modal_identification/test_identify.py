@@ -28,6 +28,7 @@ def errors(found: Modes, truth: Modes) -> tuple[float, float, float]:
             np.abs(found.damping_ratio / truth.damping_ratio - 1).max(), 1 - shape.min())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("noise", "limits"), [(0.01, (5e-5, 2e-3, 2e-4)), (0.05, (1e-4, 6e-3, 2e-3))])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_benchmark_without_user_input(noise, limits, seed):
@@ -51,6 +52,7 @@ def test_mass_normalised_shapes_are_the_true_ones():
     assert np.abs(found.shape * sign - truth).max() < 0.01 * np.abs(truth).max()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("quantity", ["receptance", "mobility", "accelerance"])
 def test_data_without_noise_are_exact_in_every_quantity(quantity):
     case = benchmark(np.random.default_rng(2), points=20, quantity=quantity)
@@ -187,6 +189,7 @@ def test_stated_variance_is_used_as_weight():
     assert (inside < 1).mean() >= 0.75
 
 
+@pytest.mark.slow
 def test_noise_that_varies_over_the_band_keeps_the_intervals_honest():
     deviation = []
     for seed in range(6):
@@ -375,6 +378,7 @@ def test_broken_measurements_are_refused_before_they_are_identified():
         Frf(frf.frequency[::-1], frf.values, frf.outputs, frf.inputs, frf.quantity)
 
 
+@pytest.mark.slow
 def test_rooms_need_no_display_and_no_charts():
     code = ("import sys, toolpoint.modal_identification, toolpoint.signals, toolpoint.io.uff.file; "
             "assert not {'matplotlib', 'plotly', 'PyQt5', 'tkinter', 'numba'} & set(sys.modules)")
@@ -382,6 +386,7 @@ def test_rooms_need_no_display_and_no_charts():
     assert subprocess.run([sys.executable, "-c", code], env=environment, check=False).returncode == 0
 
 
+@pytest.mark.slow
 def test_drift_at_the_lower_end_makes_no_mode_without_damping():
     """A pole on the wrong side of the axis, as integrated signals have it: said, not listed among the modes."""
     rng = np.random.default_rng(8)

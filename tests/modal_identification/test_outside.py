@@ -48,6 +48,7 @@ def test_intervals_hold_where_the_modes_outside_look_like_those_inside(noise):
     assert held > 0.95 - 3 * np.sqrt(0.95 * 0.05 / (2 * SEEDS * IN_BAND.size))
 
 
+@pytest.mark.slow
 def test_the_modes_at_the_ends_of_the_band_gain_most(monkeypatch):
     rng = np.random.default_rng(0)
     frf = with_noise(benchmark(rng, points=POINTS, placed=True).frf, 0.05, rng)

@@ -123,6 +123,7 @@ def test_channels_that_disagree_on_their_poles_do_not_stop_the_identification():
     assert sum("certainty cannot be told" in line for line in found.advice) == unknown.sum()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("band", [(600, 3200), (500, 3000)])
 def test_measured_tool_holder_shows_the_three_that_were_picked_by_hand(band):
     folder = DATA / "tool_holder_frf"
@@ -142,6 +143,7 @@ def test_measured_tool_holder_shows_the_three_that_were_picked_by_hand(band):
     assert any("stand out" in line and "doubt" not in line for line in found.advice)
 
 
+@pytest.mark.slow
 def test_measured_beam_shows_its_peaks():
     path = DATA / "beam_hammer" / "acceleration.lvm"
     if not path.exists():

@@ -21,6 +21,7 @@ def points(count, **more):
     return [{"x": i, **more} for i in range(count)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES, ids=["serial", "dask"])
 def test_all_points_in_their_order(engine):
     seen = []
@@ -30,6 +31,7 @@ def test_all_points_in_their_order(engine):
     assert seen[-1] == (23, 23)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("engine", ENGINES, ids=["serial", "dask"])
 def test_a_failed_point_is_a_result_with_its_reason(engine):
     run = execute(failing, points(6), engine)

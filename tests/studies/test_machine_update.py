@@ -40,6 +40,7 @@ def test_the_mill_has_the_published_modes_in_both_planes():
     assert modes.frequency == pytest.approx([13, 13, 64, 64], rel=0.03)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("factor", [10.0, 0.1])
 def test_two_of_four_interfaces_matter_and_both_planes_agree(factor):
     """Published: only floor-base and column-housing parameters change the responses, the others are left alone."""
@@ -70,6 +71,7 @@ def noisy_modes(machine, rng, sd=1e-3, shape_sd=0.02):
                  shape_variance=np.broadcast_to((shape_sd * level)**2, true.shape.shape))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(20))
 def test_random_machines_are_found_from_thirty_per_cent(seed):
     """The figure on 200 machines is in the benchmark `updating`."""

@@ -43,6 +43,7 @@ def free_machine(vertical_drives):
     return free.rebuild(replace(free.description, points=points))
 
 
+@pytest.mark.slow
 def test_map_over_poses(free_machine):
     poses = [{}, {"X": 0.3, "Y": -0.2}, {"X": -0.3, "Z": 0.4}]
     found = map_margins(free_machine, poses, ends=ENDS, tools=TOOLS, build=servo_of)
@@ -54,6 +55,7 @@ def test_map_over_poses(free_machine):
     assert found.worst()[1] in "xy"
 
 
+@pytest.mark.slow
 def test_one_pose_is_that_of_the_loops(free_machine):
     from toolpoint.drives import Structure
     from toolpoint.machine import assemble

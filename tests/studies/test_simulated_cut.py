@@ -11,6 +11,7 @@ from toolpoint.studies import modal_dynamics, simulate_cut
 CUT = {"diameter": 0.02, "teeth": 2, "tangential": 6e8, "normal": 2e8, "immersion": 0.05, "direction": "down"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.6, 0.8, 0.95, 0.97, 1.03, 1.2])
 @pytest.mark.parametrize("speed", [5000.0, 7000.0, 10000.0])
 def test_the_verdict_is_that_of_the_chart(speed, share):

@@ -66,6 +66,7 @@ def test_no_sample_leaves_the_bounds_and_a_short_chain_is_called_so():
     assert "NOT converged" in found.status
 
 
+@pytest.mark.slow
 def test_sampling_goes_on_where_it_was_interrupted(tmp_path):
     pytest.importorskip("emcee")
     problem, *_ = linear_problem()

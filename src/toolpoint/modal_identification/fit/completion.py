@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.band import noise_level
 from toolpoint.modal_identification.basis import pole_terms, real_rows
+from toolpoint.modal_identification.fit.dense_lines import DENSE, AveragedLines
 from toolpoint.modal_identification.fit.refinement import Data, PoleFit
 
 LEAST_GAIN = 3.0
@@ -35,15 +36,12 @@ def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None =
     """
     ratio = float(np.clip(np.median(-fit.poles.real / np.abs(fit.poles)), 1e-3, 0.1))
     trial = _grid(data, ratio) if at is None else np.array([at])
-    columns = data.columns(pole_terms(data.p, trial))
-    known = np.linalg.qr(data.columns(pole_terms(data.p, fit.poles)))[0]
-    columns = columns - known @ (known.T @ columns)
-    rows = real_rows(left.reshape(left.shape[0], -1))
-    moments = (columns.T @ rows).reshape(trial.size, 2, -1)
-    pairs = columns.reshape(-1, trial.size, 2)
-    gram = np.einsum("fga,fgb->gab", pairs, pairs)
+    if at is None and data.p.size > DENSE:
+        gram, moments = AveragedLines.of(data, fit.poles, left, ratio).moments(trial, ratio)
+    else:
+        gram, moments = _moments(data, fit, left, trial)
     size = np.einsum("gaa->g", gram)
-    gram += 1e-9 * size[:, None, None] * np.eye(2)
+    gram = gram + 1e-9 * np.maximum(size, 1e-300)[:, None, None] * np.eye(2)
     factors = np.linalg.solve(gram, moments)
     gain = (factors * moments).sum(axis=1) / _floor(data, fit, left)
     mean = np.where(size > 1e-6 * size.max(), gain.mean(axis=1) / 2, 0.0)
@@ -53,6 +51,16 @@ def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None =
     residue = (factors[best, 0] + 1j * factors[best, 1]).reshape(left.shape[1:])
     direction = np.linalg.svd(residue, full_matrices=False)[2][0]
     return Candidate(complex(trial[best]), direction / direction[np.argmax(np.abs(direction))], float(mean[best]))
+
+
+def _moments(data: Data, fit: PoleFit, left: ComplexArray, trial: ComplexArray) -> tuple[FloatArray, FloatArray]:
+    """Return of every trial pole its Gram matrix (n, 2, 2) and moments with the residual, less what is known, on all lines."""
+    columns = data.columns(pole_terms(data.p, trial))
+    known = np.linalg.qr(data.columns(pole_terms(data.p, fit.poles)))[0]
+    columns = columns - known @ (known.T @ columns)
+    rows = real_rows(left.reshape(left.shape[0], -1))
+    pairs = columns.reshape(-1, trial.size, 2)
+    return np.einsum("fga,fgb->gab", pairs, pairs), (columns.T @ rows).reshape(trial.size, 2, -1)
 
 
 def _grid(data: Data, ratio: float) -> ComplexArray:

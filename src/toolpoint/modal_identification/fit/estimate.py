@@ -8,8 +8,10 @@ import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.modal_identification.basis import factor, laplace, pole_terms, real_rows
+from toolpoint.modal_identification.fit.averaged_lines import average_lines
 from toolpoint.modal_identification.fit.clusters import widening
 from toolpoint.modal_identification.fit.completion import search
+from toolpoint.modal_identification.fit.dense_lines import DENSE
 from toolpoint.modal_identification.fit.outside import economical, pole_covariance
 from toolpoint.modal_identification.fit.refinement import Data, PoleFit, evaluate, refine_poles, solvable
 from toolpoint.modal_identification.fit.twins import without_twins
@@ -53,19 +55,21 @@ def starting_weight(frf: Frf) -> FloatArray:
 
 def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True) -> Estimate:
     """Return the fit from starting poles (rad/s, free of the window): refined, or with these poles as they are."""
+    dense = refine and frf.frequency.size > DENSE
+    if dense:  # which modes there are shows on fewer lines; their values come from all of them
+        poles, participation = _searched_on_fewer(frf, poles, participation)
     data = Data.of(frf, _stated_lines(frf))
     stated = _stated(frf, data.line_weight)
     weight = starting_weight(frf) if stated is None else stated
     fit = evaluate(data, poles / data.scale, participation, weight=weight)
     if not refine:
         return Estimate(data, _sifted(data, fit), 1.0)
-    fit = _pruned(data, _refined_twice(data, fit, stated), stated)
-    fit = _completed(data, fit, stated)
+    fit = _polished(data, fit, stated) if dense else _searched(data, fit, stated)
     if frf.variance is None:
         lines = _noise_of_lines(data, fit)
         if lines is not None:
             data = Data.of(frf, lines)
-            fit = _pruned(data, _refined_twice(data, fit, None), None)
+            fit = _polished(data, fit, None) if dense else _pruned(data, _refined_twice(data, fit, None), None)
     seen = _noise(data, fit)
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))
@@ -75,6 +79,28 @@ def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refi
     # Noise that is smooth along the lines shows in both; whichever shows it more counts.
     wider = np.maximum(spread, widening(fit, frf.outputs))
     return Estimate(data, replace(fit, information=information), excess, spread, wider)
+
+
+def _searched_on_fewer(frf: Frf, poles: ComplexArray, participation: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Return poles (rad/s) and participation of the modes that lines averaged in blocks give evidence for."""
+    fewer, counts = average_lines(frf, poles)
+    stated_lines = _stated_lines(fewer)
+    data = Data.of(fewer, np.sqrt(counts / counts.mean()) if stated_lines is None else stated_lines)
+    stated = _stated(fewer, data.line_weight)
+    weight = starting_weight(fewer) if stated is None else stated
+    fit = _searched(data, evaluate(data, poles / data.scale, participation, weight=weight), stated)
+    return fit.poles * data.scale, fit.participation
+
+
+def _searched(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
+    """Return the refined fit without modes that lack evidence, with those that the residual shows."""
+    return _completed(data, _pruned(data, _refined_twice(data, fit, stated), stated), stated)
+
+
+def _polished(data: Data, fit: PoleFit, stated: FloatArray | None) -> PoleFit:
+    """Return the fit refined from poles that are nearly right already."""
+    weight = stated if stated is not None else _noise(data, fit)
+    return refine_poles(data, fit.poles * data.scale, fit.participation, weight=weight, tolerance=TOLERANCE)
 
 
 def _sifted(data: Data, fit: PoleFit) -> PoleFit:
