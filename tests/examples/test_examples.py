@@ -50,6 +50,7 @@ COMMANDS = [
     ("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter"),
     ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
     ("study_sensitivities.py", 0.5, 1e-6, "frequencies go with the root of all stiffnesses"),
+    ("ask_an_identified_machine.py", 1.0, 1e-3, "far below all modes a response is the static one"),
     ("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet"),
     ("update_a_machine.py", 1.0, 1e-3, "the published stiffness of the feet"),
     ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
+    from toolpoint.studies.machines.machine_responses import study_responses_of_machine
+    from toolpoint.studies.machines.next_test import rank_tests
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
@@ -52,6 +54,7 @@ __all__ = [
     "map_stiffness",
     "modal_dynamics",
     "rank_interfaces",
+    "rank_tests",
     "response_dynamics",
     "run_drives",
     "separate_dynamics",
@@ -61,6 +64,7 @@ __all__ = [
     "study_machine",
     "study_modes",
     "study_responses",
+    "study_responses_of_machine",
     "study_sensitivity",
     "study_video",
     "update_from_videos",
@@ -79,6 +83,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "machines.campbell": ("map_speeds",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
+    "machines.machine_responses": ("study_responses_of_machine",),
+    "machines.next_test": ("rank_tests",),
     "machines.sensitivity_study": ("study_sensitivity",),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
