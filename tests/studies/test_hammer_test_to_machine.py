@@ -61,9 +61,9 @@ def tested(tmp_path_factory):
     for name, (mass, centre, box) in BOXES.items():
         lines += [f"  {name}:", f"    points: {points.components[name]}",
                   f"    body: {{mass: {mass} kg, centre: {list(centre)}, shape: {{kind: box, size: {list(box)}}}}}"]
-    lines += ["axes:", "  X: {moves: table, along: y, limits: [-0.2, 0.2]}", "points:",
+    lines += ["axes:", "  X: {moves: table, along: y, at_test: 50 mm, limits: [-0.2, 0.25]}", "points:",
               "  tool: {body: column, at: [-0.2, 0, 1.3]}", "  plate: {body: table, at: [0.6, 0.1, 1.15]}", "tool: tool",
-              "table: plate"]
+              "table: plate", "tool_axis: [0, 0, 1]"]
     (folder / "components.yaml").write_text("\n".join(lines) + "\n")
     return folder, true
 
@@ -89,11 +89,12 @@ def test_a_tree_with_a_turn_and_slide_becomes_a_machine_that_is_right_at_an_unte
     assert table["stiffness"] == pytest.approx({"x": 9e7, "rz": 2.5e7}, rel=5e-3)
     assert table["at"][:2] == pytest.approx([0.62, 0.05], abs=2e-3)  # the elastic centre along y, which only the springs tell
     built = machine_file.read(folder / "m.yaml")
-    for pose in ({"X": -0.2}, {"X": 0.15}):
-        mine, real = (eigen.solve_undamped(assemble(m, pose, ["tool-plate:+y"])) for m in (built, true))
+    for x in (-0.15, 0.2):  # the axis showed 50 mm in the test
+        placed = ((built, x), (true, x - 0.05))
+        mine, real = (eigen.solve_undamped(assemble(m, {"X": at}, ["tool-plate:+y"])) for m, at in placed)
         np.testing.assert_allclose(mine.frequency, real.frequency, rtol=2e-3)
         np.testing.assert_allclose(mine.damping_ratio, real.damping_ratio, rtol=0.05)
-    main(["frf", str(folder / "m.yaml"), "--pose", "X=0.1", "--lines", "10:150:60", "-o", str(folder / "frf"), "--json"])
+    main(["frf", str(folder / "m.yaml"), "--pose", "X=0.15", "--lines", "10:150:60", "-o", str(folder / "frf"), "--json"])
     response = json.loads(capsys.readouterr().out)["responses"][0]
     exact = frequency_response.direct(assemble(true, {"X": 0.1}, ["tool-plate:+x"]), np.array(response["frequency_hz"]))
     got = np.array(response["real_m_per_n"])[:, 0, 0] + 1j * np.array(response["imaginary_m_per_n"])[:, 0, 0]
@@ -133,7 +134,7 @@ def test_masses_known_badly_widen_the_intervals_to_what_is_true(tested, tmp_path
     ("parents: {", "chain: [ground, bed]\nparents: {", "one of them must be there"),
     ("moves: table", "moves: tabel", "no 'tabel'"),
     ("along: y", "along: y, about: z", "must have one of"), ("along: y", "about: z", "at: missing"),
-    ("along: y", "along: [0, 0, 0]", "not zero"), ("limits: [-0.2, 0.2]", "limits: [0.2, -0.2]", "below the upper"),
+    ("along: y", "along: [0, 0, 0]", "not zero"), ("limits: [-0.2, 0.25]", "limits: [0.2, -0.2]", "below the upper"),
     ("tool: tool", "tool: tol", "no 'tol'"), ("{body: column", "{body: colum", "no 'colum'")])
 def test_faults_of_what_a_tester_knows(tested, tmp_path, old, new, words):
     text = (tested[0] / "components.yaml").read_text()

@@ -26,9 +26,9 @@ class MassDeviation:
 class DrivenAxis:
     """An axis as its tester knows it: it moves the component `moves` along (or, where `turns`, about) a unit `direction`.
 
-    direction : in the machine frame; at : a point of the axis, m, for one that turns; limits : m or rad from the pose of the
-    test; elastic_at : whether the springs of the joint travel with the ``child`` or stay with the ``parent``.
-    """
+    direction : in the machine frame; at : a point of the axis, m, for one that turns; limits : m or rad; elastic_at : whether
+    the springs of the joint travel with the ``child`` or stay with the ``parent``; at_reference : what the axis showed in the
+    test. """
 
     moves: str
     direction: Vector
@@ -36,6 +36,7 @@ class DrivenAxis:
     at: Vector | None = None
     limits: tuple[float, float] = (float("-inf"), float("inf"))
     elastic_at: str = "child"
+    at_reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,8 @@ class Components:
     name : of the machine; chain : components from the ground up, or child to parent; points : component to its measured points;
     bodies : component to its mass properties in the machine frame, empty where they are not known; deviations : how well these
     are known; axes : by name; places : further named points of bodies, as in a machine file; tool, table : the points between
-    which is cut; coordinate_deviation : of the measured points' coordinates, m.
-    """
+    which is cut; tool_axis : the direction of the tool, away from the work; coordinate_deviation : of the measured points'
+    coordinates, m. """
 
     name: str
     chain: tuple[str, ...] | Mapping[str, str]
@@ -58,6 +59,7 @@ class Components:
     tool: str | None = None
     table: str | None = None
     cutting: CuttingDescription | None = None
+    tool_axis: Vector = (0.0, 0.0, 1.0)
     coordinate_deviation: float = 0.0
 
     @property

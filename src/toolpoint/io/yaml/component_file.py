@@ -52,6 +52,7 @@ class DrivenAxisPart(Part):
     at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
     limits: tuple[Any, Any] | str | None = None
     elastic_at: Literal["child", "parent"] = "child"
+    at_test: Any = 0.0
 
 
 class ComponentFile(Part):
@@ -67,6 +68,7 @@ class ComponentFile(Part):
     tool: str | None = None
     table: str | None = None
     cutting: CuttingModel | None = None
+    tool_axis: _Letter | tuple[float, float, float] = "z"
     coordinate_deviation: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
 
     def measured_points(self) -> dict[str, list[int | str]]:
@@ -103,6 +105,10 @@ def _components(part: ComponentFile, document: Document) -> Components | None:
     for key, point_name in (("tool", part.tool), ("table", part.table)):
         if point_name is not None:
             _check_known((key,), point_name, [*part.points, *measured], document)
+    tool_axis = _unit(part.tool_axis)
+    if tool_axis is None:
+        document.fault(("tool_axis",), f"{part.tool_axis!r}: must be a letter or a vector that is not zero")
+        return None
     cutting = None if part.cutting is None else cutting_of(part.cutting, document)
     if document.faults:
         return None
@@ -110,7 +116,7 @@ def _components(part: ComponentFile, document: Document) -> Components | None:
         part.name, dict(part.parents) if part.parents is not None else part.chain or (), part.measured_points(), bodies,
         {name: MassDeviation(**c.uncertainty.model_dump()) for name, c in part.components.items()}, axes,
         {name: PointDescription(p.body, p.at) for name, p in part.points.items()}, part.tool, part.table, cutting,
-        part.coordinate_deviation)
+        tool_axis, part.coordinate_deviation)
 
 
 def _check_known(key: Key, name: str, known: list[str], document: Document) -> None:
@@ -168,18 +174,21 @@ def _axis(name: str, given: DrivenAxisPart, part: ComponentFile, document: Docum
     if direction is None:
         document.fault(key, f"{way!r}: must be a letter or a vector that is not zero")
         return None
-    limits = (float("-inf"), float("inf"))
+    limits, kind = (float("-inf"), float("inf")), units.ANGLE if turns else units.LENGTH
     try:
+        at_test = units.quantity(given.at_test, kind)
         if given.limits is not None:
-            low, high = units.quantities(given.limits, units.ANGLE if turns else units.LENGTH, 2)
+            low, high = units.quantities(given.limits, kind, 2)
             limits = (low, high)
     except units.UnitError as error:
-        document.fault((*key, "limits"), str(error))
+        document.fault(key, str(error))
         return None
-    if not limits[0] < limits[1]:
-        document.fault((*key, "limits"), f"{limits[0]:g} .. {limits[1]:g}; the lower limit must be below the upper")
+    if not limits[0] < limits[1] or not limits[0] <= at_test <= limits[1]:
+        document.fault(key,
+                       f"limits {limits[0]:g} .. {limits[1]:g}, at_test {at_test:g}; the lower limit must be below the upper, "
+                       "and the axis between them in the test")
         return None
-    return DrivenAxis(given.moves, direction, turns, given.at, limits, given.elastic_at)
+    return DrivenAxis(given.moves, direction, turns, given.at, limits, given.elastic_at, at_test)
 
 
 def _unit(way: Any) -> tuple[float, float, float] | None:

@@ -132,7 +132,8 @@ def describe_joint(parent: str, child: str, joint: ElasticJoint, *, layout: Join
 
 def describe_axes(joint: str, axes: Mapping[str, DrivenAxis], layout: JointLayout) -> dict[str, AxisDescription]:
     """Return the axes of a joint in its written frame."""
-    return {name: AxisDescription(joint, layout.axes[name], axis.limits) for name, axis in axes.items()}
+    return {name: AxisDescription(joint, layout.axes[name], axis.limits, at_reference=axis.at_reference) for name, axis in
+    axes.items()}
 
 
 def _rows(matrix: FloatArray) -> tuple[tuple[float, ...], ...]:

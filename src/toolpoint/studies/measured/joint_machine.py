@@ -104,7 +104,7 @@ def _described(whole: WholeMachine, x: FloatArray, components: Components, layou
     lossless = not any(joint.loss_factor or joint.damping or joint.damping_matrix for joint in described.values())
     return MachineDescription(
         components.name, bodies, described, axes, dict(components.places), tool=components.tool, table=components.table,
-        cutting=components.cutting, damping_ratio=0.01 if lossless else None,
+        cutting=components.cutting, tool_axis=components.tool_axis, damping_ratio=0.01 if lossless else None,
         description="Minimal model from measured mode shapes.", source="identified from measured modes")
 
 
