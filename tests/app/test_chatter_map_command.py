@@ -39,8 +39,13 @@ def test_the_worst_pose_is_named_and_a_folder_resumes(tmp_path, capsys):
     arguments = ["map-chatter", MACHINE, *GRID, "--feed-directions", "0:90:3", "--folder", str(tmp_path / "study"), "-o",
                  str(tmp_path / "page")]
     main(arguments)
-    shown = " ".join(capsys.readouterr().out.split())
-    found = run(capsys, *arguments[2:])  # the same study, from its folder
+    first = capsys.readouterr()
+    shown = " ".join(first.out.split())
+    assert "kept in" not in first.err
+    main([*arguments, "--json"])  # the same study, from its folder
+    again = capsys.readouterr()
+    found = json.loads(again.out)
+    assert "6 of 6 poses kept in" in " ".join(again.err.split())
     worst = found["worst"]
     told = ", ".join(f"{name} {value:g}" for name, value in worst["pose"].items())
     assert f"Worst: {1e3 * worst['depth_m']:.4f} mm at {told}, feed at {worst['feed_angle_deg']:.4g}°" in shown

@@ -44,6 +44,11 @@ def warning(message: str) -> None:
     ERR.print("warning: " + spell_options(message), markup=False, style="yellow")
 
 
+def remark(message: str) -> None:
+    """Print what goes on beside the result."""
+    ERR.print(spell_options(message), markup=False, soft_wrap=True)
+
+
 def error(message: str) -> None:
     """Print an error as plain text: file contents in it must not be read as markup."""
     ERR.print("error: " + spell_options(message), markup=False, style="red", soft_wrap=True)

@@ -274,7 +274,7 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
     used, notes = cut_on(built, in_si(cut))
     words(used)  # faults of the cut are told before any work
     angles = (FEED_ANGLE[used.feed],) if feed_directions is None else feed_directions
-    with frame(output, as_json) as run, run.progress("poses") as progress:
+    with frame(output, as_json) as run, run.progress("poses", folder) as progress:
         result = chatter_map(built, positions, used, speeds=speeds, feed_angles=angles, method=chosen,
                              engine=Dask(workers) if workers else Serial(), folder=folder, progress=progress)
     notes += [*result.notes, *run.warnings]

@@ -35,10 +35,20 @@ class Frame:
         self._page: Path | None = None
 
     @contextmanager
-    def progress(self, name: str) -> Iterator[Callable[[int, int], None]]:
-        """Give a study its `progress` function of how much is done, and of how much."""
+    def progress(self, name: str, folder: Path | None = None) -> Iterator[Callable[[int, int], None]]:
+        """Give a study its `progress` function of how much is done, and of how much; with a folder to resume from, say first
+        how much was kept in it."""
+        silent = folder is None
+
+        def report(done: int, total: int) -> None:
+            nonlocal silent
+            if not silent and done > 0:
+                console.remark(f"{done} of {total} {name} kept in {folder} by an earlier run")
+            silent = True
+            count(name, done, total)
+
         with self.progress_of_parts() as count:
-            yield lambda done, total: count(name, done, total)
+            yield report
 
     def progress_of_parts(self) -> AbstractContextManager[Callable[[str, int, int], None]]:
         """Return a context that gives a study its `progress` function of name, done and total."""

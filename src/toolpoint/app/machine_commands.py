@@ -135,7 +135,7 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str,
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
     engine = Dask(workers) if workers else Serial()
-    with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses") as progress:
+    with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses", folder) as progress:
         result: PoseMap | StiffnessMap
         if quantity == "frequency":
             result = pose_map(built, positions, count, engine=engine, folder=folder, progress=progress)
