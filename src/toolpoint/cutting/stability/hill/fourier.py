@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -94,11 +95,12 @@ def hill_cut(problem: MillingProblem, depth: float, top: int) -> HillCut:
     return HillCut(_mirrored(present), _mirrored(drag), np.stack([_mirrored(m) for m in merged], axis=1), delays, number)
 
 
+@lru_cache(maxsize=64)
 def range_of_forces(problem: MillingProblem, top: int) -> ComplexArray:
     """Orthonormal basis of all forces that a plain cut can have, harmonics -top .. top, shape (harmonics d, rank).
 
     A force acts only while an edge cuts and, where one edge cuts at a time, along one direction: the range of the Toeplitz
-    matrix of sum k k^T.
+    matrix of sum k k^T. It depends on the cut and the number of harmonics alone: neighbouring speeds share it.
     """
     d, order = problem.plane.size, periods(problem) * np.arange(2 * top + 1)
     part = _parts(problem, 1.0, 0.0, 0)[0]

@@ -71,6 +71,7 @@ class HillSystem:
         self.seen = _seen(problem, response)
         self.kept: dict[float, HillCut] = {}
         self.unit = self.basis = None
+        self.parts: list[ComplexArray] | None = None
         if self.plain:
             self.unit = hill_cut(problem, 1.0, 2 * self.top)
             self.basis = range_of_forces(problem, self.top)
@@ -104,7 +105,7 @@ class HillSystem:
         """Response times force of the harmonics `columns` at the harmonics `rows`, without the unit matrix."""
         hz = self.hertz(theta, columns)
         turned = np.exp(-1j * (2 * np.pi * hz / self.omega)[:, None] * cut.delay)
-        rate = 2j * np.pi * hz * self.problem.process_damping / (self.omega * self.problem.tool.radius)
+        rate = self._rate(hz)
         seen = self.seen.size
         out = np.empty((rows.size * response.shape[1], columns.size * seen), complex)
         fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
@@ -121,11 +122,51 @@ class HillSystem:
         assert self.unit is not None and self.basis is not None
         if self.basis.shape[1] >= self.size:
             return np.linalg.eigvals(self.matrix(theta, self.unit))
-        force = self.block(theta, self.unit, self.harmonics, columns=self.harmonics,
-                           response=self._unit_response(self.harmonics.size))
         g = self.response.at(self.hertz(theta, self.harmonics))[:, self.seen]
         vibration = np.matmul(g, self.basis.reshape(self.harmonics.size, -1, self.basis.shape[1]))
-        return np.linalg.eigvals((self.basis.conj().T @ force) @ vibration.reshape(self.size, -1))
+        return np.linalg.eigvals(self._force_in_range(theta) @ vibration.reshape(self.size, -1))
+
+    def _force_in_range(self, theta: float) -> ComplexArray:
+        """Force of the harmonics in the range of the cut's forces, (rank, rows), per metre of depth.
+
+        It is linear in what theta turns: the own force, that of every delay by exp(-i omega delay), the damping by i omega. The
+        products of each with the basis are made once a speed.
+        """
+        assert self.unit is not None
+        if self.parts is None:
+            self.parts = self._range_parts()
+        hz, seen = self.hertz(theta, self.harmonics), self.seen.size
+        turned = np.exp(-1j * (2 * np.pi * hz / self.omega)[:, None] * self.unit.delay)
+        own, damped, *late = self.parts
+        force = own - sum(np.repeat(turned[:, q], seen) * part for q, part in enumerate(late))
+        if self.problem.process_damping > 0:
+            force = force + np.repeat(self._rate(hz), seen) * damped
+        return np.asarray(force)
+
+    def _range_parts(self) -> list[ComplexArray]:
+        """The basis times own force, damping, and the force of every delay, each (rank, rows)."""
+        assert self.unit is not None and self.basis is not None
+        count, seen, cut = self.harmonics.size, self.seen.size, self.unit
+        delays = cut.delay.size
+        zero, none = np.zeros((count, delays), complex), np.zeros(count, complex)
+        largest = float(np.abs(self._rate(self.hertz(np.pi, self.harmonics))).max()) or 1.0  # no digits lost in the difference
+        inputs = [(zero, none), (zero, none + largest)]
+        for q in range(delays):
+            one_delay = zero.copy()
+            one_delay[:, q] = 1
+            inputs.append((one_delay, none))
+        parts = []
+        for turned, rate in inputs:
+            out = np.empty((self.basis.shape[0], count * seen), complex)
+            fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
+                        np.ascontiguousarray(self._unit_response(count)), self.harmonics[0], self.harmonics[0], out)
+            parts.append(self.basis.conj().T @ out)
+        own, damped, *late = parts
+        return [own, (damped - own) / largest, *(own - part for part in late)]
+
+    def _rate(self, hz: FloatArray) -> ComplexArray:
+        """i omega C / v of process damping at these frequencies."""
+        return np.asarray(2j * np.pi * hz * self.problem.process_damping / (self.omega * self.problem.tool.radius))
 
     def _unit_response(self, number: int) -> ComplexArray:
         d = self.problem.plane.size
