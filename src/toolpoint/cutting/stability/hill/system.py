@@ -152,9 +152,9 @@ class HillSystem:
         largest = float(np.abs(self._rate(self.hertz(np.pi, self.harmonics))).max()) or 1.0  # no digits lost in the difference
         inputs = [(zero, none), (zero, none + largest)]
         for q in range(delays):
-            one_delay = zero.copy()
-            one_delay[:, q] = 1
-            inputs.append((one_delay, none))
+            single = zero.copy()
+            single[:, q] = 1
+            inputs.append((single, none))
         parts = []
         for turned, rate in inputs:
             out = np.empty((self.basis.shape[0], count * seen), complex)
