@@ -137,8 +137,8 @@ class HillSystem:
             self.parts = self._range_parts()
         hz, seen = self.hertz(theta, self.harmonics), self.seen.size
         turned = np.exp(-1j * (2 * np.pi * hz / self.omega)[:, None] * self.unit.delay)
-        own, damped, *late = self.parts
-        force = own - sum(np.repeat(turned[:, q], seen) * part for q, part in enumerate(late))
+        direct, damped, *late = self.parts
+        force = direct - sum(np.repeat(turned[:, q], seen) * part for q, part in enumerate(late))
         if self.problem.process_damping > 0:
             force = force + np.repeat(self._rate(hz), seen) * damped
         return np.asarray(force)
@@ -161,8 +161,8 @@ class HillSystem:
             fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
                         np.ascontiguousarray(self._unit_response(count)), self.harmonics[0], self.harmonics[0], out)
             parts.append(self.basis.conj().T @ out)
-        own, damped, *late = parts
-        return [own, (damped - own) / largest, *(own - part for part in late)]
+        direct, damped, *late = parts
+        return [direct, (damped - direct) / largest, *(direct - part for part in late)]
 
     def _rate(self, hz: FloatArray) -> ComplexArray:
         """i omega C / v of process damping at these frequencies."""
