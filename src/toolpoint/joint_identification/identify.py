@@ -31,6 +31,8 @@ from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
 _SECOND_ORDER = 0.1
+# Share of a component's points that may be left out because they move otherwise, and the points that must stay.
+_FEW_STRANGERS, _LEAST_POINTS = 0.2, 6
 
 
 class MotionMethod(Protocol):
@@ -138,10 +140,14 @@ def identify_joints(
     _check_overlap(components)
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     turned = _turned(modes)
-    parts, motions = _motions(replace(turned, shape=turned.shape.real, shape_variance=_half(turned)), points, components,
-                              method=method, deviation=deviation)
+    real = replace(turned, shape=turned.shape.real, shape_variance=_half(turned))
+    parts, motions = _motions(real, points, components, method=method, deviation=deviation)
     independent, general_doubts = _independent(modes, parts)
-    flexible = _flaws(parts, motions, modes.count, criterion)
+    strange = {name: strangers(part) for name, part in parts.items()}
+    components = _without_strangers(components, strange)
+    flexible = _flaws(motions, strange, components, count=modes.count, criterion=criterion)
+    if any(len(part.points) > len(components[name]) for name, part in parts.items()):
+        parts, motions = _motions(real, points, components, method=method, deviation=deviation)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
     relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints = []
@@ -260,18 +266,29 @@ def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, lis
     return modes.count - len(repeated), doubts
 
 
-def _flaws(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], count: int, criterion: Criterion
-           ) -> dict[str, str]:
+def _without_strangers(components: Mapping[str, Sequence[Point]], strange: Mapping[str, Sequence[Point]]
+                       ) -> dict[str, Sequence[Point]]:
+    """Return the components without points that move otherwise, where these are few and enough others stay."""
+    result: dict[str, Sequence[Point]] = {}
+    for name, labels in components.items():
+        kept = [point for point in labels if point not in strange[name]]
+        few = len(labels) - len(kept) <= _FEW_STRANGERS * len(labels) and len(kept) >= _LEAST_POINTS
+        result[name] = kept if few else labels
+    return result
+
+
+def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Point]], kept: Mapping[str, Sequence[Point]], *,
+           count: int, criterion: Criterion) -> dict[str, str]:
     """Return a sentence for every component that bends, has points that move otherwise, or too few to tell."""
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     result = {}
     for name, motion in motions.items():
-        strange = strangers(parts[name])
         bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
         # Points of another component look like bending; a name is the better hint.
-        if strange:
-            result[name] = (f"points {list(strange)[:8]} do not move with {name}: check their component, position, directions "
-                            "and channels" + (", or whether it bends" if bends.any() else ""))
+        if strange[name]:
+            left = "" if set(strange[name]) & set(kept[name]) else " (left out of the fit)"
+            result[name] = (f"points {list(strange[name])[:8]} do not move with {name}{left}: check their component, position, "
+                            "directions and channels" + (", or whether it bends" if bends.any() else ""))
         elif bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
             result[name] = (f"{name} bends in mode {', '.join(map(str, which))} (up to "
