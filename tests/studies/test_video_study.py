@@ -10,14 +10,17 @@ import video_scenes as scenes
 from toolpoint import Modes, ToolpointError
 from toolpoint.app.demo_commands import MILL_TRUTH
 from toolpoint.app.main import main
-from toolpoint.io import read_machine
+from toolpoint.io import read_machine, read_modes
+from toolpoint.studies.machines.virtual_test import MeasuringPoints, true_modes
 from toolpoint.studies.video.interfaces import rank_interfaces
 from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.record_poles import poles_of
 from toolpoint.studies.video.video_study import study_video
+from toolpoint.studies.video.video_update import seen_places
 from toolpoint.studies.video.virtual_update import update_from_virtual_videos
 from toolpoint.studies.video.virtual_video import film_machine
 from toolpoint.vibration import Record
+from toolpoint.vibration.correlation import pair_modes
 from toolpoint.vision.clip import Clip, FrameArray, Region
 from toolpoint.vision.rendering.scene import Camera
 from toolpoint.vision.view import View
@@ -121,6 +124,13 @@ def test_two_planes_find_the_soft_joints_and_update_the_machine(method):
     assert set(result.update.ranking.moving) == {"floor_base", "column_housing"}
     assert [entry.joint for entry in result.update.ranking.interfaces[2:]] == ["base_column", "base_cross_slide"]
     assert result.frac[:, 0].max() < 0.5 and result.frac[:, 1].min() > 0.95
+    # Modes of the video beside those of a hammer at the same points, which the undamped truth stands for.
+    truth = read_machine(MILL).with_values(MILL_TRUTH)
+    for video in result.videos:
+        seen = video.modes_at(seen_places(truth, video))
+        points = MeasuringPoints({name: seen_places(truth, video)[name] for name in dict.fromkeys(d.point for d in seen.dofs)})
+        hammer = true_modes(truth, points, 0.02)
+        assert pair_modes(seen, hammer, 0.9, frequency_shift=0.01).values.min() > 0.98
 
 
 @pytest.mark.slow
@@ -139,10 +149,12 @@ def test_the_command_reads_a_clip_and_writes_page_and_magnified_frames(frames, t
     _, array = frames
     np.save(tmp_path / "clip.npy", array)
     arguments = ["video", str(tmp_path / "clip.npy"), "--fps", "480", "--points", "60", "--body", "head=96,40,84,60",
-                 "-o", str(tmp_path / "page"), "--magnify", str(tmp_path / "m.gif"), "--factor", "10"]
+                 "-o", str(tmp_path / "page"), "--magnify", str(tmp_path / "m.gif"), "--factor", "10", "-m",
+                 str(tmp_path / "modes.h5")]
     main(arguments)
     shown = capsys.readouterr().out
     assert "poles from the video" in shown and "body head" in shown and (tmp_path / "m.gif").stat().st_size > 1000
+    assert read_modes(tmp_path / "modes.h5").count == 2
     page = (tmp_path / "page" / "index.html").read_text()
     assert "data:image/webp" in page and "Spectrum of the point" in page
     assert "http" not in page.split("<script")[0].split("<body>")[1]

@@ -10,7 +10,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Frame, frame
-from toolpoint.app.options import BAND, JSON, OUTPUT, PATH
+from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, band_of
 
 
 @click.command()
@@ -41,15 +41,22 @@ from toolpoint.app.options import BAND, JSON, OUTPUT, PATH
 @click.option("--magnify", type=PATH, help="Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).")
 @click.option("--mode", "which", type=click.IntRange(1), default=1, show_default=True, help="Mode to magnify.")
 @click.option("--factor", type=float, default=20.0, show_default=True, help="Of magnification.")
+@click.option("--attenuation", type=click.FloatRange(0, 1), default=0.5, show_default=True,
+              help="Of noise in the magnified clip.")
+@click.option("--magnify-band", metavar="LOW:HIGH", callback=band_of,
+              help="Magnify this band (Hz) by phase instead of a mode by its shape; patents are on record for that method.")
+@click.option("-m", "--modes", "modes_file", type=PATH,
+              help="Save the modes of the first video (HDF5): at the machine's points where there is one, else at the windows.")
 @OUTPUT
 @JSON
 def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | None, written: Path | None, magnify: Path | None,
-          which: int, factor: float, **options: Any) -> None:
+          modes_file: Path | None, **options: Any) -> None:
     """Mode shapes, frequencies and damping from videos of a machine that rings after a blow.
 
     Videos (.mp4 .mov .avi .mkv, extra 'video'), folders of images, .npy or raw frames. Two videos of orthogonal planes and a
     machine file rank the machine's interfaces and update it.
     """
+    from toolpoint.io import hdf5
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.video import video_page
     from toolpoint.studies.video.interfaces import rank_interfaces
@@ -67,7 +74,9 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
             machine_file.write(result.machine.description, written)  # type: ignore[union-attr]
         run.save(video_page(videos, result, warnings=run.warnings))
         if magnify is not None:
-            _magnify(videos[0], magnify, which, factor)
+            _magnify(videos[0], magnify, options)
+        if modes_file is not None:
+            hdf5.write(_modes(videos[0], built), modes_file)
     if as_json:
         run.show_json({"videos": [study.to_dict() for study in videos],
                        "machine": None if result is None else result.to_dict()})
@@ -76,7 +85,8 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
         run.print_table(study)
     if result is not None:
         run.print_table(result)
-    run.show_rest([note for study in videos for note in study.notes], {"Machine file": written, "Magnified clip": magnify})
+    run.show_rest([note for study in videos for note in study.notes], {"Machine file": written, "Magnified clip": magnify,
+                                                                          "Modes": modes_file})
 
 
 def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str, Any]) -> Any:
@@ -86,6 +96,7 @@ def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str,
     from toolpoint.studies.video.record_poles import poles_of
     from toolpoint.studies.video.video_study import study_video
     from toolpoint.vision import Region, read_clip
+    from toolpoint.vision.modes.bodies import ORDERS, RIGID
 
     view = _view(options, number)
     region = None if options["region"] is None else Region.parse(options["region"])
@@ -112,6 +123,7 @@ def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str,
         return study_video(clip, method=options["method"], points=options["points"], view=view,
                            background=[Region.parse(text) for text in options["background"]], bodies=bodies,
                            band=options["band"], start=options["start"], stop=options["stop"], poles=poles,
+                           orders=ORDERS if machine is None else RIGID,
                            progress=lambda name, done, total: progress(name, done, max(total, done)))
 
 
@@ -136,10 +148,26 @@ def _shape(text: str | None) -> tuple[int, int] | None:
     return int(rows), int(columns)
 
 
-def _magnify(study: Any, path: Path, which: int, factor: float) -> None:
+def _magnify(study: Any, path: Path, options: dict[str, Any]) -> None:
+    """Write the magnified clip: a mode by its shape, or a band by its phase."""
     from toolpoint.pages.video import shape_warp
-    from toolpoint.vision import write_frames
+    from toolpoint.vision import PhaseMagnification, write_frames
 
-    if which > study.poles.count:
-        raise ToolpointError(f"--mode: {which}; the video has {study.poles.count} modes")
-    write_frames(shape_warp(study).frames(which - 1, factor), path)
+    if options["magnify_band"] is not None:
+        low, high = options["magnify_band"]
+        method = PhaseMagnification(low, high, options["factor"], options["attenuation"])
+        write_frames(method.frames(study.scan), path)
+        return
+    if options["which"] > study.poles.count:
+        raise ToolpointError(f"--mode: {options['which']}; the video has {study.poles.count} modes")
+    warp = shape_warp(study)
+    write_frames(warp.frames(options["which"] - 1, options["factor"], attenuation=options["attenuation"]), path)
+
+
+def _modes(study: Any, machine: Any) -> Any:
+    """Return the modes to be saved: at the machine's points on the bodies that are seen, else at the windows."""
+    if machine is None:
+        return study.modes
+    from toolpoint.studies.video.video_update import seen_places
+
+    return study.modes_at(seen_places(machine, study))

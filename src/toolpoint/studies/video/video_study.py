@@ -20,7 +20,8 @@ from toolpoint.vision.displacement.points import BLIND, Windows, choose_points, 
 from toolpoint.vision.displacement.quality import Quality, judge_quality
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress
-from toolpoint.vision.modes.bodies import BodyMotion, fit_bodies
+from toolpoint.vision.displacement.templates import TemplateProducts
+from toolpoint.vision.modes.bodies import ORDERS, BodyMotion, fit_bodies
 from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
@@ -33,6 +34,7 @@ _OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", 
 CYCLES = 0.9
 LARGE = 0.5
 FEWEST_WINDOWS = 12
+SEEN = 5.0
 BROKEN = 10.0
 
 
@@ -114,7 +116,7 @@ class VideoStudy:
                 f"{self.poles.frequency_interval[i]:.2g}", f"{100 * self.poles.damping_interval[i]:.2g}")
             damping = (f"{100 * self.poles.damping_ratio[i]:.3f}", widths[1]) if self.gives_damping else ("refused", "")
             result.append([str(i + 1), f"{self.poles.frequency[i]:.3f}", widths[0], *damping, f"{lengths[i]:.4f}",
-                           "no" if self.seen[i] < 5 else f"{self.seen[i]:.0f} sigma",
+                           "no" if self.seen[i] < SEEN else f"{self.seen[i]:.0f} sigma",
                            f"{low:.1f}, {high:.1f}" if self.source == "video" else "", self.names[i]])
         return result
 
@@ -149,7 +151,7 @@ def study_video(
     clip: Clip, *, method: str | Method = "templates", points: int = 300, view: View | None = None,
     background: Sequence[Region] = (), bodies: Mapping[str, Region] | None = None, band: tuple[float, float] | None = None,
     start: float | None = None, stop: float | None = None, poles: Modes | None = None, side: int = 16,
-    progress: Progress | None = None,
+    orders: Sequence[str] = ORDERS, progress: Progress | None = None,
 ) -> VideoStudy:
     """Return the modes that a video shows.
 
@@ -175,6 +177,8 @@ def study_video(
         From a hammer or accelerometer record beside the video: then only shapes come from it, also beyond half the frame rate.
     side : int
         Pixels of the windows of the whole picture.
+    orders : of `ORDERS`
+        Motions that a body may have, the likeliest is taken; `RIGID` for the bodies of a machine that are rigid there.
     progress : function of name, done, total
 
     Raises
@@ -182,6 +186,8 @@ def study_video(
     ToolpointError
         Where nothing in the picture shows motion, and for what the parts refuse.
     """
+    if background and method == "templates":
+        method = TemplateProducts(4)  # a shaking picture moves through all parts of a pixel
     scanned = scan(clip, progress)
     quality = judge_quality(scanned)
     still = [region.within(scanned.clip.shape, "background") for region in background]
@@ -195,8 +201,9 @@ def study_video(
     names = ("",) * known.count if poles is not None else name_modes(
         _with_shapes(known, shapes), lamps, clip.frame_rate, clip.frame_rate / len(decay.components))
     whole = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
-    moved = fit_bodies(whole.windows, whole.shapes, regions)
     seen = _seen(shapes)
+    names = _with_doubtful(names, identification, seen)
+    moved = fit_bodies(whole.windows, whole.shapes, regions, orders=tuple(orders))
     doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
@@ -254,6 +261,13 @@ def _identified(decay: FreeDecay, band: tuple[float, float] | None) -> tuple[Mod
     return result.modes, result
 
 
+def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray) -> tuple[str, ...]:
+    """Return the names with those poles marked that the decay or the picture does not bear."""
+    unsure = np.zeros(len(names), bool) if identification is None else identification.doubtful
+    return tuple(name or ("doubtful: faint, it may be noise" if unsure[i] or seen[i] < SEEN else "") for i,
+                 name in enumerate(names))
+
+
 def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
     flat = shapes.shape.reshape(-1, poles.count)
     return Modes(poles.frequency, poles.damping_ratio, flat, tuple(Dof(i + 1, "+x") for i in range(len(flat))), "unscaled")
@@ -267,7 +281,7 @@ def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: Disp
         stop = decay.first + len(decay.components)
         return full_field(scanned, known.poles, decay.first, side=side, stop=stop, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side)
-    tracked = measure(scanned, windows, progress=progress)
+    tracked = measure(scanned, windows, TemplateProducts(4 if still else 2), progress=progress)
     if still:
         tracked = without_shake(tracked, background_windows(tracked, still))
     shapes = point_shapes(tracked, known.poles, decay.first)
@@ -292,7 +306,7 @@ def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: Fr
                       f"again; "
                       "damping and intervals rest on one unbroken decay: state start and stop")
     doubts += [text for body in bodies for text in body.doubts]
-    for i in np.flatnonzero(seen < 5):
+    for i in np.flatnonzero(seen < SEEN):
         doubts.append(f"mode {i + 1} at {known.frequency[i]:.4g} Hz does not stand out of the noise in the video: its shape "
                       f"is noise, "
                       "or the motion is along the line of sight")

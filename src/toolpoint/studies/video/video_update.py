@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import fail
+from toolpoint._check import FloatArray, fail
 from toolpoint.machine import Machine
 from toolpoint.machine.placement import place_machine
 from toolpoint.modal_identification import real_modes
@@ -16,7 +16,7 @@ from toolpoint.studies.measured.machine_update import MachineUpdate, update
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
 from toolpoint.studies.video.video_study import VideoStudy
 from toolpoint.updating import Targets
-from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration import Frf
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,14 +73,9 @@ def update_from_videos(
         f"joints.{name}.{kind}.{way}" for name in ranking.moving for kind in (("stiffness",
                                                                                "damping") if damped else ("stiffness",))
         for way in getattr(machine.description.joints[name], kind)]
-    places = _places(machine, pose)
     targets = []
     for video in videos:
-        seen = {name: (body, at) for name, (body, at) in places.items() if body in {b.name for b in video.bodies}}
-        if not seen:
-            fail("machine", f"no named point on a body seen in {video.scan.clip.name}", "must have one at least",
-                 "write points on the bodies under 'points:'")
-        modes = _real(video.modes_at(seen))
+        modes = real_modes(video.modes_at(seen_places(machine, video, pose)))
         targets.append(Targets(modes, None, damping=damped and any(".damping." in n for n in names), mac=len(modes.dofs) > 2))
     if frf is not None:
         targets.append(Targets(None, frf))
@@ -88,11 +83,14 @@ def update_from_videos(
                        tuple(videos))
 
 
-def _places(machine: Machine, pose: Mapping[str, float] | None) -> dict[str | int, tuple[str, np.ndarray]]:
-    place = place_machine(machine, pose)
-    return {name: (point.body, np.array(place.position(point)[0])) for name, point in machine.description.points.items()}
-
-
-def _real(modes: Modes) -> Modes:
-    """Return the modes as real ones, the phase of each turned away."""
-    return real_modes(modes)
+def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] | None = None
+                ) -> dict[str | int, tuple[str, FloatArray]]:
+    """Return the machine's named points on bodies that the video shows: name to (body, place in m)."""
+    place, shown = place_machine(machine, pose), {body.name for body in video.bodies}
+    seen: dict[str | int, tuple[str, FloatArray]] = {
+        name: (point.body, np.array(place.position(point)[0])) for name, point in machine.description.points.items()
+        if point.body in shown}
+    if not seen:
+        fail("machine", f"no named point on a body seen in {video.scan.clip.name}", "must have one at least",
+             "write points on the bodies under 'points:'")
+    return seen

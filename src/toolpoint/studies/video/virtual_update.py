@@ -16,6 +16,7 @@ from toolpoint.studies.video.video_update import VideoUpdate, update_from_videos
 from toolpoint.studies.video.virtual_video import VirtualVideo, film_machine
 from toolpoint.vibration import Dof, Frf, correlation, frequency_response
 from toolpoint.vision.clip import Clip
+from toolpoint.vision.modes.bodies import RIGID
 from toolpoint.vision.rendering.scene import Camera
 from toolpoint.vision.view import View
 
@@ -92,7 +93,8 @@ def update_from_virtual_videos(
         clip = video.clip if recorded is None else recorded(video, plane)
         if step is not None:
             step(f"modes of the {plane} plane")
-        videos.append(study_video(clip, view=video.view, bodies=video.regions, band=BAND, method=method))
+        videos.append(study_video(clip, view=video.view, bodies=video.regions, band=BAND, method=method,
+                                  orders=RIGID))
     if step is not None:
         step("update")
     update = update_from_videos(machine, videos)

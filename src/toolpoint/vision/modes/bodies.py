@@ -12,12 +12,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint._check import BoolArray, ComplexArray, FloatArray, fail
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, Windows
 from toolpoint.vision.modes.projection import PointShapes
 
 ORDERS = ("translation", "rigid", "affine", "quadratic")
+RIGID = ORDERS[:2]
 FEWEST_WINDOWS = 3
 # Pixels around a body in front that are left out behind it: its edge moves with it, and regions are rough.
 EDGE_MARGIN = 5.0
@@ -94,18 +95,26 @@ def fit_bodies(windows: Windows, shapes: PointShapes, regions: Mapping[str, Regi
         inside = _inside(windows, regions[name])
         for front in names[k + 1:]:
             inside &= ~_touches(windows, regions[front])
+        # At the border to a body behind the blurred edge holds the texture of both; against the wall it is the body's own.
+        for behind in names[:k]:
+            inside &= _deep(windows, regions[name]) | ~_touches(windows, regions[behind])
         bodies.append(_fit(name, regions[name], windows, shapes, at=np.flatnonzero(inside), orders=orders))
     return tuple(bodies)
 
 
-def _inside(windows: Windows, region: Region) -> np.ndarray:
+def _inside(windows: Windows, region: Region) -> BoolArray:
     half = windows.side / 2
-    inner = Region(region.left, region.top, region.width, region.height)
     low, high = windows.centres - half + 1, windows.centres + half - 1
-    return inner.holds(low) & inner.holds(high) & (windows.sight > BLIND)
+    return np.asarray(region.holds(low) & region.holds(high) & (windows.sight > BLIND))
 
 
-def _touches(windows: Windows, region: Region) -> np.ndarray:
+def _deep(windows: Windows, region: Region) -> BoolArray:
+    """Return which windows lie inside a region and clear of its border."""
+    half = windows.side / 2 + EDGE_MARGIN
+    return np.asarray(region.holds(windows.centres - half) & region.holds(windows.centres + half))
+
+
+def _touches(windows: Windows, region: Region) -> BoolArray:
     half = windows.side / 2 + EDGE_MARGIN
     x, y = windows.centres[:, 0], windows.centres[:, 1]
     return ((x + half > region.left) & (x - half < region.left + region.width)

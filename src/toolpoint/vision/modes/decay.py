@@ -86,14 +86,15 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     values, sigma, _, _ = field.measured()
     if values.shape[1] == 0:
         fail("field", "no window that sees motion", "must be one at least", "add texture, light or focus")
-    scaled = values / sigma
-    scaled = scaled - scaled.mean(axis=0)
+    scaled = np.divide(values, sigma, out=values)  # in place: of a long clip this is the largest array
+    scaled -= scaled.mean(axis=0)
     first = _onset(scaled, field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
     last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * field.frame_rate))
     if last - first < FEWEST_FRAMES or first < 0:
         fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
              "film longer after the blow, or state where the decay starts and stops")
-    part = scaled[first:last] - scaled[first:last].mean(axis=0)
+    part = scaled[first:last]
+    part -= part.mean(axis=0)
     left, singular, right = _svd(part)
     edge = _noise_edge(singular, *part.shape)
     above = np.flatnonzero(singular[:MOST_COMPONENTS] > edge)

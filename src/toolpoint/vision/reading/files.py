@@ -58,6 +58,9 @@ def read(
         from toolpoint.vision.reading import video
 
         clip = video.read(place, frame_rate, scratch)
+        if row_delay and video.is_turned(clip):
+            fail("row_delay", f"{row_delay:g} s for {place.name}, which is turned by its metadata",
+                 "rows of the sensor are not rows of the picture", "remove the rotation from the file, or leave the delay out")
     clip = Clip(clip.source, clip.frame_rate, row_delay, None, place.name, clip.doubts, clip.is_lossy)
     return clip if region is None else clip.cropped_to(region.within(clip.shape))
 

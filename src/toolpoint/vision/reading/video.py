@@ -100,6 +100,11 @@ def read(path: Path, frame_rate: float, scratch: int | None = None) -> Clip:
                 doubts=tuple(_header_doubts(header, frame_rate)), is_lossy=header.codec not in LOSSLESS)
 
 
+def is_turned(clip: Clip) -> bool:
+    """Return whether the metadata of a clip's video turn its picture."""
+    return isinstance(clip.source, VideoFrames) and clip.source.header.turns != 0
+
+
 def read_header(path: Path) -> Header:
     """Return what a video says of itself; refuse a file without a video that can be decoded."""
     av = library()
@@ -162,6 +167,10 @@ def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
 
 def _header_doubts(header: Header, frame_rate: float) -> list[str]:
     doubts = []
+    if header.codec not in LOSSLESS:
+        doubts.append(f"compressed with loss ({header.codec}): small motion is smoothed; damping comes out some per cent too "
+                      f"large, "
+                      "which the intervals do not hold")
     if header.stated_rate and abs(header.stated_rate / frame_rate - 1) > 0.02:
         doubts.append(f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, {frame_rate:g} was stated: "
                       "all frequencies scale with it")
