@@ -236,6 +236,7 @@ def rocker_driven():
     return build(replace(bars, joints=joints, axes={"q": AxisDescription("c", "ry")}, assembly_modes={}))
 
 
+@pytest.mark.slow
 def test_nearest_singular_pose_is_where_crank_and_coupler_are_in_line():
     machine = rocker_driven()
     pin = np.array(machine.description.points["pin"].at) - [0.5, 0, 0]
@@ -251,6 +252,7 @@ def test_nearest_singular_pose_is_where_crank_and_coupler_are_in_line():
     assert near.actuation[1] > 5 * near.actuation[0]
 
 
+@pytest.mark.slow
 def test_a_path_over_a_singular_pose_is_refused_where_it_happens():
     machine = rocker_driven()
     distance, _ = nearest_singularity(machine.chain, {}, "q")

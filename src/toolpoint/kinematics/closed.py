@@ -187,9 +187,9 @@ class ClosedChain(TreeChain):
             result |= {name: read[kind] for name, kind in self.task.coordinates.items()}
         return result
 
-    def step_rates(self, pose: Pose) -> FloatArray:
+    def rates_at(self, values: FloatArray) -> FloatArray:
         """Return the rate of every step per rate of every driven axis at closed loops, shape (n_poses, n_steps, n_driven)."""
-        return self.closure.rates(self.step_values(pose))
+        return self.closure.rates(values)
 
     def step_name(self, step: int) -> str:
         """Return a step in words: ``knuckle.rx``."""

@@ -20,6 +20,7 @@ from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 
+FURTHER_STARTS = 13  # tried where the given one leads nowhere
 CLOSE = 1e-9  # rad, or of the size of the machine
 
 
@@ -95,7 +96,7 @@ def solve_inverse(
     rest = np.array([dict(start or {}).get(axis.name, axis.rest) for axis in chain.driven_axes], float)
     low, high = goal.bounds()
     best: InverseSolution | None = None
-    for begin in _starts(chain, np.clip(rest, low, high)):
+    for begin in _starts(chain, np.clip(rest, low, high))[:FURTHER_STARTS]:
         solution = _solved(goal, begin, low, high)
         if best is None or solution.place_error + solution.orientation_error < best.place_error + best.orientation_error:
             best = solution
@@ -178,14 +179,15 @@ class _Goal:
     def slope(self, positions: FloatArray) -> FloatArray:
         """Derivative of the residual, with that of the rotation vector at its first order: exact where the target is met."""
         chain, pair = self.chain, self.pair
-        pose = dict(zip((axis.name for axis in chain.driven_axes), positions, strict=True))
-        nothing = np.zeros((len(chain.driven_axes), 6))
-        tool, work = (nothing if link < 0 else chain.axis_twists(pose, link)[0] for link in (pair.tool, pair.table))
-        place, _, turned = pair.placed(chain, self._values(positions))
-        moved = chain.displacements(pose)[0]
-        origin = pair.origin if pair.table < 0 else tf.move(moved[pair.table], pair.origin[None])[0]
+        values = self._values(positions)
+        moved = chain.displacements_of(chain.motions_of(values))
+        twists, rates = chain.twists_of(values, moved)[0].T, chain.rates_at(values)[0]
+        nothing = np.zeros((6, rates.shape[1]))
+        tool, work = (nothing if link < 0 else twists * chain.on_path[link] @ rates for link in (pair.tool, pair.table))
+        place, _, turned = pair.placed(chain, values)
+        origin = pair.origin if pair.table < 0 else tf.move(moved[0, pair.table], pair.origin[None])[0]
         tip = turned[0] @ place[0] + origin
-        relative = (tool - work).T
+        relative = tool - work
         velocity = turned[0].T @ (relative[:3] - skew(tip) @ relative[3:])
         rows = [velocity / self.size]
         if self.axes is not None:
@@ -214,7 +216,7 @@ def _starts(chain: TreeChain, first: FloatArray) -> Sequence[FloatArray]:
 def _solved(goal: _Goal, begin: FloatArray, low: FloatArray, high: FloatArray) -> InverseSolution:
     try:
         fit = least_squares(goal.residual, begin, goal.slope, (low - 1e-12, high + 1e-12), xtol=1e-15, ftol=1e-15, gtol=1e-15,
-                            x_scale=np.where([axis.is_rotary for axis in goal.chain.driven_axes], 1.0, goal.size), max_nfev=40)
+                            x_scale=np.where([axis.is_rotary for axis in goal.chain.driven_axes], 1.0, goal.size), max_nfev=30)
         positions = _polished(goal, fit.x, low, high)
     except ToolpointError as error:
         return InverseSolution({}, np.inf, np.inf, f"not reached: {error}")

@@ -170,16 +170,15 @@ class TreeChain:
                 frame = after
         return result
 
-    def step_rates(self, pose: Pose) -> FloatArray:
-        """Return the rate of every step per rate of every driven axis, shape (n_poses or 1, n_steps, n_driven)."""
-        self.batch(pose)
+    def rates_at(self, values: FloatArray) -> FloatArray:
+        """Return the rate of every step per rate of every driven axis for step values, (n_poses or 1, n_steps, n_driven)."""
         return self.coupling[None]
 
     def axis_twists(self, pose: Pose, link: int) -> FloatArray:
         """Return the twist of a link per rate of every driven axis, machine frame and origin, shape (n_poses, n_driven, 6)."""
         values = self.step_values(pose)
         twists = self.twists_of(values, self.displacements_of(self.motions_of(values))) * self.on_path[link][:, None]
-        return np.swapaxes(self.step_rates(pose), -1, -2) @ twists
+        return np.swapaxes(self.rates_at(values), -1, -2) @ twists
 
     def path(self, link: int) -> tuple[int, ...]:
         """Return the links from the ground to a link, itself included."""

@@ -78,10 +78,8 @@ def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray,
 
 
 def _rates(machine: Machine, values: FloatArray) -> FloatArray:
-    chain = machine.chain
-    if isinstance(chain, ClosedChain):
-        return chain.closure.rates(values)
-    return np.broadcast_to(chain.coupling, (len(values), *chain.coupling.shape))
+    rates = machine.chain.rates_at(values)
+    return np.broadcast_to(rates, (len(values), *rates.shape[1:]))
 
 
 def _newton_euler(machine: Machine, twists: FloatArray, inertia: FloatArray, sd: FloatArray, sdd: FloatArray, g: FloatArray

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
 from toolpoint.machine.extent import equal_box, shape_size
@@ -12,6 +13,7 @@ from toolpoint.spatial import transform as tf
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
 NOWHERE = FrameDescription()
+LEFT_OPEN = 1e-6  # of what an axis does to a loop
 
 
 def question_machine(machine: Machine) -> tuple[str, ...]:
@@ -23,11 +25,30 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
               "that is where they are" for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
     lines += far_joints(machine)
+    lines += tearing_axes(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
         lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write "
                      "the lower speed first")
     return tuple(lines)
+
+
+def tearing_axes(machine: Machine) -> list[str]:
+    """Return doubts about axes that cannot move alone: what they do to a loop no passive joint can follow."""
+    chain = machine.chain
+    if not isinstance(chain, ClosedChain) or not chain.loops:
+        return []
+    rate = chain.closure.evaluate(np.asarray(chain.start), {})[1][0] / chain.closure.weights[:, None]
+    passive, lines = rate @ chain.closure.unknowns, []
+    rows = [loop.name for loop in chain.loops for _ in loop.rows]
+    for k, axis in enumerate(chain.driven_axes):
+        moved = rate @ chain.coupling[:, k]
+        left = moved - passive @ (np.linalg.pinv(passive) @ moved) if passive.size else moved
+        if np.abs(left).max(initial=0.0) > LEFT_OPEN * max(float(np.abs(moved).max(initial=0.0)), 1e-300):
+            loop = rows[int(np.argmax(np.abs(left)))]
+            lines.append(f"axes.{axis.name}: moved alone it tears loop joint {loop} open (or strains it); let one axis drive "
+                         "both sides of the loop (drives: [...]), or free a direction of the loop")
+    return lines
 
 
 def far_joints(machine: Machine) -> list[str]:
