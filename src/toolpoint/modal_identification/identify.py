@@ -11,6 +11,7 @@ from toolpoint.modal_identification.band import cut, noise_level
 from toolpoint.modal_identification.fit import estimate as _estimate
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
 from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
+from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.resonances import resonances
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
@@ -148,7 +149,7 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
     groups = resonances(inside, modes, is_smooth(fitted.spread, quality))
-    advice = (*dead, *unstable, *start.notes,
+    advice = (*dead, *unstable, *start.notes, *parting_remarks(inside, model.values()),
               *remarks(inside, modes, quality, mode_quality=per_mode, excess=fitted.excess, spread=fitted.spread,
                        groups=groups))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
