@@ -96,6 +96,9 @@ def test_campbell_diagram_has_the_whirl_and_the_critical_speed():
     tilting = np.isclose(result.frequency[0], np.sqrt(stiffness / ACROSS) / (2 * np.pi))
     assert tilting.sum() == 2
     assert set(result.whirl[-1]) >= {-1.0, 1.0}
+    axial = np.isclose(result.frequency[-1], np.sqrt(5e7 / MASS) / (2 * np.pi))
+    assert axial.sum() == 1
+    assert (result.whirl[-1][axial] == 0).all()
     # Backward whirl falls, forward whirl rises; with Ip < Id both meet the line of unbalance.
     backward = [row for row in result.critical if row[3] == -1]
     omega = np.sqrt(stiffness / (ACROSS + POLAR))  # Id w^2 + Ip w^2 = k at w = W

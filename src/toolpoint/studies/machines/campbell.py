@@ -121,7 +121,8 @@ def _whirl(machine: Machine, pose: Mapping[str, float], right: ComplexArray) -> 
         across[1] = np.cross(axis, across[0])
         a, b = across @ motion
         area += 2 * np.imag(np.conj(b) * a)
-        size += np.abs(a) ** 2 + np.abs(b) ** 2
+        # Motion along or about the axis belongs to no orbit: a mode of it alone whirls neither way.
+        size += np.abs(a) ** 2 + np.abs(b) ** 2 + np.abs(axis @ motion) ** 2
     share = area / size
     return np.where(share > ROUND, 1.0, np.where(share < -ROUND, -1.0, 0.0))
 

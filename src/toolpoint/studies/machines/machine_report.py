@@ -14,6 +14,7 @@ from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
 from toolpoint.machine.description import ReferenceDescription
+from toolpoint.machine.gyroscopics import fastest_spin
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.placement import place_machine
 from toolpoint.machine.shapes import body_shapes
@@ -80,7 +81,8 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     step("modes")
     at = dict(pose or {})
     frequency = body_shapes(machine, at, 18).frequency
-    missing = []
+    missing = ["Bodies spin: the modes drawn and listed are those at standstill; responses and lobes are those of the spinning "
+               "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
     study: ToolPoint | None = None
     charts: tuple[StabilityChart, ...] = ()
     lowest: tuple[LowestLimit, ...] = ()
