@@ -87,6 +87,19 @@ def test_bending_column_is_marked(case, modes):
     assert not result.joint("magazine").certain
 
 
+def test_a_bending_column_widens_the_intervals_of_its_joints_and_spoils_no_others(case, modes):
+    shape = modes.shape.copy()
+    height = np.array([case.points[dof.point][2] for dof in modes.dofs])
+    column = np.array([dof.point in case.components["column"] and dof.direction == "+y" for dof in modes.dofs])
+    shape[column, 1] += 0.1 * np.abs(modes.shape[:, 1]).max() * (height[column] - 0.1) ** 2 / 2.0
+    with pytest.warns(ToolpointWarning, match="doubtful"):
+        result = identify_joints(replace(modes, shape=shape), case.points, case.components, chain=p1.CHAIN, masses=case.masses)
+    for joint in result.joints:
+        assert joint.kind == p1.KINDS[joint.child]
+        assert (np.abs(joint.stiffness - p1.STIFFNESS[joint.child]) < 1.2 * joint.stiffness_interval).all()
+    assert (result.joint("column").stiffness_interval > 0.05 * result.joint("column").stiffness).all()
+
+
 def test_point_in_two_components_and_without_position(case, modes):
     parts = {**case.components, "magazine": [*case.components["magazine"], case.components["base"][0]]}
     with pytest.raises(ToolpointError, match="also in"):

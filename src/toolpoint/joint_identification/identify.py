@@ -18,6 +18,7 @@ from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
     coordinate_variance,
+    with_bending,
     with_common_noise,
     with_errors,
 )
@@ -141,13 +142,13 @@ def identify_joints(
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     turned = _turned(modes)
     real = replace(turned, shape=turned.shape.real, shape_variance=_half(turned))
-    parts, motions = _motions(real, points, components, method=method, deviation=deviation)
+    parts, motions = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
     independent, general_doubts = _independent(modes, parts)
     strange = {name: strangers(part) for name, part in parts.items()}
     components = _without_strangers(components, strange)
     flexible = _flaws(motions, strange, components, count=modes.count, criterion=criterion)
     if any(len(part.points) > len(components[name]) for name, part in parts.items()):
-        parts, motions = _motions(real, points, components, method=method, deviation=deviation)
+        parts, motions = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
     relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints = []
@@ -160,11 +161,15 @@ def identify_joints(
     if masses is not None:
         _check_masses(parts, joints, masses)
         if np.iscomplexobj(turned.shape):
-            parts, motions = _motions(turned, points, components, method=method, deviation=deviation)
-        whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses)
-        whole = widen_softness(whole, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
-        joints = [refine_joint(joint, whole) for joint in joints]
-        doubts += fit_doubts(whole.fit, whole, modes.frequency)
+            parts, motions = _motions(turned, points, components, method=method, deviation=deviation, criterion=criterion)
+        try:
+            whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses)
+        except np.linalg.LinAlgError as error:
+            doubts.append(f"the fit of the machine broke down ({error}): no stiffness; check masses, the chain and the doubts")
+        else:
+            whole = widen_softness(whole, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
+            joints = [refine_joint(joint, whole) for joint in joints]
+            doubts += fit_doubts(whole.fit, whole, modes.frequency)
     result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts), whole)
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=2)
@@ -186,12 +191,16 @@ def _half(modes: Modes) -> FloatArray | None:
 
 
 def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
-             method: MotionMethod, deviation: float) -> tuple[dict[str, Component], dict[str, RigidMotion]]:
+             method: MotionMethod, deviation: float, criterion: Criterion
+             ) -> tuple[dict[str, Component], dict[str, RigidMotion]]:
     """Return the components and their rigid motions with the covariance of all columns."""
     parts = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
     parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    return parts, _with_errors(parts, with_common_noise(parts, motions), deviation)
+    motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
+    tests = sum(motion.twist.shape[1] for motion in motions.values())
+    significance, floor = criterion.significance / tests, max(criterion.floor, 1e-3)
+    return parts, {name: with_bending(parts[name], motion, significance, floor) for name, motion in motions.items()}
 
 
 def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:

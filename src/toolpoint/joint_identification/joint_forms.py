@@ -6,7 +6,7 @@ r"""The forms in which a joint enters the fit of a whole machine, each a map fro
 - free: any subspace of twists with a symmetric matrix over it (screws, skew axes).
 
 Numbers: small motions of the frame in itself (m, rad) or of the subspace, logarithms of the stiffnesses or a symmetric change
-:math:`K = C (I + S) C^T` of the matrix at the start, the loss factor, and the relaxation time (s) where viscous damping is
+:math:`K = C e^S C^T` of the matrix at the start, the loss factor, and the relaxation time (s) where viscous damping is
 asked.
 """
 
@@ -85,11 +85,14 @@ class JointForm:
 
     def _matrix(self, y: FloatArray) -> FloatArray:
         lower = np.linalg.cholesky(self.start.stiffness)
-        change = np.eye(len(lower))
+        change = np.zeros_like(lower)
         rows, columns = np.triu_indices(len(lower))
-        change[rows, columns] += y
-        change[columns, rows] = change[rows, columns]
-        return np.asarray(lower @ change @ lower.T)
+        change[rows, columns] = y
+        change[columns, rows] = y
+        # The exponential of a symmetric matrix: positive definite whatever the numbers.
+        values, vectors = np.linalg.eigh(change)
+        matrix = lower @ (vectors * np.exp(np.clip(values, -30, 30))) @ vectors.T @ lower.T
+        return np.asarray((matrix + matrix.T) / 2)
 
     def centred(self, x: FloatArray) -> JointForm:
         """Return the same form with these numbers as its start."""

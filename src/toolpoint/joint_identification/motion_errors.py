@@ -107,6 +107,22 @@ def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *
     return replace(motion, whole=whole, covariance=whole[each, :, each])
 
 
+def with_bending(part: Component, motion: RigidMotion, significance: float, floor: float) -> RigidMotion:
+    """Return the motion of a component that bends, known no better than it bends: in those columns only.
+
+    What it bends by counts as a motion of its own, of that share of its displacements, in any way.
+    """
+    bends = np.flatnonzero(motion.bends(significance, floor))
+    if not bends.size:
+        return motion
+    whole = motion.whole.copy()
+    way = np.linalg.inv(part.rows.T @ part.rows)
+    for column in bends:
+        whole[column, :, column] += motion.bending[column] ** 2 * float((part.values[:, column] ** 2).sum()) * way
+    each = np.arange(len(whole))
+    return replace(motion, whole=whole, covariance=whole[each, :, each])
+
+
 def _maps(part: Component) -> FloatArray:
     """Return A_r, (n_columns, 6, n_rows), of the weighted least squares of every column."""
     back = about(part.centre, part.size)
