@@ -38,7 +38,7 @@ def _remark(frequency: FloatArray, residual: FloatArray, power: FloatArray, run:
     share, margin = 100 * min(residual[top] / power[top], 1.0), max(2 * (high - low), 0.05 * high)
     below, above = max(low - margin, float(frequency[0])), min(high + margin, float(frequency[-1]))
     where = f"from {low:.5g} to {high:.5g} Hz, most at {frequency[top]:.5g} Hz"
-    return (f"synthesis and measurement part {where} ({share:.0f} % of the power there is not explained): a mode may be missing; "
+    return (f"synthesis and measurement part {where} ({share:.0f} % of the power is not explained): a mode may be missing; "
             f"identify that band alone (--band {below:.5g}:{above:.5g})")
 
 
