@@ -116,6 +116,7 @@ def test_one_file_with_a_column_of_the_feed_and_matlab_give_the_same(tmp_path, c
             assert fit["parameters"][key]["value"] == pytest.approx(value, rel=0.02)
 
 
+@pytest.mark.slow
 def test_ball_end_mill_and_unequal_pitch(tmp_path, capsys):
     """The edge of a ball is fitted slice by slice with its own chip normal; unequal pitch names the teeth by itself."""
     rng, arc = np.random.default_rng(3), Engagement(0.3, 1.9)

@@ -283,6 +283,7 @@ def test_where_a_bump_is_looked_for() -> None:
     assert bump(tuple(unstable)) is not None  # two real multipliers that are about to meet and to fall back inside
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reach", [2.0, 4.0])
 def test_two_flips_close_to_each_other(reach: float) -> None:
     """Two multipliers pass through -1 between two levels of Hill's determinant: each is a flip of its own."""

@@ -148,6 +148,7 @@ def test_a_spindle_that_hardly_varies_is_a_constant_one() -> None:
     np.testing.assert_allclose(varied.time, constant.time, rtol=1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "depth"), [(9000.0, 0.3e-3), (9000.0, 0.5e-3), (11500.0, 0.4e-3)])
 def test_growth_under_speed_variation_is_the_multiplier_of_the_collocation(speed: float, depth: float) -> None:
     """Two independent routes: marching in time, and the monodromy of one period of the variation."""

@@ -33,6 +33,7 @@ def test_a_measured_frf_gives_the_same_as_its_modes() -> None:
     assert got == pytest.approx(stability.chart(problem, speeds, ZeroOrder()).limit, rel=2e-4)
 
 
+@pytest.mark.slow
 def test_turning_lobes_follow_tlusty() -> None:
     """Orthogonal cut: the least limit over all speeds is 2 k z (1 + z)/K_f; process damping raises z to z_e.
 
@@ -53,6 +54,7 @@ def test_turning_lobes_follow_tlusty() -> None:
     assert got == pytest.approx(b, rel=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", range(6))
 def test_interval_count_agrees_with_encirclements(seed: int) -> None:
     """The signed crossings give the same number of unstable roots as the winding of det(I + w(1 - e^{-iwT}) A G)."""

@@ -41,6 +41,7 @@ def test_joints_from_noisy_frequency_responses(model, share, bar, seed):
     check(identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses), bar)
 
 
+@pytest.mark.slow
 def test_joints_from_hammer_blows(model):
     rng = np.random.default_rng(5)
     case = p1.case(model, rng, 60)

@@ -107,12 +107,12 @@ def test_numeric_inverse_finds_the_closed_form_solution_near_its_start():
         pose = {f"q{i + 1}": v for i, v in enumerate(q)}
         tip, direction = (v[0] for v in tool_on_work(chain, pose, pair))
         near = {name: v + 0.05 for name, v in pose.items()}
-        free = solve_inverse(chain, pair, tip, direction, start=near)
+        free = solve_inverse(chain, pair, tip, direction=direction, start=near)
         assert free.is_reached, free.status
         tip_again, direction_again = (v[0] for v in tool_on_work(chain, free.pose, pair))
         np.testing.assert_allclose(tip_again, tip, atol=1e-9)
         np.testing.assert_allclose(direction_again, direction, atol=1e-9)
-    far = solve_inverse(chain, pair, [3.0, 0, 0], [0, 0, 1.0])
+    far = solve_inverse(chain, pair, [3.0, 0, 0], direction=[0, 0, 1.0])
     assert not far.is_reached and "mm" in far.status and "start on another branch" in far.status
 
 
@@ -130,7 +130,7 @@ def test_five_axis_machine_finds_both_ways_to_a_tilted_tool():
     chain, pair = five_axis()
     tip, direction = np.array([0.05, 0.03, 0.02]), np.array([0.3, -0.2, 0.9])
     direction /= np.linalg.norm(direction)
-    solutions = solve_all_inverse(chain, pair, tip, direction)
+    solutions = solve_all_inverse(chain, pair, tip, direction=direction)
     assert len(solutions) == 2
     tilt = np.arccos(direction[2])
     assert sorted(round(s.pose["A"], 9) for s in solutions) == sorted([round(-tilt, 9), round(tilt, 9)])
@@ -148,7 +148,7 @@ def test_mass_matrix_and_gravity_follow_from_energies():
     mass = axis_mass_matrix(machine, pose)[0]
     for k in range(6):
         unit = np.eye(6)[k]
-        np.testing.assert_allclose(inverse_dynamics(machine, pose, np.zeros(6), unit)[0], mass[:, k], atol=1e-10)
+        np.testing.assert_allclose(inverse_dynamics(machine, pose, np.zeros(6), acceleration=unit)[0], mass[:, k], atol=1e-10)
         ahead, back = (_potential(machine, {**pose, f"q{k + 1}": q[k] + s * h}) for s in (1, -1))
         assert gravity_force(machine, pose, [0, 0, -9.81])[0, k] == pytest.approx((ahead - back) / (2 * h), abs=1e-5)
 
@@ -177,7 +177,7 @@ def test_power_of_the_axes_is_the_rate_of_the_kinetic_energy(make):
         rate = qd + qdd * t
         return rate @ axis_mass_matrix(machine, dict(zip((a.name for a in axes), at, strict=True)))[0] @ rate / 2
     h = 1e-4
-    force = inverse_dynamics(machine, dict(zip((a.name for a in axes), q, strict=True)), qd, qdd)[0]
+    force = inverse_dynamics(machine, dict(zip((a.name for a in axes), q, strict=True)), qd, acceleration=qdd)[0]
     assert force @ qd == pytest.approx((energy(h) - energy(-h)) / (2 * h), rel=1e-5, abs=1e-8)
 
 
@@ -206,7 +206,7 @@ def test_pinocchio_agrees_at_a_thousand_poses():
     flange = machine.chain.displacements(poses)[:, 5] @ machine.body_frames[5]
     jacobian = machine.chain.jacobian(poses, 5, machine.body_frames[5][:3, 3])
     mass, weight = axis_mass_matrix(machine, poses), gravity_force(machine, poses, g)
-    force = inverse_dynamics(machine, poses, qd, qdd, gravity=g)
+    force = inverse_dynamics(machine, poses, qd, acceleration=qdd, gravity=g)
     for k in range(1000):
         pin.computeAllTerms(model, data, q[k], qd[k])
         place = data.oMi[last] * pin.SE3(step)
@@ -227,7 +227,7 @@ def test_turn_about_the_tool_is_the_redundancy_of_six_axes():
     pair = ToolOnWork(5, reference[:3, 3], reference[:3, 2])
     pose = {"q1": 0.2, "q2": 0.3, "q3": -0.4, "q4": 0.5, "q5": 0.9, "q6": 0.1}
     tip, direction = (v[0] for v in tool_on_work(chain, pose, pair))
-    turns = [solve_inverse(chain, pair, tip, direction, turn=t, start=pose) for t in (0.0, 0.4)]
+    turns = [solve_inverse(chain, pair, tip, direction=direction, turn=t, start=pose) for t in (0.0, 0.4)]
     assert all(s.is_reached for s in turns)
     frames = [chain.displacements(s.pose)[0, 5, :3, :3] for s in turns]
     angle = Rotation.from_matrix(frames[1] @ frames[0].T).as_rotvec()

@@ -74,6 +74,7 @@ def run(folder, *more):
           *more])
 
 
+@pytest.mark.slow
 def test_a_tree_with_a_turn_and_slide_becomes_a_machine_that_is_right_at_an_untested_pose(tested, capsys):
     folder, true = tested
     run(folder, "--machine", str(folder / "m.yaml"), "--json")

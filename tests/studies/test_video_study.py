@@ -96,6 +96,7 @@ def test_poles_of_an_accelerometer_beside_the_camera():
     np.testing.assert_allclose(modes.damping_ratio, 0.01, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_a_rolling_shutter_that_was_not_stated_is_doubted():
     rng = np.random.default_rng(42)
     scene = scenes.c_frame(rng, amplitude=0.5)
@@ -145,6 +146,7 @@ def test_a_body_without_texture_leaves_its_joints_unknown():
     assert verdicts["column_housing"].startswith("unknown") and any("housing" in text for text in ranking.doubts)
 
 
+@pytest.mark.slow
 def test_the_command_reads_a_clip_and_writes_page_and_magnified_frames(frames, tmp_path, capsys):
     _, array = frames
     np.save(tmp_path / "clip.npy", array)

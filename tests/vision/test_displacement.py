@@ -23,7 +23,7 @@ def case():
     rng = np.random.default_rng(1)
     scene = scenes.c_frame(rng)
     scanned = scan(scenes.filmed(scene, rng))
-    return scene, scanned, choose_points(scanned.reference, scanned.survey, 80, 17)
+    return scene, scanned, choose_points(scanned.reference, scanned.survey, 80, side=17)
 
 
 def errors(field, scene):
@@ -57,7 +57,7 @@ def test_large_motion_is_followed():
     rng = np.random.default_rng(2)
     scene = scenes.c_frame(rng, amplitude=2.0, contrast=10.0)
     scanned = scan(scenes.filmed(scene, rng))
-    error, truth, _ = errors(measure(scanned, choose_points(scanned.reference, scanned.survey, 60, 17)), scene)
+    error, truth, _ = errors(measure(scanned, choose_points(scanned.reference, scanned.survey, 60, side=17)), scene)
     assert (error * truth).sum() / (truth**2).sum() == pytest.approx(0, abs=0.005)
 
 
@@ -67,7 +67,7 @@ def test_lamps_do_not_move_the_machine():
     rms = []
     for flicker in (0.0, 0.02):
         scanned = scan(scenes.filmed(scene, np.random.default_rng(4), flicker=flicker))
-        error, _, _ = errors(measure(scanned, choose_points(scanned.reference, scanned.survey, 60, 17)), scene)
+        error, _, _ = errors(measure(scanned, choose_points(scanned.reference, scanned.survey, 60, side=17)), scene)
         rms.append(float(np.sqrt((error**2).mean())))
     assert rms[1] < 1.05 * rms[0]
 
@@ -144,12 +144,13 @@ def test_a_record_is_in_metres_where_the_scale_is_known(case):
     assert str(metres.channels[1]) == "1:-z"
 
 
+@pytest.mark.slow
 def test_sixteen_bits_are_as_good_as_eight():
     rng = np.random.default_rng(9)
     scene = scenes.c_frame(rng)
     scanned = scan(scenes.filmed(scene, rng, frames=128, bits=12))
     assert scanned.clip.white == 4095
-    field = measure(scanned, choose_points(scanned.reference, scanned.survey, 30, 17))
+    field = measure(scanned, choose_points(scanned.reference, scanned.survey, 30, side=17))
     truth, owner = scenes.true_motion(scene, field.windows, frames=128)
     on = owner >= 0
     error = field.values[:, on] - truth[:, on]

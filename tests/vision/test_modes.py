@@ -53,7 +53,7 @@ def test_aliases_of_each_other_cannot_be_told_apart():
 
 def test_points_picture_and_bodies_agree_with_the_truth(case):
     scene, scanned = case
-    points = measure(scanned, choose_points(scanned.reference, scanned.survey, 150, 17))
+    points = measure(scanned, choose_points(scanned.reference, scanned.survey, 150, side=17))
     tracked = point_shapes(points, POLES)
     whole = full_field(scanned, POLES)
     bodies = {body.name: body for body in fit_bodies(whole.windows, whole.shapes, scenes.regions(scene))}
@@ -69,6 +69,7 @@ def test_points_picture_and_bodies_agree_with_the_truth(case):
     assert bodies["head"].orders == ("rigid", "rigid")
 
 
+@pytest.mark.slow
 def test_a_body_without_texture_and_motion_along_the_sight_are_said():
     rng = np.random.default_rng(12)
     scene = scenes.c_frame(rng, plain_head=True)
@@ -77,11 +78,12 @@ def test_a_body_without_texture_and_motion_along_the_sight_are_said():
     head = fit_bodies(whole.windows, whole.shapes, {"head": Region(102, 46, 70, 46)})[0]
     assert head.orders == ("unknown", "unknown") and "stick or spray" in head.doubts[0]
     still = scan(scenes.filmed(scenes.c_frame(rng, amplitude=0.0), rng))
-    field = measure(still, choose_points(still.reference, still.survey, 40, 17))
+    field = measure(still, choose_points(still.reference, still.survey, 40, side=17))
     with pytest.raises(ToolpointError, match="line of sight"):
         find_decay(field)
 
 
+@pytest.mark.slow
 def test_rolling_shutter_is_corrected_to_two_degrees():
     rng = np.random.default_rng(13)
     scene = scenes.c_frame(rng, amplitude=0.5)
@@ -91,7 +93,7 @@ def test_rolling_shutter_is_corrected_to_two_degrees():
     for stated in (delay, 0.0):
         clip = type(taken)(taken.source, taken.frame_rate, stated)
         scanned = scan(clip)
-        windows = choose_points(scanned.reference, scanned.survey, 60, 17)
+        windows = choose_points(scanned.reference, scanned.survey, 60, side=17)
         shapes.append((windows, point_shapes(measure(scanned, windows), POLES).shape))
     windows, corrected = shapes[0]
     on = scenes.true_motion(scene, windows)[1] == 0
@@ -109,7 +111,7 @@ def test_lamps_harmonics_and_steady_lines_are_named():
     assert "50 Hz mains" in name_line(lines[0], 960.0) and "aliased" in name_line(20.0, 240.0 / 2)
     modes = Modes([13.0, 26.0, 64.0, 87.0, 100.0, 150.0], [0.02, 0.02, 0.015, 0.001, 0.001, 1e-5],
                   [[1.0, 0.01, 0.5, 0.01, 0.01, 0.3]], ["1:+x"], "unscaled")
-    names = name_modes(modes, (100.0,), 960.0, 1.0)
+    names = name_modes(modes, (100.0,), 960.0, resolution=1.0)
     assert names[0] == names[2] == "" and "2 times mode 1" in names[1] and "sideband" in names[3]
     assert "lamp" in names[4] and "steady" in names[5]
     assert alias_candidates(60.0, 960.0) == (900.0, 1020.0)

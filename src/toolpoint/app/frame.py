@@ -38,7 +38,7 @@ class Frame:
     def progress(self, name: str, folder: Path | None = None) -> Iterator[Callable[[int, int], None]]:
         """Give a study its `progress` function of how much is done, and of how much; with a folder to resume from, say first
         how much was kept in it."""
-        silent = folder is None
+        silent = folder is None or not any(folder.glob("**/chunk-*.npz"))
 
         def report(done: int, total: int) -> None:
             nonlocal silent

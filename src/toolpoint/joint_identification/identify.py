@@ -200,7 +200,7 @@ def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mappin
     motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     significance, floor = criterion.significance / tests, max(criterion.floor, 1e-3)
-    return parts, {name: with_bending(parts[name], motion, significance, floor) for name, motion in motions.items()}
+    return parts, {name: with_bending(parts[name], motion, significance, floor=floor) for name, motion in motions.items()}
 
 
 def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:

@@ -139,7 +139,7 @@ def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40) -> Mac
 
     def slopes(x: FloatArray) -> FloatArray:
         if data.is_complex:
-            return np.concatenate([misfit_slopes(model, x, data, partner), np.diag(1 / prior)])
+            return np.concatenate([misfit_slopes(model, x, data, partner=partner), np.diag(1 / prior)])
         start = residual(x)
         return np.stack([(residual(x + step) - start) / STEP for step in STEP * np.eye(len(x))], axis=1)
 
@@ -205,7 +205,7 @@ def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> Float
     return np.concatenate([y - q @ (q.T @ y), np.einsum("kij,kj->ki", data.spread, error).ravel()])
 
 
-def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, partner: IndexArray) -> FloatArray:
+def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, partner: IndexArray) -> FloatArray:
     """Return the slopes (rows, n) of `misfit` to the numbers of a model (shapes: Kaufman, BIT 15 (1975) 49)."""
     machine = model.machine(x)
     poles, motions, _ = machine.solve()

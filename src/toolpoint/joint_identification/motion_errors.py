@@ -107,7 +107,7 @@ def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *
     return replace(motion, whole=whole, covariance=whole[each, :, each])
 
 
-def with_bending(part: Component, motion: RigidMotion, significance: float, floor: float) -> RigidMotion:
+def with_bending(part: Component, motion: RigidMotion, significance: float, *, floor: float) -> RigidMotion:
     """Return the motion of a component that bends, known no better than it bends: in those columns only.
 
     What it bends by counts as a motion of its own, of that share of its displacements, in any way.

@@ -78,7 +78,7 @@ class ComponentMass:
 
 
 def first_stiffness(
-    omega: FloatArray, jacobians: FloatArray, masses: FloatArray, sizes: Sequence[int], *, twists: FloatArray,
+    omega: FloatArray, jacobians: FloatArray, masses: FloatArray, *, sizes: Sequence[int], twists: FloatArray,
     covariance: FloatArray,
 ) -> list[FloatArray]:
     """Return a stiffness matrix (f, f) for every joint: full where the modes decide it, else its diagonal; always positive.

@@ -83,7 +83,7 @@ def _start(modes: Modes, order: Sequence[tuple[str, str]], joints: Sequence[Join
     bare = RigidMachine(parents, tuple(ElasticJoint(frame, twists, np.eye(twists.shape[1])) for frame, twists in zip(
         frames, local, strict=True)), np.stack([masses[name].matrix for name in names]))
     stiffness = first_stiffness(
-        modes.omega, bare.jacobians(), bare.masses, [twists.shape[1] for twists in local],
+        modes.omega, bare.jacobians(), bare.masses, sizes=[twists.shape[1] for twists in local],
         twists=np.stack([motions[name].twist[:, :k].T for name in names]),
         covariance=np.stack([motions[name].covariance[:k] for name in names]))
     loss = float(np.clip(2 * np.median(modes.damping_ratio), 0.0, 0.5))

@@ -127,7 +127,8 @@ def linear(
     return LinearJoint(states, k, c, root[:, None] * k * root)
 
 
-def screws(twists: ArrayLike, stiffness: ArrayLike, damping: ArrayLike | None = None, loss_factor: float = 0.0) -> LinearJoint:
+def screws(twists: ArrayLike, stiffness: ArrayLike, damping: ArrayLike | None = None, *,
+           loss_factor: float = 0.0) -> LinearJoint:
     """Return a joint that is free along any twists of its frame and nothing else.
 
     Parameters

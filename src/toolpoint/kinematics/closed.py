@@ -108,7 +108,7 @@ class ClosedChain(TreeChain):
         goal = np.stack([np.broadcast_to(batch.get(axis.name, np.array([axis.rest])), (count,)) for axis in self.driven_axes],
                         axis=-1) if self.driven_axes else np.zeros((count, 0))
         targets = self._targets(batch, count) if is_task else {}
-        solution = solve_closure(closure, begin, goal, targets)
+        solution = solve_closure(closure, begin, goal, targets=targets)
         reasons = [limit_reasons(self, solution), gap_reasons(self, solution, closure)]
         return solution.judged(reasons, strain_notes(self, solution))
 

@@ -181,7 +181,8 @@ class Closure:
             residual, rate = self.evaluate(values, {})
             change = -(np.linalg.pinv(rate @ matrix, rcond=SINGULAR) @ residual[..., None])[..., 0]
             size = float(np.abs(change).max(initial=0.0))
-            values = advance(self.chain.steps, self.chain.balls, values, change * min(1.0, 0.3 / max(size, 1e-300)) @ matrix.T)
+            step = change * min(1.0, 0.3 / max(size, 1e-300)) @ matrix.T
+            values = advance(self.chain.steps, self.chain.balls, values, change=step)
             if size < CONVERGED:
                 break
         if float(np.abs(residual).max(initial=0.0)) > 1e-8:
@@ -190,7 +191,7 @@ class Closure:
         return values
 
 
-def solve_closure(closure: Closure, start: FloatArray, goal: FloatArray, targets: Mapping[str, FloatArray]) -> Solution:
+def solve_closure(closure: Closure, start: FloatArray, goal: FloatArray, *, targets: Mapping[str, FloatArray]) -> Solution:
     """Follow every pose from its start (P, n_steps) to positions of the driven axes (P, n_driven), or targets of the task."""
     chain = closure.chain
     count = len(start)
@@ -259,7 +260,7 @@ def _attempt(closure: Closure, values: FloatArray, way: _Way, at: np.ndarray, pa
     residual, rate = closure.evaluate(values, targets)
     ahead = residual + (rate @ driven[..., None])[..., 0]
     change = driven + closure.correct(rate, ahead) @ closure.unknowns.T
-    values = advance(chain.steps, chain.balls, values, change)
+    values = advance(chain.steps, chain.balls, values, change=change)
     first = np.full(len(values), np.inf)
     for number in range(CORRECTIONS):
         residual, rate = closure.evaluate(values, targets)
@@ -267,7 +268,8 @@ def _attempt(closure: Closure, values: FloatArray, way: _Way, at: np.ndarray, pa
         size = np.abs(delta * closure.scale).max(axis=-1)
         if number == 0:
             first = size
-        values = advance(chain.steps, chain.balls, values, np.where((size < 1)[:, None], delta, 0.0) @ closure.unknowns.T)
+        step = np.where((size < 1)[:, None], delta, 0.0) @ closure.unknowns.T
+        values = advance(chain.steps, chain.balls, values, change=step)
         # Convergence is quadratic: after a correction of 1e-7 the next would be below rounding.
         if number and (np.minimum(size, np.where(first > LARGEST_CORRECTION, 0.0, size)) < 1e-7).all():
             break

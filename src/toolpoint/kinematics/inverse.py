@@ -72,7 +72,7 @@ def tool_on_work(chain: TreeChain, pose: Mapping[str, ArrayLike], pair: ToolOnWo
 
 
 def solve_inverse(
-    chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float | None = None,
+    chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None = None, turn: float | None = None,
     start: Mapping[str, float] | None = None,
 ) -> InverseSolution:
     """Return positions of the driven axes within their limits that bring the tool's tip and direction to a target on the work.
@@ -92,7 +92,7 @@ def solve_inverse(
 
     The status is ``reached``, or says what is left and what to try.
     """
-    goal = _Goal.of(chain, pair, tip, direction, turn=turn)
+    goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
     rest = np.array([dict(start or {}).get(axis.name, axis.rest) for axis in chain.driven_axes], float)
     low, high = goal.bounds()
     best: InverseSolution | None = None
@@ -106,10 +106,10 @@ def solve_inverse(
     return best
 
 
-def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None = None, *,
+def solve_all_inverse(chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None = None,
                       turn: float | None = None) -> list[InverseSolution]:
     """Return all different solutions that a grid of starts leads to, within limits, see `solve_inverse`."""
-    goal = _Goal.of(chain, pair, tip, direction, turn=turn)
+    goal = _Goal.of(chain, pair, tip, direction=direction, turn=turn)
     low, high = goal.bounds()
     rest = np.clip(np.array([axis.rest for axis in chain.driven_axes], float), low, high)
     solutions: list[InverseSolution] = []
@@ -134,7 +134,7 @@ class _Goal:
     size: float
 
     @classmethod
-    def of(cls, chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, direction: ArrayLike | None, *, turn: float | None
+    def of(cls, chain: TreeChain, pair: ToolOnWork, tip: ArrayLike, *, direction: ArrayLike | None, turn: float | None
            ) -> _Goal:
         axes: FloatArray | None = None
         if direction is not None:

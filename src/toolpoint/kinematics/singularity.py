@@ -102,7 +102,7 @@ def _tool_condition(chain: TreeChain, pose: Pose, link: int, length: float) -> F
     return _ratio(singular, min(int(active.sum()), 6))
 
 
-def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, link: int | None = None, *, samples: int = 121
+def nearest_singularity(chain: TreeChain, pose: Pose, axis: str, *, link: int | None = None, samples: int = 121
                         ) -> tuple[float, str] | None:
     """Return the distance (m or rad) along an axis from a pose to the nearest singular one within its travel, and its kind.
 

@@ -55,7 +55,7 @@ def step_motion(steps: Sequence[Step], group: tuple[int, ...], values: FloatArra
     return result
 
 
-def advance(steps: Sequence[Step], balls: Sequence[tuple[int, ...]], values: FloatArray, change: FloatArray) -> FloatArray:
+def advance(steps: Sequence[Step], balls: Sequence[tuple[int, ...]], values: FloatArray, *, change: FloatArray) -> FloatArray:
     """Return step values (P, n) changed: rotation vectors of balls by a further turn about their moved directions."""
     result = values + change
     for ball in balls:

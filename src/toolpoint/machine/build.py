@@ -108,7 +108,7 @@ def _screw_law(joint: JointDescription) -> LinearJoint:
         fail("screws", "in a joint that closes a loop", "must be a joint of the tree",
              "close the loop at a joint of directions")
     return screws(np.array(joint.screws), np.array(joint.stiffness_matrix),
-                  None if joint.damping_matrix is None else np.array(joint.damping_matrix), joint.loss_factor)
+                  None if joint.damping_matrix is None else np.array(joint.damping_matrix), loss_factor=joint.loss_factor)
 
 
 def build(description: MachineDescription, bodies: Mapping[str, Body] | None = None) -> Machine:

@@ -34,10 +34,10 @@ def gravity_force(machine: Machine, pose: Pose | None = None, gravity: ArrayLike
     gravity : (3,), m/s^2; that of the machine where left out.
     """
     zero = np.zeros(len(machine.chain.driven_axes))
-    return inverse_dynamics(machine, pose, zero, zero, gravity=gravity)
+    return inverse_dynamics(machine, pose, zero, acceleration=zero, gravity=gravity)
 
 
-def inverse_dynamics(machine: Machine, pose: Pose | None, velocity: ArrayLike, acceleration: ArrayLike, *,
+def inverse_dynamics(machine: Machine, pose: Pose | None, velocity: ArrayLike, *, acceleration: ArrayLike,
                      gravity: ArrayLike | None = None) -> FloatArray:
     """Return the axis forces (N, N m) of a motion of the rigid machine, shape (n_poses, n_axes).
 
@@ -125,7 +125,7 @@ def _bias(machine: Machine, values: FloatArray, sd: FloatArray) -> FloatArray:
         return np.zeros_like(sd)
     size = max(float(np.abs(sd).max()), 1e-300)
     h = 1e-4 / size
-    ahead, back = (chain.closure.rates(advance(chain.steps, chain.balls, values, s * h * sd)) for s in (1, -1))
+    ahead, back = (chain.closure.rates(advance(chain.steps, chain.balls, values, change=s * h * sd)) for s in (1, -1))
     here = chain.closure.rates(values)
     qd = (np.linalg.pinv(here) @ sd[..., None])[..., 0]
     return ((ahead - back) @ qd[..., None])[..., 0] / (2 * h)

@@ -43,10 +43,10 @@ def tool_place(machine: Machine, pose: Pose | None = None) -> tuple[FloatArray, 
 def pose_for(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float | None = None,
              start: Mapping[str, float] | None = None) -> InverseSolution:
     """Return the pose that brings the tip (m) and the tool's direction to a target in the table's axes, see `solve_inverse`."""
-    return solve_inverse(machine.chain, tool_pair(machine), tip, direction, turn=turn, start=start)
+    return solve_inverse(machine.chain, tool_pair(machine), tip, direction=direction, turn=turn, start=start)
 
 
 def poses_for(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float | None = None
               ) -> list[InverseSolution]:
     """Return all poses that a grid of starts leads to, see `solve_all_inverse`."""
-    return solve_all_inverse(machine.chain, tool_pair(machine), tip, direction, turn=turn)
+    return solve_all_inverse(machine.chain, tool_pair(machine), tip, direction=direction, turn=turn)

@@ -91,7 +91,8 @@ def _video(report: Report, video: VideoStudy, number: int) -> Report:
         report = report.with_section(f"{title}: {video.poles.frequency[i]:.2f} Hz", *_shape_parts(video, warp, i, picture))
     chosen = spread_points(field)
     highest = min(clip.frame_rate / 2, 2.5 * float(video.poles.frequency.max()))
-    chart = Chart(picture_points(picture, clip.shape, field, chosen), "Click a point for its spectrum.", f"points-{number}")
+    chart = Chart(picture_points(picture, clip.shape, field, chosen=chosen), "Click a point for its spectrum.",
+                  f"points-{number}")
     spectra = point_spectra(field, chosen, f"points-{number}", first=video.decay.first, highest=highest,
                             name=f"spectra-{number}")
     return report.with_section(f"{title}: points", chart, spectra)
@@ -112,7 +113,7 @@ def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) 
         Picture(encode_picture(_small(edges)), "edges of the deformed machine over the machine at rest",
                 "Edges at rest in blue, deformed in red.")]
     if sure.any():
-        chart = picture_shape(picture, video.scan.clip.shape, windows.centres[sure], shapes.shape[sure][:, :, mode])
+        chart = picture_shape(picture, video.scan.clip.shape, windows.centres[sure], moved=shapes.shape[sure][:, :, mode])
         parts.append(Chart(chart, f"Shape of {int(sure.sum())} windows that see it clearly, lines to where they move."))
     return parts
 

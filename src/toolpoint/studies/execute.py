@@ -214,7 +214,7 @@ def execute(
     folder : path, optional
         Where finished chunks are kept; a study that was interrupted goes on from there.
     progress : callable, optional
-        Called with (done, all) after every chunk; with a `folder` first of all with how many were kept in it.
+        Called with (done, all) after every chunk; with a `folder` that holds some, first of all with how many were kept.
     chunk_seconds : float
         About how long a chunk takes.
 
@@ -229,7 +229,7 @@ def execute(
     done: dict[int, Outcome] = store.load() if store else {}
     resumed = len(done)
     todo = [i for i in range(len(points)) if i not in done]
-    if progress and store:  # before anything is computed: how much was kept
+    if progress and resumed:  # before anything is computed: how much was kept
         progress(resumed, len(points))
     for chunk in (engine or Serial()).run(function, points, todo, seconds=chunk_seconds) if todo else ():
         done.update(chunk)

@@ -37,7 +37,7 @@ def search(data: Data, fit: PoleFit, left: ComplexArray, *, at: complex | None =
     ratio = float(np.clip(np.median(-fit.poles.real / np.abs(fit.poles)), 1e-3, 0.1))
     trial = _grid(data, ratio) if at is None else np.array([at])
     if at is None and data.p.size > DENSE:
-        gram, moments = AveragedLines.of(data, fit.poles, left, ratio).moments(trial, ratio)
+        gram, moments = AveragedLines.of(data, fit.poles, left, ratio=ratio).moments(trial, ratio)
     else:
         gram, moments = _moments(data, fit, left, trial)
     size = np.einsum("gaa->g", gram)

@@ -28,7 +28,7 @@ class AveragedLines:
     known: FloatArray
 
     @classmethod
-    def of(cls, data: Data, poles: ComplexArray, left: ComplexArray, ratio: float) -> AveragedLines:
+    def of(cls, data: Data, poles: ComplexArray, left: ComplexArray, *, ratio: float) -> AveragedLines:
         """Return the lines of `data` averaged in blocks of a quarter of the half width that damping `ratio` gives there."""
         starts = _starts(data, ratio)
         size = np.diff(np.append(starts, data.p.size))

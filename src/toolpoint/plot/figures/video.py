@@ -17,7 +17,7 @@ POINTS = "measured points"
 MOST_POINTS, MOST_LINES = 120, 220
 
 
-def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, chosen: Sequence[int]) -> go.Figure:
+def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:
     """Return the picture at rest (a PNG or JPEG file) with the chosen windows as points that can be clicked."""
     chart = _over(picture, shape)
     centres = field.windows.centres[list(chosen)]
@@ -28,7 +28,7 @@ def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementFi
     return chart
 
 
-def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, moved: ComplexArray, *,
+def picture_shape(picture: bytes, shape: tuple[int, int], centres: FloatArray, *, moved: ComplexArray,
                   title: str = "") -> go.Figure:
     """Return the picture at rest with the shape of one mode, (n, 2) complex pixels, as lines from each window's centre."""
     chart = _over(picture, shape, title)

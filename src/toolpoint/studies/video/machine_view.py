@@ -16,7 +16,7 @@ from toolpoint.vision.view import View
 INSET = 2
 
 
-def body_regions(machine: Machine, view: View, shape: tuple[int, int], pose: Mapping[str, float] | None = None
+def body_regions(machine: Machine, view: View, shape: tuple[int, int], *, pose: Mapping[str, float] | None = None
                  ) -> dict[str, Region]:
     """Return where the boxes of a machine's bodies are seen in a picture of (rows, columns), from back to front."""
     seen = []

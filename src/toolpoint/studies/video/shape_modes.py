@@ -14,7 +14,7 @@ from toolpoint.vision.modes.projection import PointShapes
 from toolpoint.vision.view import View
 
 
-def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, view: View) -> Modes:
+def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, *, view: View) -> Modes:
     """Return the modes at the measured directions of windows, metres where the view knows its scale, else pixels."""
     _, _, window, direction = field.measured()
     labels = field.record(view).channels
@@ -26,7 +26,7 @@ def window_modes(poles: Modes, field: DisplacementField, shapes: PointShapes, vi
                  shape_variance=variance)
 
 
-def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, places: Mapping[str | int, tuple[str, FloatArray]]
+def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, *, places: Mapping[str | int, tuple[str, FloatArray]]
                ) -> Modes:
     """Return the modes at places on bodies, (3,) in m, in both directions of the picture, metres."""
     known = {body.name: body for body in bodies}

@@ -98,11 +98,12 @@ class VideoStudy:
     @property
     def modes(self) -> Modes:
         """The modes at the measured directions of the points, labels 1, 2, ..; metres where the scale is known, else pixels."""
-        return window_modes(self.poles, self.points, self.shapes, self.view).selected(np.flatnonzero(self.is_mode).tolist())
+        modes = window_modes(self.poles, self.points, self.shapes, view=self.view)
+        return modes.selected(np.flatnonzero(self.is_mode).tolist())
 
     def modes_at(self, places: Mapping[str | int, tuple[str, FloatArray]]) -> Modes:
         """Return the modes at places (3,) in m on bodies, by the motion of each: name to (body, place)."""
-        modes = body_modes(self.poles, self.bodies, self.view, places)
+        modes = body_modes(self.poles, self.bodies, self.view, places=places)
         return modes.selected(np.flatnonzero(self.is_mode).tolist())
 
     def rows(self) -> list[list[str]]:
@@ -199,7 +200,7 @@ def study_video(
     known, identification = (poles, None) if poles is not None else _identified(decay, band)
     shapes = point_shapes(field, known.poles, decay.first)
     names = ("",) * known.count if poles is not None else name_modes(
-        _with_shapes(known, shapes), lamps, clip.frame_rate, clip.frame_rate / len(decay.components))
+        _with_shapes(known, shapes), lamps, clip.frame_rate, resolution=clip.frame_rate / len(decay.components))
     whole = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
     seen = _seen(shapes)
     names = _with_doubtful(names, identification, seen)

@@ -59,7 +59,7 @@ def film_machine(
     """
     camera = camera or Camera()
     shapes = body_shapes(machine, pose)
-    regions = body_regions(machine, view, camera.shape, pose)
+    regions = body_regions(machine, view, camera.shape, pose=pose)
     label = struck if isinstance(struck, Dof) else Dof.parse(struck)
     motion = _ringing(machine, label, pose)
     bodies = []

@@ -73,7 +73,7 @@ def grid_windows(reference: Reference, survey: Survey, side: int = 16, *, margin
     return windows_at(reference, corners, side, saturated=survey.saturated, coarsest=coarsest)
 
 
-def choose_points(reference: Reference, survey: Survey, count: int = 200, side: int = 21) -> Windows:
+def choose_points(reference: Reference, survey: Survey, count: int = 200, *, side: int = 21) -> Windows:
     """Return windows on corners and edges: the best of the picture, spread over it.
 
     The picture is parted into cells, four a point wanted; each gives its best place (least bound across the worse direction,

@@ -35,7 +35,7 @@ class FullField:
     pictures: ComplexArray
 
 
-def project_frames(scanned: Scan, basis: DecayBasis, first: int, progress: Progress | None = None) -> ComplexArray:
+def project_frames(scanned: Scan, basis: DecayBasis, first: int, *, progress: Progress | None = None) -> ComplexArray:
     """Return the change of the grey levels by every pole, (r, rows, columns) complex."""
     from toolpoint.vision.displacement.kernels import add_projection
 
@@ -59,7 +59,7 @@ def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int 
     """Return the shapes of the whole picture for known poles (rad/s), from frame `first` to `stop`."""
     last = scanned.survey.frames if stop is None else stop
     basis = decay_basis(poles, np.arange(last - first) / scanned.clip.frame_rate)
-    pictures = project_frames(scanned, basis, first, progress)
+    pictures = project_frames(scanned, basis, first, progress=progress)
     windows = grid_windows(scanned.reference, scanned.survey, side, coarsest=COARSEST)
     moved = scanned.reference.moved(0.0, 0.0)
     n = len(windows.corners)

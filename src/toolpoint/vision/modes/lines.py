@@ -55,7 +55,7 @@ def name_line(frequency: float, frame_rate: float) -> str:
     return "lamp line"
 
 
-def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, resolution: float) -> tuple[str, ...]:
+def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resolution: float) -> tuple[str, ...]:
     """Return for every identified mode what it may be instead of a mode of the machine, empty where nothing speaks for it.
 
     resolution : width of a line of the record, Hz.

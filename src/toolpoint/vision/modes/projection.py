@@ -48,7 +48,7 @@ class DecayBasis:
         return (flat - self.columns @ (self.weights @ flat)).reshape(values.shape)
 
 
-def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] = (), drift: bool = True) -> DecayBasis:
+def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] = (), *, drift: bool = True) -> DecayBasis:
     """Return the functions of poles (rad/s) and lines (Hz) at these times (s).
 
     Raises

@@ -51,7 +51,7 @@ class PeriodMap:
         self.balances = False
         self.weight: FloatArray = np.zeros(0)
 
-    def tilted(self, depth: float, waves: float, accuracy: float, tilt: float) -> ComplexArray:
+    def tilted(self, depth: float, waves: float, accuracy: float, *, tilt: float) -> ComplexArray:
         """Return the multipliers by another share of the balance; what differs is rounding."""
         self.of, self.tilt, vector = None, tilt, self.vector
         self.vector = np.zeros(0)
@@ -290,7 +290,7 @@ class PanelSearch:
         period_map = self.map(3)
         if not period_map.balances or slope == 0:
             return 0.0
-        values = [period_map.tilted(depth, 1.3 * self.waves, -1e-10, tilt)[0] for tilt in (1.0, OTHER_BALANCE)]
+        values = [period_map.tilted(depth, 1.3 * self.waves, -1e-10, tilt=tilt)[0] for tilt in (1.0, OTHER_BALANCE)]
         shift = abs(float(np.diff(np.log(np.maximum(np.abs(values), 1e-300)))[0]) / slope)
         self.is_normal &= shift <= self.tolerance * depth
         return shift
