@@ -117,7 +117,10 @@ def find_break(decay: FreeDecay, poles: ComplexArray) -> tuple[int, float]:
     size = columns.shape[1]
     joint = _left(columns.T @ columns, columns.T @ decay.components)
     best = (0, 0.0)
-    for k in range(max(24, 2 * size), n - max(24, 2 * size), max(1, n // 240)):
+    # A part shorter than its slowest mode's period and a half fits drift as well as a break.
+    slowest = 1.5 * decay.frame_rate * 2 * np.pi / float(np.abs(poles.imag).min())
+    least = max(24, 2 * size, min(int(slowest), n // 3))
+    for k in range(least, n - least, max(1, n // 240)):
         parts = [_left(part.T @ part, part.T @ values)
                  for part, values in ((columns[:k], decay.components[:k]), (columns[k:], decay.components[k:]))]
         gain = sum(parts) - joint
