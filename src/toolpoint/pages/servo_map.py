@@ -34,8 +34,11 @@ def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
 
 
 def _chart(result: ServoMap, values: FloatArray, names: tuple[str, ...], words: str) -> Chart:
-    axes, positions = list(result.grid), list(result.grid.values())
+    axes = list(result.grid)
+    units = ["deg" if axis in result.angles else "m" for axis in axes]
+    positions = [np.degrees(at) if axis in result.angles else at for axis, at in result.grid.items()]
     if len(axes) == 1:
-        return Chart(frequency_curves(positions[0], values, axis=axes[0], names=names, quantity=words))
+        return Chart(frequency_curves(positions[0], values, axis=axes[0], unit=units[0], names=names, quantity=words))
     shaped = values.reshape(len(positions[0]), len(positions[1]), -1)
-    return Chart(frequency_map(positions[0], positions[1], shaped, axes=(axes[0], axes[1]), names=names, quantity=words))
+    return Chart(frequency_map(positions[0], positions[1], shaped, axes=(axes[0], axes[1]), units=(units[0], units[1]),
+                               names=names, quantity=words))

@@ -38,7 +38,8 @@ class ServoMap:
     (n_poses, n_axes) of the position loop; velocity_gain_margin (dB), velocity_phase_margin (deg) : of the velocity loop;
     circular_deviation : (n_poses,) deviation G of a circle at the tool point, m, not-a-number where none was run;
     stable : (n_poses,); failures : pose index to reason; failed poses hold not-a-number;
-    name : of the drives; grid : axis of the machine to its positions (m or rad), the poses being all their combinations.
+    name : of the drives; grid : axis of the machine to its positions (m or rad), the poses being all their combinations;
+    angles : those of these axes that turn.
     """
 
     poses: tuple[Mapping[str, float], ...]
@@ -53,6 +54,7 @@ class ServoMap:
     failures: Mapping[int, str] = field(default_factory=dict)
     name: str = ""
     grid: Mapping[str, FloatArray] = field(default_factory=dict)
+    angles: tuple[str, ...] = ()
 
     def worst(self) -> tuple[int, str]:
         """Return pose index and axis with the smallest phase margin of the velocity loop."""
@@ -66,8 +68,13 @@ class ServoMap:
 
     def notes(self) -> list[str]:
         """Return the poses that failed or are unstable, with their reasons."""
-        failed = [f"{self.poses[k]}: {words}" for k, words in self.failures.items()]
-        return failed + [f"{self.poses[k]}: unstable" for k in np.flatnonzero(~self.stable) if k not in self.failures]
+        failed = [f"{self._pose_text(k)}: {words}" for k, words in self.failures.items()]
+        return failed + [f"{self._pose_text(k)}: unstable" for k in np.flatnonzero(~self.stable).tolist()
+                         if k not in self.failures]
+
+    def _pose_text(self, k: int) -> str:
+        return ", ".join(f"{name} {np.degrees(value):g} deg" if name in self.angles else f"{name} {value:g} m"
+                         for name, value in self.poses[k].items()) or "reference pose"
 
     def columns(self, quantity: str, factor: float = 1.0) -> tuple[FloatArray, tuple[str, ...]]:
         """Return a quantity (a field's name) times `factor` as (n_poses, n_columns), and the columns' names."""
@@ -124,7 +131,8 @@ def map_servo(drives: DriveDescription, *, machine: Machine, grid: Mapping[str, 
     at_pose = lambda structure: build_servo(drives, structure, warn=False)
     result = map_margins(free, poses, ends=ends, tools=tools, build=at_pose,
                          circle=circle, progress=progress)
-    return replace(result, name=drives.name, grid=dict(grid))
+    angles = tuple(axis.name for axis in machine.chain.axes if axis.is_rotary)
+    return replace(result, name=drives.name, grid=dict(grid), angles=angles)
 
 
 def map_margins(
