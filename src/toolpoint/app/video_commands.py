@@ -67,11 +67,13 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
     built = None if machine is None else machine_file.read(machine)
     with frame(output, as_json) as run:
         videos = [_study(run, path, number, built, options) for number, path in enumerate(files)]
-        result = None
+        result: Any = None
         if built is not None:
-            result = rank_interfaces(built, videos) if written is None else update_from_videos(built, videos)
-        if written is not None and result is not None:
-            machine_file.write(result.machine.description, written)  # type: ignore[union-attr]
+            if written is None:
+                result = rank_interfaces(built, videos)
+            else:
+                result = updated = update_from_videos(built, videos)
+                machine_file.write(updated.machine.description, written)
         run.save(video_page(videos, result, warnings=run.warnings))
         if magnify is not None:
             _magnify(videos[0], magnify, options)

@@ -7,7 +7,6 @@ Dynamics of Rotating Systems, 2005, chapter 4.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
@@ -76,10 +75,10 @@ def spun(description: MachineDescription, speed: float) -> MachineDescription:
     if nominal == 0:
         fail("machine", "no body that spins", "must have one", "give the spindle's body spin: {speed: 12000 rpm, axis: z}")
     factor = scalar("speed", speed) / nominal
-    bodies: Mapping[str, object] = {
+    bodies = {
         name: body if body.spin is None else replace(body, spin=replace(body.spin, speed=body.spin.speed * factor))
         for name, body in description.bodies.items()}
-    return replace(description, bodies=bodies)  # type: ignore[arg-type]
+    return replace(description, bodies=bodies)
 
 
 def fastest_spin(description: MachineDescription) -> float:

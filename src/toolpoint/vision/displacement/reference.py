@@ -8,7 +8,7 @@ The noise of a pixel has the variance :math:`\sigma^2 = a + b I`; the texture's 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 from scipy.ndimage import correlate1d, spline_filter1d, uniform_filter
@@ -59,12 +59,10 @@ class Reference:
         by_right = -correlate1d(correlate1d(self._coefficients, slope_x, axis=1, mode="mirror"), value_y, axis=0, mode="mirror")
         return picture, by_right, by_down
 
-    @property
+    @cached_property
     def _coefficients(self) -> FloatArray:
-        if not hasattr(self, "_spline"):
-            lines = spline_filter1d(self.picture.astype(np.float64), 5, axis=0, mode="mirror")
-            object.__setattr__(self, "_spline", spline_filter1d(lines, 5, axis=1, mode="mirror").astype(np.float32))
-        return self._spline  # type: ignore[attr-defined]
+        lines = spline_filter1d(self.picture.astype(np.float64), 5, axis=0, mode="mirror")
+        return np.asarray(spline_filter1d(lines, 5, axis=1, mode="mirror").astype(np.float32))
 
     def false_information(self, window: int) -> float:
         """Return what noise in the reference adds to J along each direction of a square window, 1/px^2."""

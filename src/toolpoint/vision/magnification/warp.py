@@ -82,7 +82,7 @@ class ShapeWarp:
         levels = np.uint8 if self.scan.clip.source.bits == 8 else np.uint16
         return self._drawing()(np.clip(rest + 0.5, 0, self.scan.clip.white).astype(levels), gains, mode, factor, 1.0)
 
-    def _drawing(self):  # type: ignore[no-untyped-def]
+    def _drawing(self) -> _Layers | _Field:
         known = [body for body in self.bodies if "unknown" not in body.orders]
         return _Layers(self.scan, known) if known else _Field(self.scan, self.field)
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.ndimage import gaussian_filter
@@ -57,7 +58,7 @@ class PicturedBody:
         """Return the true shapes at points (n, 2), column and row, pixels for unit amplitude, shape (n, 2, n_modes)."""
         return np.einsum("rik,nk->nir", self.field, quadratic_terms((points - self.centre) / self.extent))
 
-    @property
+    @cached_property
     def cover(self) -> FloatArray:
         """How much of each pixel the body covers, spline coefficients like `texture`."""
         cover = np.zeros(self.texture.shape)
@@ -185,18 +186,13 @@ class RenderedFrames:
             corner = np.array([body.box[0] - MARGIN, body.box[1] - MARGIN])
             size = np.array([body.box[2] + 2 * MARGIN, body.box[3] + 2 * MARGIN])
             whole = np.concatenate([body.field, _SHAKE])
-            draw_body(picture, body.texture, _cover(body), corner, size, np.array(body.centre), body.extent, whole, amplitude)
+            draw_body(picture, body.texture, body.cover, corner, size, np.array(body.centre), body.extent, whole, amplitude)
         return picture
 
 
 _SHAKE = np.zeros((2, 2, 6))
 _SHAKE[0, 0, 0] = _SHAKE[1, 1, 0] = 1.0
 
-
-def _cover(body: PicturedBody) -> FloatArray:
-    if not hasattr(body, "_cover"):
-        object.__setattr__(body, "_cover", body.cover)
-    return body._cover  # type: ignore[attr-defined]
 
 
 def film(scene: Scene2D, camera: Camera, frames: int, *, rng: np.random.Generator, name: str = "rendered",
