@@ -175,7 +175,9 @@ def test_stated_errors_bound_the_true_ones(lines: bool) -> None:
 
 @pytest.mark.slow
 def test_coarse_lines_say_so() -> None:
-    """Lines as far apart as a resonance is wide: the stated error grows with the spacing and bounds the change."""
+    """Lines as far apart as a resonance is wide: the stated error is ten times larger at least and bounds the change.
+
+    Among coarse spacings it need not grow: there the curve cannot be told from noise, and is counted as noise too."""
     problem = general("pitch")
     truth = stability.chart(problem, [6000.0], PanelArnoldi(), depth_max=0.004).limit[0]
     errors = []
@@ -183,7 +185,7 @@ def test_coarse_lines_say_so() -> None:
         chart = stability.chart(measured(problem, np.arange(step, 6000, step)), [6000.0], HillDeterminant(), depth_max=0.004)
         errors.append(float(chart.error[chart.limit_points()[0]]))
         assert abs(chart.limit[0] - truth) <= errors[-1]
-    assert errors[2] > errors[1] > 10 * errors[0]
+    assert min(errors[1:]) > 10 * errors[0]
 
 
 def test_a_band_that_ends_at_a_resonance_is_doubted() -> None:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import BoolArray, FloatArray, ToolpointError, fail, floats
+from toolpoint._check import FloatArray, ToolpointError, fail, floats
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import pose_condition
 from toolpoint.machine.model import Machine
@@ -129,11 +129,3 @@ def map_over(function: Any, grid: Grid, columns: int, *, engine: Engine | None =
         reasons += [outcome.failure] * len(block) if parts is None else list(map(str, parts["reasons"]))
     failures = {tuple(int(k) for k in np.unravel_index(i, grid.shape)): reason for i, reason in enumerate(reasons) if reason}
     return np.concatenate(values).reshape(*grid.shape, columns), failures
-
-
-def good_poses(failures: Mapping[tuple[int, ...], str], shape: tuple[int, ...]) -> BoolArray:
-    """Return which poses of a grid did not fail."""
-    result = np.ones(shape, bool)
-    for index in failures:
-        result[index] = False
-    return result

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import ComplexArray
 from toolpoint.vision.displacement.measure import Scan
 from toolpoint.vision.displacement.points import Windows, grid_windows
 from toolpoint.vision.displacement.survey import Progress
@@ -74,8 +74,3 @@ def full_field(scanned: Scan, poles: ComplexArray, first: int = 0, *, side: int 
     delay = windows.centres[:, 1] * scanned.clip.row_delay
     shape *= np.exp(-basis.poles * delay[:, None])[:, None, :]
     return FullField(windows, PointShapes(shape, covariance, basis, np.ones(n)), pictures)
-
-
-def shape_lengths(field: FullField) -> FloatArray:
-    """Return the length of the shape at every window, (n, r), pixels."""
-    return np.asarray(np.sqrt((np.abs(field.shapes.shape) ** 2).sum(axis=1)))

@@ -17,7 +17,10 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.stability.hill.interpolation import interpolation
 
 NORMAL_95 = 1.96  # standard deviations
-DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])  # of sixth order: a resonance four lines wide leaves 0.6 %
+# Of sixth order: a resonance four lines wide leaves 0.6 %; of fourth, as long.
+DIFFERENCE = np.array([1.0, -6.0, 15.0, -20.0, 15.0, -6.0, 1.0])
+LOWER = np.array([0.0, 1.0, -4.0, 6.0, -4.0, 1.0, 0.0])
+ALIKE = 2.0  # ratio of the two estimates up to which they see noise: what is curved shows more in the lower one
 SMOOTHED = 9  # lines over which the scatter is averaged
 FEWEST = 2 * SMOOTHED
 
@@ -33,9 +36,17 @@ def line_variance(plane: PlaneDynamics) -> FloatArray:
     _, values = plane.lines
     if values.shape[0] < FEWEST:
         return np.zeros(values.shape)
-    half = DIFFERENCE.size // 2
-    rough = sum(c * values[k:values.shape[0] - 2 * half + k] for k, c in enumerate(DIFFERENCE.tolist()))
-    power = np.abs(rough) ** 2 / float((DIFFERENCE**2).sum())
+    variance = _scatter(values, DIFFERENCE)
+    certain = _scatter(values, LOWER) <= ALIKE * variance
+    # Where the two differ the curve itself is seen: lines too far apart. Noise there is at most that of the lines elsewhere.
+    return np.where(certain, variance, np.minimum(variance, variance[certain].max(initial=0.0)))
+
+
+def _scatter(values: ComplexArray, difference: FloatArray) -> FloatArray:
+    """Return the mean power of a difference over neighbouring lines, scaled to that of one line's noise."""
+    half = difference.size // 2
+    rough = sum(c * values[k:values.shape[0] - 2 * half + k] for k, c in enumerate(difference.tolist()))
+    power = np.abs(rough) ** 2 / float((difference**2).sum())
     sums = np.cumsum(np.concatenate([np.zeros((1, *power.shape[1:])), power]), axis=0)
     first = np.clip(np.arange(values.shape[0]) - half - SMOOTHED // 2, 0, power.shape[0] - SMOOTHED)
     return np.asarray((sums[first + SMOOTHED] - sums[first]) / SMOOTHED)
