@@ -74,6 +74,7 @@ def test_turning_about_the_axis_changes_nothing(method: object) -> None:
     assert b == pytest.approx(a, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_the_axial_force_matters_and_the_engines_agree() -> None:
     """With K_a and cross response: determinant, one-period map, collocation and a 3x3 FRF agree, away from the 2x2 limit."""
     cut = problem()

@@ -26,6 +26,7 @@ def test_roots_of_unity(n: int) -> None:
     assert distance(eigenvalues(shift), np.exp(2j * np.pi * np.arange(n) / n)) < 1e-13
 
 
+@pytest.mark.slow
 def test_second_differences() -> None:
     """A symmetric tridiagonal matrix: 2 - 2 cos(k pi/(n + 1)), all of them real."""
     n = 40

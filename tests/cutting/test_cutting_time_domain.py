@@ -161,6 +161,7 @@ def test_growth_under_speed_variation_is_the_multiplier_of_the_collocation(speed
     assert run.growth(periods) == pytest.approx(largest, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_feed_of_a_tooth_follows_the_spindle_at_a_constant_table_speed() -> None:
     problem = benchmark(Engagement.slot(), tool=Tool(0.02, 1), feed_per_tooth=1e-4)
     run = simulate(problem.changed(speed_variation=SpeedVariation(0.3, 4)), 3000.0, 1e-7, revolutions=12,
