@@ -1,0 +1,8 @@
+"""Solid bodies by finite elements: elements, models in parts that scale, castings on planes, faces for interfaces."""
+
+from toolpoint.bodies.solid.casting import Casting, Cuboid
+from toolpoint.bodies.solid.material import CAST_IRON, STEEL, Material
+from toolpoint.bodies.solid.model import ElementBlock, SolidModel
+from toolpoint.bodies.solid.patch import Patch
+
+__all__ = ["CAST_IRON", "STEEL", "Casting", "Cuboid", "ElementBlock", "Material", "Patch", "SolidModel"]

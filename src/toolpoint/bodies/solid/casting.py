@@ -1,0 +1,141 @@
+"""Casting: a body of boxes (walls, ribs, rails) and openings on planes, meshed with 20-node hexahedra without a mesher."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
+from toolpoint.bodies.solid.element_kinds import HEX_SIDES
+from toolpoint.bodies.solid.material import Material
+from toolpoint.bodies.solid.model import ElementBlock, SolidModel
+
+Predicate = Callable[[FloatArray], np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Cuboid:
+    """A box along the axes: a wall, plate, rib, rail, or (`is_window`) an opening cut out of what came before.
+
+    Parameters
+    ----------
+    low, high : (3,) floats
+        Opposite corners, m.
+    name : str
+        The set it belongs to.
+    is_window : bool
+        Whether it takes material away.
+    """
+
+    low: FloatArray
+    high: FloatArray
+    name: str = "body"
+    is_window: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "low", floats("Cuboid.low", self.low, (3,)))
+        object.__setattr__(self, "high", floats("Cuboid.high", self.high, (3,)))
+        if (self.high <= self.low).any():
+            fail("Cuboid.high", f"{self.high} with low {self.low}", "must be above low in every direction")
+
+
+@dataclass(frozen=True, eq=False)
+class Casting:
+    """A parametric casting: boxes in order, later ones over earlier ones; windows take away.
+
+    Parameters
+    ----------
+    cuboids : sequence of Cuboid
+    materials : mapping of set name to Material
+    predicates : mapping of set name to a function, optional
+        Further material (or, for the name ``window``, openings): maps cell centres (c, 3) to True where it is.
+    """
+
+    cuboids: tuple[Cuboid, ...]
+    materials: Mapping[str, Material]
+    predicates: Mapping[str, Predicate] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "cuboids", tuple(self.cuboids))
+        if not any(not cuboid.is_window for cuboid in self.cuboids):
+            fail("Casting.cuboids", "no material", "must hold at least one box")
+
+    def planes(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the planes of the mesh along x, y, z: every side of every box, no step above `size` (m)."""
+        positive("size", size)
+        return tuple(_divided(np.array([c.low[a] for c in self.cuboids] + [c.high[a] for c in self.cuboids]), size)
+                     for a in range(3))  # type: ignore[return-value]
+
+    def meshed(self, size: float, *, planes: Sequence[FloatArray] | None = None) -> SolidModel:
+        """Return the solid model with elements of at most `size` (m); a wall thinner than that is one element thick.
+
+        Raises ToolpointError for a casting that falls into several pieces.
+        """
+        at = tuple(floats("planes", p, (None,)) for p in planes) if planes is not None else self.planes(size)
+        centres = [(p[1:] + p[:-1]) / 2 for p in at]
+        names, owner = self._owners(centres)
+        cells = np.argwhere(owner >= 0)
+        _check_whole(owner >= 0)
+        nodes, elements = _hexahedra(at, cells)
+        belongs = owner[tuple(cells.T)]
+        blocks = tuple(ElementBlock(elements[belongs == i], name) for i, name in enumerate(names) if (belongs == i).any())
+        return SolidModel(nodes, blocks, dict(self.materials))
+
+    def _owners(self, centres: Sequence[FloatArray]) -> tuple[list[str], IndexArray]:
+        """Return the names of sets and which one each cell belongs to, -1 for none."""
+        names = list(dict.fromkeys([c.name for c in self.cuboids if not c.is_window]
+                                   + [name for name in self.predicates if name != "window"]))
+        owner = np.full(tuple(len(c) for c in centres), -1)
+        for cuboid in self.cuboids:
+            within = [(c > cuboid.low[a]) & (c < cuboid.high[a]) for a, c in enumerate(centres)]
+            owner[np.ix_(*within)] = -1 if cuboid.is_window else names.index(cuboid.name)
+        places = np.stack(np.meshgrid(*centres, indexing="ij"), axis=-1)
+        for name, predicate in self.predicates.items():
+            inside = np.asarray(predicate(places.reshape(-1, 3)), dtype=bool).reshape(owner.shape)
+            owner[inside] = -1 if name == "window" else names.index(name)
+        return names, owner
+
+
+def _divided(sides: FloatArray, size: float) -> FloatArray:
+    sides = np.unique(sides)
+    tiny = 1e-9 * (sides[-1] - sides[0])
+    sides = sides[np.concatenate([[True], np.diff(sides) > tiny])]
+    steps = np.maximum(np.ceil(np.diff(sides) / size * (1 - 1e-12)), 1).astype(int)
+    parts = [np.linspace(a, b, n + 1)[:-1] for a, b, n in zip(sides[:-1], sides[1:], steps, strict=True)]
+    return np.concatenate([*parts, sides[-1:]])
+
+
+def _check_whole(filled: np.ndarray) -> None:
+    """Raise where cells hang together by edges or corners only, or not at all."""
+    number = np.full(filled.shape, -1)
+    number[filled] = np.arange(int(filled.sum()))
+    pairs = []
+    for axis in range(3):
+        a, b = (np.take(number, range(s, number.shape[axis] - 1 + s), axis=axis).ravel() for s in (0, 1))
+        both = (a >= 0) & (b >= 0)
+        pairs.append(np.column_stack([a[both], b[both]]))
+    edges = np.concatenate(pairs)
+    count = int(filled.sum())
+    graph = csr_array((np.ones(len(edges), dtype=np.int8), (edges[:, 0], edges[:, 1])), shape=(count, count))
+    pieces, labels = connected_components(graph, directed=False)
+    if pieces > 1:
+        sizes = np.bincount(labels)
+        fail("Casting.cuboids", f"{pieces} pieces of {', '.join(map(str, np.sort(sizes)[::-1][:4]))} elements",
+             "must be one body, its boxes touching by faces", "move or join the boxes that stand apart, or mesh them alone")
+
+
+def _hexahedra(planes: Sequence[FloatArray], cells: IndexArray) -> tuple[FloatArray, IndexArray]:
+    """Return nodes (n, 3) and elements (e, 20) of the filled cells; nodes live on the grid of half steps."""
+    corner = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [0, 2, 0], [0, 0, 2], [2, 0, 2], [2, 2, 2], [0, 2, 2]])
+    offsets = np.vstack([corner, corner[HEX_SIDES].sum(axis=1) // 2])
+    shape = [2 * len(p) - 1 for p in planes]
+    fine = [np.interp(np.arange(n) / 2, np.arange(len(p)), p) for n, p in zip(shape, planes, strict=True)]
+    at = 2 * cells[:, None, :] + offsets
+    code = (at[..., 0] * shape[1] + at[..., 1]) * shape[2] + at[..., 2]
+    unique, elements = np.unique(code, return_inverse=True)
+    x, y, z = np.unravel_index(unique, shape)
+    return np.column_stack([fine[0][x], fine[1][y], fine[2][z]]), elements.reshape(len(cells), 20)

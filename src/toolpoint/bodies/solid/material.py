@@ -1,0 +1,62 @@
+"""Material of a solid: elastic constants, density, loss factor."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, nonnegative, positive, scalar
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear material.
+
+    Parameters
+    ----------
+    modulus : float
+        Young's modulus E, Pa.
+    poisson : float
+        Poisson's ratio, above -1 and below 0.5.
+    density : float
+        kg/m^3.
+    loss_factor : float
+        Structural loss factor.
+    """
+
+    modulus: float
+    poisson: float
+    density: float
+    loss_factor: float = 0.0
+
+    def __post_init__(self) -> None:
+        positive("Material.modulus", self.modulus)
+        positive("Material.density", self.density)
+        nonnegative("Material.loss_factor", np.asarray(scalar("Material.loss_factor", self.loss_factor)))
+        ratio = scalar("Material.poisson", self.poisson)
+        if not -1 < ratio < 0.4999:
+            fail("Material.poisson", f"{ratio:g}", "must be above -1 and below 0.4999",
+                 "a material that keeps its volume (0.5) needs mixed elements; rubber is better a joint")
+
+    @property
+    def shear_modulus(self) -> float:
+        """G = E / (2 (1 + nu)), Pa."""
+        return self.modulus / (2 * (1 + self.poisson))
+
+    @property
+    def lame(self) -> float:
+        """First constant of Lame, Pa."""
+        return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
+
+    @property
+    def elasticity(self) -> FloatArray:
+        """Stress per strain, Voigt order xx yy zz xy yz zx with engineering shear, shape (6, 6), Pa."""
+        matrix = np.diag([2 * self.shear_modulus] * 3 + [self.shear_modulus] * 3)
+        matrix[:3, :3] += self.lame
+        return matrix
+
+
+# Usual values (GJL-250 and structural steel), a place to begin from; none of them is of a certain casting.
+CAST_IRON = Material(110e9, 0.26, 7200.0, 2e-3)
+STEEL = Material(210e9, 0.3, 7850.0, 4e-4)

@@ -1,0 +1,215 @@
+"""SolidModel: nodes, solid elements in named sets, and stiffness and mass in parts that scale with E and density."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property, partial
+
+import numpy as np
+from scipy.sparse import csc_array, eye_array, kron
+
+from toolpoint._check import FloatArray, IndexArray, fail, floats, frozen, positive
+from toolpoint.bodies.inertia import MassProperties
+from toolpoint.bodies.solid import matrices
+from toolpoint.bodies.solid.assembly import assemble_blocks, chunks
+from toolpoint.bodies.solid.element_kinds import ElementKind, kind_of
+from toolpoint.bodies.solid.material import Material
+from toolpoint.vibration import Dof
+
+
+@dataclass(frozen=True, eq=False)
+class ElementBlock:
+    """Elements of one kind and one named set.
+
+    Parameters
+    ----------
+    nodes : (e, 20) or (e, 10) ints
+        Node numbers of each element from 0; order in `element_kinds`.
+    name : str
+        The set: what scales together.
+    """
+
+    nodes: IndexArray
+    name: str = "body"
+
+    def __post_init__(self) -> None:
+        nodes = np.asarray(self.nodes)
+        if nodes.ndim != 2 or len(nodes) == 0 or not np.issubdtype(nodes.dtype, np.integer):
+            fail("ElementBlock.nodes", f"shape {nodes.shape}, {nodes.dtype}", "must be rows of node numbers")
+        kind_of(nodes.shape[1])
+        object.__setattr__(self, "nodes", frozen(nodes.astype(np.int64)))
+
+    @property
+    def kind(self) -> ElementKind:
+        """Kind of its elements."""
+        return kind_of(self.nodes.shape[1])
+
+    def __len__(self) -> int:
+        return len(self.nodes)
+
+
+@dataclass(frozen=True, eq=False)
+class SolidModel:
+    """A solid body by finite elements, three coordinates (x y z, m) a node, in the body's frame.
+
+    Parameters
+    ----------
+    nodes : (n, 3) floats
+        m.
+    blocks : sequence of ElementBlock
+        Several blocks may share a set's name.
+    materials : mapping of set name to Material
+    node_sets : mapping of name to node numbers
+        Places for interfaces.
+
+    Raises
+    ------
+    ToolpointError
+        For node numbers out of range, nodes that no element holds, sets without a material, elements inside out.
+    """
+
+    nodes: FloatArray
+    blocks: tuple[ElementBlock, ...]
+    materials: Mapping[str, Material]
+    node_sets: Mapping[str, IndexArray] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "nodes", floats("SolidModel.nodes", self.nodes, (None, 3)))
+        put(self, "blocks", tuple(self.blocks))
+        put(self, "node_sets", {name: frozen(np.asarray(at, dtype=np.int64)) for name, at in self.node_sets.items()})
+        if not self.blocks:
+            fail("SolidModel.blocks", "none", "must hold elements")
+        self._check_numbers()
+        missing = [name for name in self.set_names if name not in self.materials]
+        if missing:
+            fail("SolidModel.materials", f"none for {', '.join(missing)}", "every set needs a material")
+
+    def _check_numbers(self) -> None:
+        count = len(self.nodes)
+        held = np.zeros(count, dtype=bool)
+        for block in self.blocks:
+            if block.nodes.min() < 0 or block.nodes.max() >= count:
+                fail("SolidModel.blocks", f"node number {int(block.nodes.max())}", f"must be within 0 .. {count - 1}")
+            held[block.nodes] = True
+        if not held.all():
+            fail("SolidModel.nodes", f"{int((~held).sum())} nodes in no element, the first {int(np.argmin(held))}",
+                 "every node must belong to an element", "leave them out: they would have no stiffness")
+
+    @property
+    def set_names(self) -> tuple[str, ...]:
+        """Names of the sets, in the order of their first elements."""
+        return tuple(dict.fromkeys(block.name for block in self.blocks))
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates, three a node."""
+        return 3 * len(self.nodes)
+
+    @property
+    def element_count(self) -> int:
+        """Number of elements."""
+        return sum(len(block) for block in self.blocks)
+
+    @cached_property
+    def stiffness_parts(self) -> dict[str, csc_array]:
+        """Stiffness of each set with its own material, N/m; proportional to the set's Young's modulus."""
+        return {name: self._sum(name, 3, partial(_stiffness, self.materials[name])) for name in self.set_names}
+
+    @cached_property
+    def mass_parts(self) -> dict[str, csc_array]:
+        """Consistent mass of each set with its own density, kg; proportional to the density."""
+        parts = {name: self._sum(name, 1, partial(_scalar_mass, self.materials[name])) for name in self.set_names}
+        return {name: csc_array(kron(part, eye_array(3), format="csc")) for name, part in parts.items()}
+
+    def _sum(self, name: str, width: int, matrices_of: Callable[[ElementKind, FloatArray], FloatArray]) -> csc_array:
+        parts = [assemble_blocks(self.nodes, block.nodes, width, partial(matrices_of, block.kind))
+                 for block in self.blocks if block.name == name]
+        return parts[0] if len(parts) == 1 else csc_array(sum(parts[1:], parts[0]))
+
+    def stiffness(self, scales: Mapping[str, float] | None = None) -> csc_array:
+        """Return the stiffness, N/m, each set's Young's modulus times its scale (1 where left out)."""
+        return self._scaled(self.stiffness_parts, scales)
+
+    def mass(self, scales: Mapping[str, float] | None = None) -> csc_array:
+        """Return the mass, kg, each set's density times its scale (1 where left out)."""
+        return self._scaled(self.mass_parts, scales)
+
+    def _scaled(self, parts: Mapping[str, csc_array], scales: Mapping[str, float] | None) -> csc_array:
+        factors = dict(scales or {})
+        unknown = sorted(set(factors) - set(parts))
+        if unknown:
+            fail("scales", f"no set {unknown[0]!r}", f"must be among {', '.join(parts)}")
+        total = None
+        for name, part in parts.items():
+            factor = positive(f"scales[{name!r}]", factors.get(name, 1.0))
+            term = part if factor == 1 else csc_array(part * factor)
+            total = term if total is None else csc_array(total + term)
+        assert total is not None
+        return total
+
+    @cached_property
+    def mass_properties(self) -> MassProperties:
+        """Mass, centre and inertia by the elements' own integrals."""
+        rho, first, second = 0.0, np.zeros(3), np.zeros((3, 3))
+        origin = self.nodes.mean(axis=0)
+        for block in self.blocks:
+            density = self.materials[block.name].density
+            for part in chunks(len(block)):
+                x = self.nodes[block.nodes[part]] - origin
+                mass = matrices.scalar_mass(block.kind, x, density)
+                rho += float(mass.sum())
+                first += np.einsum("eij,ejc->c", mass, x)
+                second += np.einsum("eia,eij,ejb->ab", x, mass, x, optimize=True)
+        centre = first / rho
+        second = second - rho * np.outer(centre, centre)
+        inertia = np.trace(second) * np.eye(3) - second
+        return MassProperties(rho, origin + centre, (inertia + inertia.T) / 2)
+
+    def rigid_motion(self, about: FloatArray | tuple[float, float, float] = (0.0, 0.0, 0.0)) -> FloatArray:
+        """Return the displacement of all coordinates per twist (v, w) about a point, shape (size, 6)."""
+        arms = self.nodes - floats("about", about, (3,))
+        motion = np.zeros((len(arms), 3, 6))
+        motion[:, :, :3] = np.eye(3)
+        for axis in range(3):
+            motion[:, :, 3 + axis] = np.cross(np.eye(3)[axis], arms)
+        return motion.reshape(-1, 6)
+
+    def nodes_in(self, low: FloatArray | tuple[float, ...], high: FloatArray | tuple[float, ...]) -> IndexArray:
+        """Return the numbers of the nodes inside a box (m), its surface included."""
+        a, b = floats("low", low, (3,)), floats("high", high, (3,))
+        slack = 1e-9 * float(np.ptp(self.nodes, axis=0).max())
+        return np.flatnonzero(((self.nodes >= a - slack) & (self.nodes <= b + slack)).all(axis=1))
+
+    def coordinates_of(self, nodes: IndexArray) -> IndexArray:
+        """Return the rows (x, y, z of each) of nodes."""
+        return (3 * np.asarray(nodes)[:, None] + np.arange(3)).ravel()
+
+    def free_coordinates(self, held: IndexArray) -> IndexArray:
+        """Return the rows that are left where these nodes are held."""
+        free = np.ones(self.size, dtype=bool)
+        free[self.coordinates_of(held)] = False
+        return np.flatnonzero(free)
+
+    @property
+    def dof_places(self) -> FloatArray:
+        """Coordinates of the node of every row, shape (size, 3), m."""
+        return np.repeat(self.nodes, 3, axis=0)
+
+    def dofs(self, nodes: IndexArray) -> tuple[Dof, ...]:
+        """Return labels of the rows of nodes; points are numbered from 1."""
+        return tuple(Dof(int(i) + 1, d) for i in np.asarray(nodes) for d in ("+x", "+y", "+z"))
+
+    def __repr__(self) -> str:
+        kinds = " and ".join(dict.fromkeys(block.kind.name for block in self.blocks))
+        return (f"SolidModel({self.element_count} {kinds} elements, {len(self.nodes)} nodes, {self.size} coordinates, "
+                f"sets {', '.join(self.set_names)})")
+
+
+def _stiffness(material: Material, kind: ElementKind, places: FloatArray) -> FloatArray:
+    return matrices.stiffness(kind, places, material)
+
+
+def _scalar_mass(material: Material, kind: ElementKind, places: FloatArray) -> FloatArray:
+    return matrices.scalar_mass(kind, places, material.density)

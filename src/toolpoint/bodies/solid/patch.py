@@ -1,0 +1,190 @@
+r"""Patch: a rectangle on a plane of a solid model, and its motion as consistent weighted averages.
+
+The motion of a patch A is the rigid motion nearest to the surface's in the mean over its area,
+:math:`v = \frac1A \int u\,dA`, :math:`w = J^{-1} \int r \times u\,dA`, :math:`J = \int (r \cdot r) I - r r^T dA`, with u by the
+elements' shape functions, so weights change smoothly as the patch moves over the mesh. A wrench on the patch is spread by
+the transposed map: its resultants are kept, and nothing is stiffened.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
+from toolpoint.bodies.solid.faces import outer_faces
+from toolpoint.bodies.solid.model import SolidModel
+
+# Triangle rule of degree 6 (12 points): quadratic shape functions times arms are of degree 3, squares of arms 2; curved
+# parents add. Dunavant, Int. J. Numer. Methods Eng. 21 (1985).
+_ORBITS = ((0.116786275726379, (0.501426509658179, 0.249286745170910, 0.249286745170910)),
+           (0.050844906370207, (0.873821971016996, 0.063089014491502, 0.063089014491502)),
+           (0.082851075618374, (0.053145049844817, 0.310352451033784, 0.636502499121399)))
+
+
+@dataclass(frozen=True, eq=False)
+class Patch:
+    """A rectangle on a flat outer face.
+
+    Parameters
+    ----------
+    centre : (3,) floats
+        m, in the body's frame.
+    along, across : (3,) floats
+        Directions of its sides, at right angles; the normal is along x across.
+    length, width : float
+        Sides along and across, m.
+    """
+
+    centre: FloatArray
+    along: FloatArray
+    across: FloatArray
+    length: float
+    width: float
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "centre", floats("Patch.centre", self.centre, (3,)))
+        for name in ("along", "across"):
+            direction = floats(f"Patch.{name}", getattr(self, name), (3,))
+            put(self, name, direction / positive(f"length of Patch.{name}", float(np.linalg.norm(direction))))
+        if abs(float(self.along @ self.across)) > 1e-9:
+            fail("Patch.across", f"{self.across} to along {self.along}", "must be at right angles")
+        positive("Patch.length", self.length)
+        positive("Patch.width", self.width)
+
+    def moved(self, by: FloatArray) -> Patch:
+        """Return the patch moved by a vector, m."""
+        return Patch(self.centre + by, self.along, self.across, self.length, self.width)
+
+    def averages(self, model: SolidModel) -> csc_array:
+        """Return W, shape (model.size, 6): the patch's twist (v, w) about its centre is W^T u; W f spreads a wrench.
+
+        Raises ToolpointError where less than the whole rectangle lies on outer faces in its plane.
+        """
+        total: dict[int, FloatArray] = {}
+        moments, area = np.zeros((2, 2)), 0.0
+        first = np.zeros(2)
+        for face in _flat_faces(model, self):
+            for values, place, weight in _pieces(model, self, face):
+                area += float(weight.sum())
+                first += weight @ place
+                moments += (place * weight[:, None]).T @ place
+                for node, integral in zip(face, _integrals(values, place, weight).T, strict=True):
+                    total[int(node)] = total.get(int(node), np.zeros(3)) + integral
+        self._check_cover(area)
+        return self._weights(model, total, area, moments)
+
+    def _check_cover(self, area: float) -> None:
+        whole = self.length * self.width
+        if abs(area - whole) > 1e-6 * whole:
+            fail("Patch", f"{100 * area / whole:.4g} % of its {whole:.4g} m^2 lie on outer faces in its plane",
+                 "must lie on them whole", "a carriage that leaves its rail, or a patch off the surface?")
+
+    def _weights(self, model: SolidModel, total: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
+        nodes = np.array(sorted(total), dtype=np.int64)
+        integrals = np.array([total[int(node)] for node in nodes])
+        frame = np.column_stack([self.along, self.across, np.cross(self.along, self.across)])
+        inertia = np.array([[moments[1, 1], -moments[0, 1], 0], [-moments[0, 1], moments[0, 0], 0],
+                            [0, 0, moments[0, 0] + moments[1, 1]]])
+        turn = frame @ np.linalg.inv(inertia) @ frame.T
+        rows, values = [], []
+        for node, (plain, at_s, at_t) in zip(nodes, integrals, strict=True):
+            arm = at_s * self.along + at_t * self.across
+            cross = np.cross(arm, np.eye(3)).T
+            values.append(np.hstack([plain / area * np.eye(3), (turn @ cross).T]))
+            rows.append(3 * node + np.arange(3))
+        block = np.vstack(values)
+        row = np.concatenate(rows)
+        return csc_array((block.ravel(), (np.repeat(row, 6), np.tile(np.arange(6), len(row)))), shape=(model.size, 6))
+
+
+def _integrals(values: FloatArray, place: FloatArray, weight: FloatArray) -> FloatArray:
+    return np.vstack([weight @ values, (weight * place[:, 0]) @ values, (weight * place[:, 1]) @ values])
+
+
+def _flat_faces(model: SolidModel, patch: Patch) -> Iterator[IndexArray]:
+    """Yield the outer faces in the patch's plane that reach into the rectangle."""
+    normal = np.cross(patch.along, patch.across)
+    slack = 1e-7 * float(np.ptp(model.nodes, axis=0).max())
+    height = (model.nodes - patch.centre) @ normal
+    s, t = ((model.nodes - patch.centre) @ d for d in (patch.along, patch.across))
+    for faces in outer_faces(model):
+        near = ((np.abs(height[faces]) < slack).all(axis=1)
+                & (s[faces].min(axis=1) < patch.length / 2) & (s[faces].max(axis=1) > -patch.length / 2)
+                & (t[faces].min(axis=1) < patch.width / 2) & (t[faces].max(axis=1) > -patch.width / 2))
+        yield from faces[near]
+
+
+def _pieces(model: SolidModel, patch: Patch, face: IndexArray) -> Iterator[tuple[FloatArray, FloatArray, FloatArray]]:
+    """Yield shape functions, places (s, t) and weights at points of the triangles of face and rectangle's common part."""
+    arms = model.nodes[face] - patch.centre
+    plane = np.column_stack([arms @ patch.along, arms @ patch.across])
+    polygon = _clipped(plane[:len(face) // 2], patch.length / 2, patch.width / 2)
+    for i in range(1, len(polygon) - 1):
+        corners = polygon[[0, i, i + 1]]
+        sides = corners[1:] - corners[0]
+        twice = abs(float(sides[0, 0] * sides[1, 1] - sides[0, 1] * sides[1, 0]))
+        if twice > 0:
+            barycentric, weights = _triangle_rule()
+            place = barycentric @ corners
+            yield _face_values(plane, place), place, weights * twice / 2
+
+
+def _triangle_rule() -> tuple[FloatArray, FloatArray]:
+    from itertools import permutations
+
+    points = [(b, w) for w, orbit in _ORBITS for b in sorted(set(permutations(orbit)))]
+    return np.array([b for b, _ in points]), np.array([w for _, w in points])
+
+
+def _clipped(polygon: FloatArray, half_length: float, half_width: float) -> FloatArray:
+    """Return the part of a convex polygon inside the rectangle (Sutherland and Hodgman, Commun. ACM 17, 1974)."""
+    corners = [np.asarray(p) for p in polygon]
+    for axis, sign, limit in ((0, 1, half_length), (0, -1, half_length), (1, 1, half_width), (1, -1, half_width)):
+        inside = [sign * p[axis] <= limit for p in corners]
+        result = []
+        for i, p in enumerate(corners):
+            q, is_in, next_in = corners[(i + 1) % len(corners)], inside[i], inside[(i + 1) % len(corners)]
+            if is_in:
+                result.append(p)
+            if is_in != next_in:
+                result.append(p + (sign * limit - p[axis]) / (q[axis] - p[axis]) * (q - p))
+        corners = result
+        if not corners:
+            break
+    return np.array(corners).reshape(-1, 2)
+
+
+def _face_values(plane: FloatArray, place: FloatArray) -> FloatArray:
+    """Return the shape functions of a face with nodes at `plane` (8 or 6, 2) at places (p, 2); Newton on the map."""
+    parent = np.zeros_like(place) if len(plane) == 8 else np.full_like(place, 1 / 3)
+    functions = _quadrilateral if len(plane) == 8 else _triangle
+    for _ in range(20):
+        values, slopes = functions(parent)
+        rest = place - values @ plane
+        if float(np.abs(rest).max()) <= 1e-13 * float(np.abs(plane).max()):
+            break
+        parent = parent + np.linalg.solve(np.einsum("pna,nb->pba", slopes, plane), rest[..., None])[..., 0]
+    return functions(parent)[0]
+
+
+def _quadrilateral(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    from toolpoint.bodies.solid.element_kinds import HEXAHEDRON
+
+    # The top face of the hexahedron, zeta = 1.
+    top = [4, 5, 6, 7, 12, 13, 14, 15]
+    at = np.column_stack([points, np.ones(len(points))])
+    return HEXAHEDRON.values(at)[:, top], HEXAHEDRON.slopes(at)[:, top, :2]
+
+
+def _triangle(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    from toolpoint.bodies.solid.element_kinds import TETRAHEDRON
+
+    # The face of nodes 1, 2, 3 of the tetrahedron.
+    nodes = [0, 1, 2, 4, 5, 6]
+    at = np.column_stack([points, np.zeros(len(points))])
+    return TETRAHEDRON.values(at)[:, nodes], TETRAHEDRON.slopes(at)[:, nodes, :2]

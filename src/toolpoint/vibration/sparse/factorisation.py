@@ -1,0 +1,84 @@
+r"""The one way to factorise a sparse symmetric matrix: the best present solver works and says its name.
+
+The number of negative pivots of :math:`K - \mu M = L D L^T` is the number of eigenvalues below :math:`\mu` (Sylvester's law
+of inertia; Parlett, The Symmetric Eigenvalue Problem, section 3.3).
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.sparse import csc_array, sparray, spmatrix
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.vibration.sparse.superlu import SuperLu
+
+SparseMatrix: TypeAlias = sparray | spmatrix
+_SYMMETRY = 1e-9
+
+
+class _Solver(Protocol):
+    name: str
+    negative_pivots: int
+
+    def solve(self, right: FloatArray) -> FloatArray: ...
+
+
+class Factorisation:
+    """Factors of a symmetric matrix, kept for any number of solutions.
+
+    `name` says which solver made them, `size` is the number of rows, `negative_pivots` the number of negative eigenvalues.
+    """
+
+    def __init__(self, solver: _Solver, size: int) -> None:
+        self._solver = solver
+        self.size = size
+        self.name = solver.name
+        self.negative_pivots = solver.negative_pivots
+
+    def solve(self, right: ArrayLike) -> FloatArray:
+        """Return x of A x = b for one right side (n,) or a block of them (n, k)."""
+        values = np.asarray(right, dtype=float)
+        if values.ndim not in (1, 2) or len(values) != self.size:
+            fail("right", f"shape {values.shape}", f"must be ({self.size},) or ({self.size}, any)")
+        return self._solver.solve(floats("right", values))
+
+    def __repr__(self) -> str:
+        return f"Factorisation({self.size} rows by {self.name}, {self.negative_pivots} negative pivots)"
+
+
+def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None) -> Factorisation:
+    """Return the factorisation of a symmetric matrix by the best solver that is present.
+
+    Parameters
+    ----------
+    matrix : (n, n) sparse array
+        Symmetric, both triangles stored, with an inverse.
+    coordinates : (n, 3) floats, optional
+        Where each row's point is, m: speeds the ordering up.
+
+    Raises
+    ------
+    ToolpointError
+        For a matrix that is not square, not symmetric, holds values that are not finite, or has no inverse.
+    """
+    checked = check_symmetric("matrix", matrix)
+    return Factorisation(SuperLu(checked), checked.shape[0])
+
+
+def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
+    """Return the matrix as compressed columns after checking that it is square, finite and symmetric."""
+    columns = csc_array(matrix, dtype=float)
+    if columns.shape[0] != columns.shape[1] or columns.shape[0] == 0:
+        fail(name, f"shape {columns.shape}", "must be square and not empty")
+    if not np.isfinite(columns.data).all():
+        fail(name, "values that are not finite", "must be finite")
+    scale = float(np.abs(columns.data).max(initial=0.0))
+    difference = abs(columns - columns.T)
+    error = float(difference.max()) if difference.nnz else 0.0
+    if error > _SYMMETRY * scale:
+        fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",
+             "is only a triangle stored, or does it hold gyroscopic or follower terms?")
+    return columns

@@ -1,0 +1,235 @@
+r"""Lowest modes of large sparse K and M by block Lanczos on the shifted inverse, counted so that none is missing.
+
+The operator is :math:`(K + s M)^{-1} M` with s above zero, so that K of a free body has an inverse; a block finds repeated
+modes together; every block is made orthogonal (in M) to all before it. Then the negative pivots of :math:`K - \mu M`, with
+:math:`\mu` in the gap behind the last mode, are counted (Sylvester). Source: Grimes, Lewis, Simon, SIAM J. Matrix Anal.
+Appl. 15 (1994).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+from scipy.sparse import csc_array
+
+from toolpoint._check import FloatArray, count, fail, positive
+from toolpoint.vibration.sparse.eigenpairs import EigenPairs
+from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
+
+# Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
+# million nodes, far above rounding.
+_SHIFT = 1e-8
+_TOLERANCE = 1e-9
+_RIGID = 1e-5
+_GAP = 1e-6
+
+
+def modes(
+    stiffness: SparseMatrix, mass: SparseMatrix, number: int | None = None, *, below: float | None = None,
+    shift: float | None = None, is_counted: bool = True, coordinates: FloatArray | None = None,
+) -> EigenPairs:
+    """Return the lowest modes, rigid-body modes included.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse arrays
+        Symmetric; stiffness positive semidefinite. Rows without mass are allowed.
+    number : int, optional
+        How many; modes that lie together with the last (within 1e-6) come too.
+    below : float, optional
+        All modes below this frequency, Hz, instead of a number.
+    shift : float, optional
+        s, rad^2/s^2; chosen from the diagonals where left out.
+    is_counted : bool
+        Whether the modes are counted (one more factorisation); without it nothing says that none is missing.
+    coordinates : (n, 3) floats, optional
+        Passed to `factorise`.
+    """
+    k, m = check_symmetric("stiffness", stiffness), check_symmetric("mass", mass)
+    if k.shape != m.shape:
+        fail("mass", f"shape {m.shape}", f"must be that of the stiffness, {k.shape}")
+    if (number is None) == (below is None):
+        fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
+    s = positive("shift", shift) if shift is not None else default_shift(k, m)
+    search = _Search(k, m, s, factorise(csc_array(k + s * m), coordinates=coordinates), coordinates)
+    if search.inverse.negative_pivots:
+        fail("stiffness", f"{search.inverse.negative_pivots} negative eigenvalues below {-s:.3g} rad^2/s^2",
+             "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
+    if below is not None:
+        top = (2 * np.pi * positive("below", below)) ** 2
+        return search.band(top)
+    return search.lowest(min(count("number", number or 0), search.rank()), is_counted)
+
+
+def count_below(
+    stiffness: SparseMatrix, mass: SparseMatrix, frequency: float, *, coordinates: FloatArray | None = None
+) -> int:
+    """Return how many modes lie below a frequency (Hz): the negative pivots of K - (2 pi f)^2 M."""
+    square = (2 * np.pi * positive("frequency", frequency)) ** 2
+    return factorise(csc_array(stiffness - square * mass), coordinates=coordinates).negative_pivots
+
+
+def default_shift(stiffness: csc_array, mass: csc_array) -> float:
+    """Return a small positive shift, rad^2/s^2: far below the elastic modes, far above rounding."""
+    inertia, spring = mass.diagonal(), stiffness.diagonal()
+    heavy = (inertia > 0) & (spring > 0)
+    if not heavy.any():
+        fail("mass", "no positive entry on the diagonal", "must hold mass")
+    return _SHIFT * float(np.median(spring[heavy] / inertia[heavy]))
+
+
+@dataclass
+class _Search:
+    k: csc_array
+    m: csc_array
+    shift: float
+    inverse: Factorisation
+    coordinates: FloatArray | None
+
+    def rank(self) -> int:
+        """Upper bound of the number of modes: rows that hold mass."""
+        return int((self.m.diagonal() > 0).sum())
+
+    def lowest(self, number: int, is_counted: bool) -> EigenPairs:
+        basis = _Basis(self, number)
+        basis.grow_to(number)
+        if not is_counted:
+            return self._pairs(basis, number, 0.0, "modes not counted: ask for a count to be sure that none is missing")
+        for _ in range(4):
+            keep, mu = _cut(basis.squares(), number, self.rank())
+            missing = self._count(mu) - keep if np.isfinite(mu) else 0
+            if missing == 0:
+                return self._pairs(basis, keep, np.sqrt(max(mu, 0.0)) / (2 * np.pi), "all modes found, by count")
+            basis.restart(number + max(missing, 0))
+        return self._pairs(basis, number, 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
+                                               "found: give another shift")
+
+    def band(self, top: float) -> EigenPairs:
+        number = self._count(top)
+        basis = _Basis(self, max(number, 1))
+        for _ in range(4):
+            basis.grow_to(max(number, 1))
+            if int((basis.squares() < top).sum()) == number:
+                return self._pairs(basis, number, np.sqrt(top) / (2 * np.pi), "all modes of the band found, by count")
+            basis.restart(number + 2)
+        return self._pairs(basis, int((basis.squares() < top).sum()), 0.0,
+                           f"{number} modes of the band were counted, not all found: give another shift")
+
+    def _count(self, mu: float) -> int:
+        return factorise(csc_array(self.k - mu * self.m), coordinates=self.coordinates).negative_pivots
+
+    def _pairs(self, basis: _Basis, keep: int, counted: float, status: str) -> EigenPairs:
+        squares, vectors, residual = basis.ritz(keep)
+        squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
+        if (squares < 0).any():
+            fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
+                 "an element of negative stiffness, or a load beyond buckling?")
+        return EigenPairs(squares, vectors, residual, float(counted), self.inverse.name, status)
+
+
+def _cut(squares: FloatArray, number: int, most: int) -> tuple[int, float]:
+    """Return how many modes to keep and a square in the gap behind them."""
+    keep = number
+    while keep < len(squares) and squares[keep] <= squares[keep - 1] + _GAP * max(abs(squares[keep]), 1e-300):
+        keep += 1
+    if keep >= most:
+        return keep, np.inf
+    low = max(squares[keep - 1], 0.0)
+    high = squares[keep] if keep < len(squares) else 1.05 * low
+    return keep, low + 0.5 * (high - low) if high < 1.5 * low else 1.2 * low + 0.01 * (high - low)
+
+
+class _Basis:
+    """Vectors orthonormal in M, and the operator seen in them."""
+
+    def __init__(self, search: _Search, number: int) -> None:
+        self._search = search
+        n = search.m.shape[0]
+        self._width = min(n, 6 if number > 4 else 3)
+        self._random = np.random.default_rng(n)
+        self._vectors: FloatArray = np.zeros((n, 0))
+        self._projected: FloatArray = np.zeros((0, 0))
+        self._coupling: FloatArray = np.zeros((0, 0))
+        self._next = self._orthonormal(self._apply(self._random.standard_normal((n, self._width))))[0]
+
+    def _apply(self, block: FloatArray) -> FloatArray:
+        return self._search.inverse.solve(self._search.m @ block)
+
+    def _orthonormal(self, block: FloatArray, beside: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the block orthonormal in M and to the basis, its components along the basis, and its triangle."""
+        along: FloatArray = np.zeros((self._vectors.shape[1], block.shape[1]))
+        for _ in range(2):
+            if beside is not None:
+                block = block - beside @ (beside.T @ (self._search.m @ block))
+            part = self._vectors.T @ (self._search.m @ block)
+            block = block - self._vectors @ part
+            along += part
+        triangle: FloatArray = np.eye(block.shape[1])
+        for _ in range(2):
+            gram = block.T @ (self._search.m @ block)
+            values, turns = np.linalg.eigh((gram + gram.T) / 2)
+            keep = values > 1e-22 * max(values[-1], 1e-300)
+            roots = np.sqrt(values[keep])
+            block = block @ (turns[:, keep] / roots)
+            triangle = (roots[:, None] * turns[:, keep].T) @ triangle
+        return block, along, triangle
+
+    def _step(self) -> None:
+        block = self._next
+        self._vectors = np.hstack([self._vectors, block])
+        image = self._apply(block)
+        self._next, along, self._coupling = self._orthonormal(image)
+        size = self._vectors.shape[1]
+        projected: FloatArray = np.zeros((size, size))
+        old = len(self._projected)
+        projected[:old, :old] = self._projected
+        projected[:, old:], projected[old:, :] = along, along.T
+        self._projected = (projected + projected.T) / 2
+
+    def grow_to(self, number: int) -> None:
+        """Add blocks until so many modes are converged, with one more behind them where there is one."""
+        n = self._search.m.shape[0]
+        while self._next.shape[1] and self._vectors.shape[1] < n:
+            self._step()
+            if self._vectors.shape[1] >= number + 1:
+                values, residual = self._values()
+                if len(values) > number and (residual[:number] < _TOLERANCE).all() and residual[number] < 1e-4:
+                    return
+
+    def restart(self, number: int) -> None:
+        """Go on from a new random block beside the basis, for modes that the first one did not hold."""
+        random = self._apply(self._random.standard_normal((self._search.m.shape[0], self._width)))
+        old = self._next
+        fresh = self._orthonormal(random, old)[0]
+        # The images of the last block stay inside the basis and `next`, so residuals keep their meaning.
+        self._next = np.hstack([old, fresh])
+        self._coupling = np.vstack([self._coupling, np.zeros((fresh.shape[1], self._coupling.shape[1]))])
+        for _ in range(2):
+            if self._next.shape[1]:
+                self._step()
+        self.grow_to(number)
+
+    def _decomposed(self) -> tuple[FloatArray, FloatArray]:
+        values, turns = eigh(self._projected)
+        order = np.argsort(values)[::-1]
+        return values[order], turns[:, order]
+
+    def _values(self) -> tuple[FloatArray, FloatArray]:
+        values, turns = self._decomposed()
+        last = self._coupling.shape[1]
+        tail = np.linalg.norm(self._coupling @ turns[-last:], axis=0) if self._coupling.size else np.zeros(len(values))
+        return values, tail / np.maximum(np.abs(values), 1e-300)
+
+    def squares(self) -> FloatArray:
+        """Return the converged eigenvalues w^2, ascending."""
+        values, residual = self._values()
+        good = (values > 0) & (residual < 1e-4)
+        return 1 / values[good] - self._search.shift
+
+    def ritz(self, keep: int) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the lowest squares, vectors and relative residuals."""
+        values, turns = self._decomposed()
+        _, residual = self._values()
+        return 1 / values[:keep] - self._search.shift, self._vectors @ turns[:, :keep], residual[:keep]

@@ -1,0 +1,73 @@
+"""Sparse modes: against dense solutions, closed forms, repeated and rigid modes, and the count that guards them."""
+
+import numpy as np
+import pytest
+from scipy.linalg import eigh
+from scipy.sparse import block_diag, csc_array, diags_array
+
+from toolpoint import ToolpointError
+from toolpoint.vibration.sparse import count_below, factorise, modes
+
+
+def chain(n):
+    """Free chain of n unit masses and springs; squares 4 sin^2(pi j / 2 n)."""
+    main = np.full(n, 2.0)
+    main[[0, -1]] = 1
+    return diags_array([-np.ones(n - 1), main, -np.ones(n - 1)], offsets=[-1, 0, 1]).tocsc(), diags_array(np.ones(n)).tocsc()
+
+
+def test_three_equal_free_chains_have_triple_modes_and_none_is_missed():
+    k, m = chain(200)
+    k3, m3 = block_diag([k] * 3, format="csc"), block_diag([m] * 3, format="csc")
+    pairs = modes(k3, m3, 11)
+    exact = np.repeat(4 * np.sin(np.pi * np.arange(4) / 400) ** 2, 3)
+    assert pairs.count == 12 and pairs.rigid_count == 3 and pairs.is_complete
+    assert np.allclose(pairs.squares, exact, rtol=1e-9, atol=1e-16)
+    assert np.allclose(pairs.vectors.T @ (m3 @ pairs.vectors), np.eye(12), atol=1e-12)
+
+
+def test_a_band_is_returned_whole():
+    k, m = chain(300)
+    top = np.sqrt(4 * np.sin(np.pi * 6.5 / 600) ** 2) / (2 * np.pi)
+    pairs = modes(k, m, below=top)
+    assert pairs.count == 7 == count_below(k, m, top) and pairs.counted_below == pytest.approx(top)
+
+
+def test_random_pencil_against_a_dense_solution():
+    rng = np.random.default_rng(2)
+    a = rng.standard_normal((60, 60)) * (rng.random((60, 60)) < 0.1)
+    k, m = csc_array(a @ a.T + np.eye(60)), csc_array(np.diag(rng.random(60) + 0.5))
+    exact = eigh(k.toarray(), m.toarray(), eigvals_only=True)
+    assert np.allclose(modes(k, m, 15).squares, exact[:15], rtol=1e-10)
+    assert np.allclose(modes(k, m, 60).squares, exact, rtol=1e-9)
+
+
+def test_rows_without_mass_are_condensed():
+    k, m = chain(20)
+    m = csc_array(m - diags_array(np.eye(20)[5]))
+    inner = np.delete(np.arange(20), 5)
+    full = k.toarray()
+    condensed = full[np.ix_(inner, inner)] - np.outer(full[inner, 5], full[5, inner]) / full[5, 5]
+    assert np.allclose(modes(k, m, 4).squares, np.linalg.eigvalsh(condensed)[:4], rtol=1e-9, atol=1e-14)
+
+
+def test_solution_and_inertia():
+    k, m = chain(50)
+    shifted = csc_array(k - 4 * np.sin(np.pi * 3.5 / 100) ** 2 * m)
+    factors = factorise(shifted)
+    right = np.random.default_rng(0).standard_normal((50, 3))
+    assert factors.negative_pivots == 4 and np.allclose(shifted @ factors.solve(right), right, atol=1e-11)
+
+
+@pytest.mark.parametrize(("matrix", "message"), [
+    (csc_array(np.array([[1.0, 2], [0, 1]])), "unsymmetric by 2"), (csc_array(np.ones((2, 3))), "must be square"),
+    (csc_array(np.array([[1.0, np.nan], [np.nan, 1]])), "not finite"), (csc_array(np.diag([1.0, 0]) * 1.0), "singular")])
+def test_bad_matrices_are_refused(matrix, message):
+    with pytest.raises(ToolpointError, match=message):
+        factorise(matrix)
+
+
+def test_negative_stiffness_is_refused():
+    k, m = chain(30)
+    with pytest.raises(ToolpointError, match="1 negative eigenvalues"):
+        modes(csc_array(k - 0.5 * diags_array(np.eye(30)[0])), m, 2)
