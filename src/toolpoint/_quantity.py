@@ -54,7 +54,7 @@ def limit_faults(part: Any, key: Key = ()) -> Iterator[tuple[Key, str]]:
             value, (quantity, choices) = getattr(part, field.name), _meanings(description)[field.name]
             if choices and value not in choices:
                 yield (*key, field.name), f"{value!r}; must be one of {', '.join(choices)}"
-            numbers = value if isinstance(value, tuple) else (value,)
+            numbers = value if isinstance(value, tuple) else value.values() if isinstance(value, Mapping) else (value,)
             texts = [quantity.fault(v) for v in numbers if v is not None] if quantity else []
             yield from (((*key, field.name), text) for text in texts if text)
             yield from limit_faults(value, (*key, field.name))

@@ -1,0 +1,166 @@
+r"""The receptance of a spindle with its rotations, from translations measured on a gauge of known size in it.
+
+With the gauge held at its base plane, its stations answer by A and follow the base by Phi; so measured responses are
+:math:`H_{ij} = A_{ij} + \Phi_i H' \Phi_j^T`, H' the base with the gauge in it: three unknowns a line, linear. The gauge's
+dynamic stiffness at its base, Z, is then taken away: :math:`H_b = H' (I - Z H')^{-1}`. No finite differences, and no
+rotation is measured; but the tilt of the base is seen only over the distance of the stations, so noise grows.
+Sources: Duncan, Schmitz, J. Manuf. Sci. Eng. 127 (2005) (inverse receptance coupling); Schmitz, Smith, Machining
+Dynamics, 2nd ed., chapter 9.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, IndexArray, ToolpointWarning, fail
+from toolpoint.substructuring.receptance import DRAWS, PlaneReceptance, complex_noise, uncertain_shaft
+from toolpoint.substructuring.shaft import ShaftDescription
+from toolpoint.substructuring.shaft_stiffness import station_stiffness
+from toolpoint.vibration import Dof, Frf
+
+UNLIKE = 3.0  # misfit over the noise (root mean square) above which the gauge is doubted
+WEAKEST = 1e-6  # smallest over largest singular value of the geometry
+
+
+@dataclass(frozen=True, eq=False)
+class _Pairs:
+    """Measured responses of the gauge: places among the stations of every output and input, values and variance (n_f, p)."""
+
+    output: IndexArray
+    input: IndexArray
+    values: ComplexArray
+    variance: FloatArray | None
+
+
+def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws: int = DRAWS,
+                  generator: np.random.Generator | None = None) -> PlaneReceptance:
+    """Return the receptance of a spindle at the base plane of a gauge, without the gauge.
+
+    Parameters
+    ----------
+    frf : Frf
+        Responses among the gauge's stations along the plane (labels ``station:+x``); those at two stations to forces at both
+        are the least: a row alone leaves the tilt by moments open. With `variance`, it is carried to the result.
+    gauge : ShaftDescription
+        With `stations`.
+    plane : str
+        ``x`` or ``y``.
+    draws : int
+        How many equally likely bases to draw from the variance and the gauge's deviations; 0 for none.
+    generator : numpy Generator, optional
+        Needed for draws.
+    """
+    lines = frf.converted_to("receptance")
+    pairs = _measured_pairs(lines, gauge, plane)
+    values, misfit = _base(pairs, gauge, lines.frequency, pairs.values)
+    notes = [*lines.notes, *_doubts(misfit, pairs)]
+    drawn = None
+    if draws and (pairs.variance is not None or _uncertain_gauge(gauge)):
+        if generator is None:
+            fail("generator", "None", "draws need a numpy Generator", "for example numpy.random.default_rng(1); or draws=0")
+        drawn = _drawn_bases(pairs, gauge, lines.frequency, draws, generator)
+    elif draws:
+        notes.append("the measured responses state no variance: no interval of the tool-point response can be given")
+    return PlaneReceptance(lines.frequency, values, plane, drawn, tuple(dict.fromkeys(notes)))
+
+
+def _measured_pairs(frf: Frf, gauge: ShaftDescription, plane: str) -> _Pairs:
+    names = list(gauge.stations)
+    if len(names) < 2:
+        fail("gauge.stations", f"{len(names)}", "must be at least two, apart along the gauge",
+             "rotations are seen by the difference of deflections")
+    outputs = [k for k, dof in enumerate(frf.outputs) if _station(dof, plane) in names]
+    inputs = [k for k, dof in enumerate(frf.inputs) if _station(dof, plane) in names]
+    first, second = (np.array([names.index(str(labels[k].point)) for k in at], int)
+                     for labels, at in ((frf.outputs, outputs), (frf.inputs, inputs)))
+    if len(set(first) | set(second)) < 2 or not len(first) or not len(second):
+        fail("frf", f"responses {', '.join(map(str, frf.outputs))} to forces {', '.join(map(str, frf.inputs))}",
+             f"must be of the gauge's stations {', '.join(names)} along +{plane}")
+    _check_forces(first, second, names)
+    values = frf.values[:, outputs][:, :, inputs].reshape(frf.frequency.size, -1)
+    variance = None if frf.variance is None else frf.variance[:, outputs][:, :, inputs].reshape(frf.frequency.size, -1)
+    rows, columns = np.meshgrid(first, second, indexing="ij")
+    return _Pairs(rows.ravel(), columns.ravel(), values, variance)
+
+
+def _station(dof: Dof, plane: str) -> str:
+    return str(dof.point) if dof.direction == f"+{plane}" and dof.vector is None else ""
+
+
+def _check_forces(outputs: IndexArray, inputs: IndexArray, names: list[str]) -> None:
+    pairs = {tuple(sorted((int(i), int(j)))) for i in outputs for j in inputs}
+    driven = {i for pair in pairs for i in pair if (i, i) in pairs}
+    if len(driven) < 2:
+        fail("frf", f"driving points at {', '.join(names[i] for i in sorted(driven)) or 'no station'}", "must be two stations",
+             "a force at one station only leaves open how the base tilts under a moment; strike the other station too")
+
+
+def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measured: ComplexArray
+          ) -> tuple[ComplexArray, ComplexArray]:
+    """Return the base's receptance (..., n_f, 2, 2) of measured values (..., n_f, p), and what they leave unexplained."""
+    stiffness = station_stiffness(gauge, frequency)
+    z = stiffness.matrix
+    held = np.linalg.inv(z[:, 2:, 2:])
+    follow = -held @ z[:, 2:, :2]
+    seen = z[:, :2, :2] + z[:, :2, 2:] @ follow
+    sections = np.array(list(stiffness.sections.values()))
+    padded = np.zeros((len(z), 2 + held.shape[1], 2 + held.shape[1]), complex)  # the base itself stands still
+    padded[:, 2:, 2:] = held
+    motion = np.concatenate([np.broadcast_to(np.eye(2), (len(z), 2, 2)), follow], axis=1)
+    at = 2 * sections
+    left, right = motion[:, at[pairs.output]], motion[:, at[pairs.input]]
+    design = np.stack([left[..., 0] * right[..., 0], left[..., 0] * right[..., 1] + left[..., 1] * right[..., 0],
+                       left[..., 1] * right[..., 1]], axis=-1)
+    _check_geometry(design, gauge.length)
+    answer = measured - padded[:, at[pairs.output], at[pairs.input]]
+    weight = np.ones(pairs.values.shape) if pairs.variance is None else 1 / np.sqrt(np.maximum(
+        pairs.variance, 1e-12 * pairs.variance.max(axis=1, keepdims=True) + 1e-300))
+    solver: ComplexArray = np.linalg.pinv(weight[..., None] * design)
+    unknown = (solver @ (weight * answer)[..., None])[..., 0]
+    misfit: ComplexArray = weight * (answer - (design @ unknown[..., None])[..., 0])
+    joined = np.stack([unknown[..., [0, 1]], unknown[..., [1, 2]]], axis=-2)
+    base = np.linalg.solve(np.swapaxes(np.eye(2) - seen @ joined, -1, -2), np.swapaxes(joined, -1, -2))
+    return np.swapaxes(base, -1, -2), misfit
+
+
+def _check_geometry(design: ComplexArray, length: float) -> None:
+    scale = np.array([1.0, 1 / length, 1 / length**2])
+    singular = np.linalg.svd(design[0] * scale[::-1][::-1], compute_uv=False)
+    if singular[-1] < WEAKEST * singular[0]:
+        fail("gauge.stations", "stations that lie together", "must be apart along the gauge", "spread them over its length")
+
+
+def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, draws: int, generator: np.random.Generator
+                 ) -> ComplexArray:
+    noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
+    measured = np.broadcast_to(pairs.values + noise, (draws, *pairs.values.shape))
+    if not _uncertain_gauge(gauge):
+        return _base(pairs, gauge, frequency, measured)[0]
+    return np.stack([_base(pairs, gauge.drawn(generator), frequency, part)[0] for part in measured])
+
+
+def _uncertain_gauge(gauge: ShaftDescription) -> bool:
+    return uncertain_shaft(gauge) or gauge.station_deviation > 0
+
+
+def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[str]:
+    """Return doubts of responses that no base behind this gauge can have, where there are more of them than unknowns."""
+    spare = pairs.values.shape[1] - 3
+    if spare < 1:
+        return ["three responses for three unknowns a line: nothing left to check the gauge and its stations by"]
+    if pairs.variance is None:
+        size = np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(pairs.values) ** 2).sum())
+        words = f"responses differ from those of any base behind this gauge by {100 * size:.2g} % of their size"
+        level = size > 0.05
+    else:
+        ratio = float(np.sqrt(np.median((np.abs(misfit) ** 2).sum(axis=-1) / (spare * np.log(2) ** (1 / spare)))))
+        words = f"responses differ from those of any base behind this gauge by {ratio:.2g} times their stated noise"
+        level = ratio > UNLIKE
+    if not level:
+        return []
+    text = f"doubt: {words}; check diameter, modulus and stations of the gauge, and which response is which"
+    warnings.warn(text, ToolpointWarning, stacklevel=4)
+    return [text]

@@ -1,0 +1,183 @@
+"""Stepped round shafts (holder, gauge, tool) as plain data: segments from the base to the tip, contacts between them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Annotated, Literal
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, ToolpointError, fail, suggestion
+from toolpoint._quantity import Quantity, limit_faults
+
+# Young's modulus (Pa), density (kg/m^3), Poisson's ratio: handbook values, which a tool may miss by some per cent.
+MATERIALS = {"steel": (210e9, 7850.0, 0.30), "carbide": (580e9, 14500.0, 0.22), "high-speed steel": (220e9, 8160.0, 0.30)}
+EQUIVALENT = 0.8  # of the cutter's diameter; Kops, Vo, Annals of the CIRP 39/1 (1990): 0.8 within some per cent
+
+
+@dataclass(frozen=True)
+class ContactDescription:
+    """An elastic contact across the axis, between a segment and what is before it (taper, collet, shrink fit).
+
+    `stiffness` against a shift across the axis, `rotational_stiffness` against tilting.
+    """
+
+    stiffness: Annotated[float, Quantity("stiffness", "N/m", above=0)]
+    rotational_stiffness: Annotated[float, Quantity("rotational stiffness", "N*m/rad", above=0)]
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
+
+
+@dataclass(frozen=True)
+class SegmentDescription:
+    """A round segment of one diameter and material.
+
+    `fluted` segments count with `equivalent` times their diameter. Modulus, density and Poisson's ratio are those of the
+    material where left out. `contact` joins it to what is before it; without one the joint is rigid.
+    """
+
+    length: Annotated[float, Quantity("length", "m", above=0)]
+    diameter: Annotated[float, Quantity("length", "m", above=0)]
+    bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
+    material: Literal["steel", "carbide", "high-speed steel"] = "steel"
+    fluted: bool = False
+    equivalent: Annotated[float, Quantity("ratio", "1", above=0.3, most=1)] = EQUIVALENT
+    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
+    density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
+    poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=1)] = 0.0
+    shear: Literal["cowper", "hutchinson"] = "cowper"
+    contact: ContactDescription | None = None
+
+    @property
+    def numbers(self) -> tuple[float, float, float]:
+        """Young's modulus (Pa), density (kg/m^3) and Poisson's ratio."""
+        modulus, density, poisson = MATERIALS[self.material]
+        given = (self.modulus, self.density, self.poisson)
+        known = (modulus, density, poisson)
+        e, rho, nu = (usual if value is None else value for value, usual in zip(given, known, strict=True))
+        return e, rho, nu
+
+    @property
+    def outer(self) -> float:
+        """Diameter that counts, m: the equivalent one of a fluted segment."""
+        return self.equivalent * self.diameter if self.fluted else self.diameter
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return float(self.numbers[1] * np.pi / 4 * (self.outer**2 - self.bore**2) * self.length)
+
+    @property
+    def row(self) -> ComplexArray:
+        r"""Density, E, :math:`\kappa G`, area, second moment, length, kind, as the kernels take them; shape (7,)."""
+        e, rho, nu = self.numbers
+        lossy, outer = 1 + 1j * self.loss_factor, self.outer
+        area, second = np.pi / 4 * (outer**2 - self.bore**2), np.pi / 64 * (outer**4 - self.bore**4)
+        return np.array([rho, e * lossy, shear_coefficient(nu, self.bore / outer, self.shear) * e / (2 * (1 + nu)) * lossy,
+                         area, second, self.length, 0])
+
+
+def shear_coefficient(poisson: float, ratio: float = 0.0, source: str = "cowper") -> float:
+    r"""Return Timoshenko's shear coefficient of a round section with bore ratio m = d_i/d_o.
+
+    Cowper, J. Appl. Mech. 33 (1966): :math:`6(1+\nu)(1+m^2)^2 / ((7+6\nu)(1+m^2)^2 + (20+12\nu) m^2)`; Hutchinson,
+    J. Appl. Mech. 68 (2001), solid sections: :math:`6(1+\nu)^2 / (7+12\nu+4\nu^2)`.
+    """
+    nu, m = poisson, ratio**2
+    if source == "hutchinson":
+        if ratio > 0:
+            fail("shear", "'hutchinson' for a bored segment", "is for solid sections", "use cowper")
+        return 6 * (1 + nu) ** 2 / (7 + 12 * nu + 4 * nu**2)
+    return 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
+
+
+@dataclass(frozen=True)
+class ShaftDescription:
+    """A holder, a gauge or a tool: named round segments from the base outward.
+
+    `stations` of a gauge are the distances of its measured points from the base plane. Deviations are one standard deviation:
+    of all diameters and moduli as shares (each segment for itself), of all stations as a length, of a fluted segment's
+    equivalent ratio.
+    """
+
+    segments: Mapping[str, SegmentDescription]
+    name: str = ""
+    stations: Mapping[str, Annotated[float, Quantity("length", "m", least=0)]] = field(default_factory=dict)
+    diameter_deviation: Annotated[float, Quantity("ratio", "1", least=0, most=0.2)] = 0.0
+    modulus_deviation: Annotated[float, Quantity("ratio", "1", least=0, most=0.5)] = 0.0
+    equivalent_deviation: Annotated[float, Quantity("ratio", "1", least=0, most=0.2)] = 0.0
+    contact_deviation: Annotated[float, Quantity("ratio", "1", least=0, most=1)] = 0.0
+    station_deviation: Annotated[float, Quantity("length", "m", least=0)] = 0.0
+    source: str = ""
+
+    def __post_init__(self) -> None:
+        for key, text in shaft_faults(self):
+            raise ToolpointError(f"{'.'.join(map(str, key))}: {text}", argument=".".join(map(str, key)))
+
+    @property
+    def length(self) -> float:
+        """Distance from the base plane to the tip, m."""
+        return sum(segment.length for segment in self.segments.values())
+
+    @property
+    def mass(self) -> float:
+        """Mass, kg."""
+        return sum(segment.mass for segment in self.segments.values())
+
+    @property
+    def rows(self) -> ComplexArray:
+        """Rows of the kernels, contacts among them, from the base outward; shape (n, 7)."""
+        rows: list[ComplexArray] = []
+        for segment in self.segments.values():
+            if segment.contact is not None:
+                lossy = 1 + 1j * segment.contact.loss_factor
+                rows.append(np.array([0, 1 / (segment.contact.stiffness * lossy),
+                                      1 / (segment.contact.rotational_stiffness * lossy), 0, 0, 0, 1]))
+            rows.append(segment.row)
+        return np.array(rows)
+
+    def with_length(self, name: str, length: float) -> ShaftDescription:
+        """Return the shaft with another length (m) of one segment: another stick-out."""
+        if name not in self.segments:
+            fail("segment", f"no {name!r}", f"must be of {', '.join(self.segments)}", suggestion(name, self.segments))
+        return replace(self, segments={**self.segments, name: replace(self.segments[name], length=length)})
+
+    def drawn(self, generator: np.random.Generator) -> ShaftDescription:
+        """Return the shaft with its numbers drawn within their deviations (normal, positive numbers log-normal)."""
+        segments = {name: self._drawn_segment(part, generator) for name, part in self.segments.items()}
+        shifts = generator.normal(size=len(self.stations)) * self.station_deviation
+        places = {name: float(np.clip(at + shift, 0.0, sum(s.length for s in segments.values())))
+                  for (name, at), shift in zip(self.stations.items(), shifts, strict=True)}
+        return replace(self, segments=segments, stations=places)
+
+    def _drawn_segment(self, segment: SegmentDescription, generator: np.random.Generator) -> SegmentDescription:
+        normal: FloatArray = generator.normal(size=5)
+        contact = segment.contact
+        if contact is not None:
+            factors = np.exp(self.contact_deviation * normal[3:])
+            contact = replace(contact, stiffness=contact.stiffness * float(factors[0]),
+                              rotational_stiffness=contact.rotational_stiffness * float(factors[1]))
+        deviation = np.hypot(self.diameter_deviation, self.equivalent_deviation if segment.fluted else 0.0)
+        diameter = segment.diameter * float(np.exp(deviation * normal[0]))
+        return replace(segment, diameter=max(diameter, 1.0001 * segment.bore), contact=contact,
+                       modulus=segment.numbers[0] * float(np.exp(self.modulus_deviation * normal[1])))
+
+    def __repr__(self) -> str:
+        parts = ", ".join(f"{name} {1e3 * s.length:.4g} mm x {1e3 * s.diameter:.4g} mm" for name, s in self.segments.items())
+        return f"ShaftDescription({self.name or 'shaft'}: {parts}; {self.mass:.4g} kg)"
+
+
+def shaft_faults(shaft: ShaftDescription) -> list[tuple[tuple[str | int, ...], str]]:
+    """Return place and text of everything that is wrong with a shaft; empty where nothing is."""
+    faults = list(limit_faults(shaft))
+    if not shaft.segments:
+        faults.append((("segments",), "none; a shaft has at least one segment"))
+    for name, part in shaft.segments.items():
+        if part.bore >= part.outer:
+            faults.append((("segments", name, "bore"), f"{1e3 * part.bore:g} mm in a diameter of {1e3 * part.outer:g} mm; must "
+                           "be smaller"))
+    for name, at in shaft.stations.items():
+        if at > shaft.length * (1 + 1e-12):
+            faults.append((("stations", name), f"{1e3 * at:g} mm from the base; the tip is at {1e3 * shaft.length:g} mm"))
+    return faults

@@ -1,0 +1,96 @@
+"""Dynamic stiffness of a stepped shaft over its stations, and the responses of a shaft that stands free."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint.substructuring.shaft import SegmentDescription, ShaftDescription
+
+SAME_PLACE = 1e-9  # m
+
+
+@dataclass(frozen=True, eq=False)
+class StationStiffness:
+    """Dynamic stiffness (n_f, 2 n, 2 n) of a free shaft over (deflection, slope) of its sections, the base first.
+
+    sections : of every station by name, its place among the sections; the tip is the last section.
+    """
+
+    frequency: FloatArray
+    matrix: ComplexArray
+    sections: Mapping[str, int]
+
+    @property
+    def count(self) -> int:
+        """Number of sections."""
+        return self.matrix.shape[-1] // 2
+
+
+def station_stiffness(shaft: ShaftDescription, frequency: FloatArray, stations: Mapping[str, float] | None = None
+                      ) -> StationStiffness:
+    """Return the dynamic stiffness of a shaft over its ends, contacts and stations (those of the shaft where left out)."""
+    from toolpoint.substructuring import segment_kernel
+
+    places = dict(shaft.stations if stations is None else stations)
+    cuts = sorted(places.values())
+    omega = 2 * np.pi * np.asarray(frequency, float)
+    elements, at, section = [], 0.0, 0
+    positions = [0.0]
+    for segment in shaft.segments.values():
+        if segment.contact is not None:
+            elements.append((section, _contact_stiffness(segment, omega.size)))
+            section += 1
+            positions.append(at)
+        for piece in _pieces(segment, at, cuts):
+            block = np.empty((omega.size, 4, 4), complex)
+            row = segment.row
+            row[5] = piece
+            segment_kernel.segment_stiffness(omega, row, block)
+            elements.append((section, block))
+            section, at = section + 1, at + piece
+            positions.append(at)
+    matrix = np.zeros((omega.size, 2 * section + 2, 2 * section + 2), complex)
+    for start, block in elements:
+        matrix[:, 2 * start:2 * start + 4, 2 * start:2 * start + 4] += block
+    return StationStiffness(np.asarray(frequency, float), matrix, _sections(places, positions))
+
+
+def _sections(places: Mapping[str, float], positions: list[float]) -> dict[str, int]:
+    result = {}
+    for name, at in places.items():
+        distance = np.abs(np.array(positions) - at)
+        if distance.min() > SAME_PLACE:
+            fail(f"stations.{name}", f"{at:g} m", f"must be within the shaft, 0 .. {positions[-1]:g} m")
+        result[name] = int(np.flatnonzero(distance <= SAME_PLACE)[-1])  # beyond a contact at the same place
+    return result
+
+
+def _pieces(segment: SegmentDescription, start: float, cuts: list[float]) -> list[float]:
+    inside = [cut for cut in cuts if start + SAME_PLACE < cut < start + segment.length - SAME_PLACE]
+    edges = [start, *sorted(set(inside)), start + segment.length]
+    return [float(piece) for piece in np.diff(edges) if piece > SAME_PLACE]
+
+
+def _contact_stiffness(segment: SegmentDescription, lines: int) -> ComplexArray:
+    contact = segment.contact
+    assert contact is not None
+    k = np.diag([contact.stiffness, contact.rotational_stiffness]) * (1 + 1j * contact.loss_factor)
+    return np.broadcast_to(np.block([[k, -k], [-k, k]]), (lines, 4, 4)).copy()
+
+
+def free_receptance(shaft: ShaftDescription, frequency: FloatArray, stations: Mapping[str, float] | None = None
+                    ) -> ComplexArray:
+    """Return the receptance of the free shaft over (deflection, slope) of base and tip, or of the stations, (n_f, 2 k, 2 k).
+
+    Above 0 Hz: a free body has no static response.
+    """
+    if np.min(frequency) <= 0:
+        fail("frequency", "a line at 0 Hz", "a free shaft has no static response", "start above 0 Hz")
+    stiffness = station_stiffness(shaft, frequency, stations)
+    sections = [0, stiffness.count - 1] if stations is None else list(stiffness.sections.values())
+    keep = [2 * s + i for s in sections for i in (0, 1)]
+    return np.linalg.inv(stiffness.matrix)[:, keep][:, :, keep]
