@@ -17,13 +17,24 @@ def _sample(picture, x, y):
     g, d = unit - f, unit - e
     a0, a1 = -h * f * g * g, unit + f * f * (np.float32(1.5) * f - half)
     a2, a3 = unit + g * g * (np.float32(1.5) * g - half), -h * g * f * f
-    p, q, r, s = picture[iy - 1], picture[iy], picture[iy + 1], picture[iy + 2]
-    first = a0 * p[ix - 1] + a1 * p[ix] + a2 * p[ix + 1] + a3 * p[ix + 2]
-    second = a0 * q[ix - 1] + a1 * q[ix] + a2 * q[ix + 1] + a3 * q[ix + 2]
-    third = a0 * r[ix - 1] + a1 * r[ix] + a2 * r[ix + 1] + a3 * r[ix + 2]
-    fourth = a0 * s[ix - 1] + a1 * s[ix] + a2 * s[ix + 1] + a3 * s[ix + 2]
-    return (-h * e * d * d * first + (unit + e * e * (np.float32(1.5) * e - half)) * second
-            + (unit + d * d * (np.float32(1.5) * d - half)) * third - h * d * e * e * fourth)
+    b0, b1 = -h * e * d * d, unit + e * e * (np.float32(1.5) * e - half)
+    b2, b3 = unit + d * d * (np.float32(1.5) * d - half), -h * d * e * e
+    # Whole numbers without a sign: no check for places counted from the end. Down the columns first: four equal sums that the
+    # processor forms at once.
+    j, i = np.uint64(ix - 1), np.uint64(iy - 1)
+    j1, j2, j3 = j + np.uint64(1), j + np.uint64(2), j + np.uint64(3)
+    i1, i2, i3 = i + np.uint64(1), i + np.uint64(2), i + np.uint64(3)
+    first = b0 * picture[i, j] + b1 * picture[i1, j] + b2 * picture[i2, j] + b3 * picture[i3, j]
+    second = b0 * picture[i, j1] + b1 * picture[i1, j1] + b2 * picture[i2, j1] + b3 * picture[i3, j1]
+    third = b0 * picture[i, j2] + b1 * picture[i1, j2] + b2 * picture[i2, j2] + b3 * picture[i3, j2]
+    fourth = b0 * picture[i, j3] + b1 * picture[i1, j3] + b2 * picture[i2, j3] + b3 * picture[i3, j3]
+    return a0 * first + a1 * second + a2 * third + a3 * fourth
+
+
+@njit(cache=True, inline="always", fastmath=True)
+def _moved(c, i, a, b):
+    """Return component i of a displacement over (1, a, b, a^2, a b, b^2)."""
+    return c[i, 0] + a * (c[i, 1] + a * c[i, 3] + b * c[i, 4]) + b * (c[i, 2] + b * c[i, 5])
 
 
 @njit(cache=True, fastmath=True)
@@ -45,6 +56,8 @@ def draw_layers(frame, rest, fills, owner, boxes, moved, moved_rest, share, out)
     rest; out : (rows, columns) float32, holds what is behind.
     """
     rows, columns = frame.shape
+    place = np.empty((4, columns), np.float32)
+    edge, half_pixel = np.float32(1), np.float32(0.5)
     for b in range(boxes.shape[0]):
         left, top, width, height = boxes[b]
         centre_x, centre_y = left + (width - 1) / 2.0, top + (height - 1) / 2.0
@@ -56,30 +69,35 @@ def draw_layers(frame, rest, fills, owner, boxes, moved, moved_rest, share, out)
                         + half * half * (abs(c[i, 3]) + abs(c[i, 4]) + abs(c[i, 5])))
         first_x, last_x = max(0, int(left - reach)), min(columns, int(left + width + reach) + 1)
         for y in range(max(0, int(top - reach)), min(rows, int(top + height + reach) + 1)):
-            v = y - centre_y
+            _places(c, m, first_x, last_x, y, centre_x, centre_y, place)
             for x in range(first_x, last_x):
-                u = x - centre_x
-                dx = c[0, 0] + u * (c[0, 1] + u * c[0, 3] + v * c[0, 4]) + v * (c[0, 2] + v * c[0, 5])
-                dy = c[1, 0] + u * (c[1, 1] + u * c[1, 3] + v * c[1, 4]) + v * (c[1, 2] + v * c[1, 5])
-                p, q = u - dx, v - dy
-                dx = c[0, 0] + p * (c[0, 1] + p * c[0, 3] + q * c[0, 4]) + q * (c[0, 2] + q * c[0, 5])
-                dy = c[1, 0] + p * (c[1, 1] + p * c[1, 3] + q * c[1, 4]) + q * (c[1, 2] + q * c[1, 5])
-                from_x, from_y = x - dx, y - dy
-                inside = min(min(from_x - left, left + width - 1 - from_x), min(from_y - top, top + height - 1 - from_y)) + 1.0
+                from_x, from_y = place[0, x], place[1, x]
+                inside = min(min(from_x - left, left + width - 1 - from_x), min(from_y - top, top + height - 1 - from_y)) + edge
                 if inside <= 0.0:
                     continue
-                ix, iy = min(max(int(from_x + 0.5), 0), columns - 1), min(max(int(from_y + 0.5), 0), rows - 1)
-                if owner[iy, ix] != b:
+                ix, iy = min(max(int(from_x + half_pixel), 0), columns - 1), min(max(int(from_y + half_pixel), 0), rows - 1)
+                if owner[np.uint64(iy), np.uint64(ix)] != b:
                     grey = _sample(fills[b], from_x, from_y)
                 else:
                     grey = np.float32(0)
                     if share > 0.0:
                         grey += share * _sample(rest, from_x, from_y)
                     if share < 1.0:
-                        dx = m[0, 0] + p * (m[0, 1] + p * m[0, 3] + q * m[0, 4]) + q * (m[0, 2] + q * m[0, 5])
-                        dy = m[1, 0] + p * (m[1, 1] + p * m[1, 3] + q * m[1, 4]) + q * (m[1, 2] + q * m[1, 5])
-                        grey += (np.float32(1) - share) * _sample(frame, x - dx, y - dy)
-                out[y, x] = grey if inside >= 1.0 else inside * grey + (1.0 - inside) * out[y, x]
+                        grey += (np.float32(1) - share) * _sample(frame, place[2, x], place[3, x])
+                out[y, x] = grey if inside >= 1.0 else inside * grey + (edge - inside) * out[y, x]
+
+
+@njit(cache=True, fastmath=True)
+def _places(c, m, first, last, y, centre_x, centre_y, place):
+    """Put the places of a row's pixels at rest (0: right, 1: down) and in the frame (2, 3) into `place` (4, columns): a loop
+    without a branch, which the processor runs several pixels at a time."""
+    v = y - centre_y
+    for x in range(first, last):
+        u = x - centre_x
+        # The displacement is written over places at rest: once more with the first try.
+        p, q = u - _moved(c, 0, u, v), v - _moved(c, 1, u, v)
+        place[0, x], place[1, x] = x - _moved(c, 0, p, q), y - _moved(c, 1, p, q)
+        place[2, x], place[3, x] = x - _moved(m, 0, p, q), y - _moved(m, 1, p, q)
 
 
 @njit(cache=True, fastmath=True)
