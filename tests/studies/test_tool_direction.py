@@ -8,6 +8,7 @@ import pytest
 
 from toolpoint.app.main import main
 from toolpoint.cutting import ZeroOrder
+from toolpoint.cutting.surface.location import location_error
 from toolpoint.io import read_machine
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine import build
@@ -25,7 +26,7 @@ from toolpoint.spatial import transform as tf
 from toolpoint.studies.cuts.simulated_cut import simulate_cut
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
 from toolpoint.studies.machines.machine_words import describe_motion
-from toolpoint.studies.machines.tool_point import lobes, tool_axes, tool_point
+from toolpoint.studies.machines.tool_point import lobes, pose_problem, tool_axes, tool_point
 
 SIX = {"x": 2e7, "y": 3e7, "z": 6e7, "rx": 5e5, "ry": 8e5, "rz": 7e5}
 ANGLE = np.radians(35.0)
@@ -77,6 +78,18 @@ def test_exact_lobes_and_simulated_cuts_follow_the_tool(cut):
     runs = [simulate_cut(machine_dynamics(machine, pose), speed=2500.0, depth=0.0005, revolutions=20).run
             for machine, pose in pairs]
     np.testing.assert_allclose(runs[0].force, runs[1].force, rtol=1e-7, atol=1e-7 * np.abs(runs[0].force).max())
+
+
+def test_the_surface_error_follows_the_tool(cut):
+    """The wall that is cut lies in the tool's plane: the head turned by its axis equals the machine turned back."""
+    back = tf.transform(rotation.about("y", -ANGLE))
+    turned, described = swivel_head(cut=cut), swivel_head(ANGLE, back, cut)
+    speeds = np.linspace(1200, 3800, 9)
+    errors = []
+    for study in (tool_point(turned, [{"B": ANGLE}]), tool_point(described), tool_point(turned)):
+        errors.append(location_error(pose_problem(study, cut, 0).changed(feed_per_tooth=1e-4), speeds, 0.0005))
+    np.testing.assert_allclose(errors[0], errors[1], rtol=1e-7)
+    assert np.abs(errors[0] / errors[2] - 1).max() > 0.01  # the same head upright is another structure to the cut
 
 
 def test_turning_the_machine_with_its_tool_changes_nothing_about_the_cut(cut):

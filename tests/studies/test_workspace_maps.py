@@ -12,7 +12,9 @@ from toolpoint.app.main import cli
 from toolpoint.machine import assemble, build
 from toolpoint.pages.frequency_map import map_page
 from toolpoint.studies.machines.pose_map import pose_map
+from toolpoint.studies.machines.response_map import response_map
 from toolpoint.studies.machines.stiffness_map import stiffness_map
+from toolpoint.studies.machines.tool_point import tool_point
 from toolpoint.vibration import frequency_response
 
 
@@ -71,6 +73,14 @@ def test_poses_that_cannot_be_are_kept_with_their_reason_and_drawn(head, tmp_pat
         assert "pose failed" in page
 
 
+@pytest.mark.parametrize("axes", [{"tilt": [0.0, 0.1], "azimuth": [0.3]}, {"azimuth": [0.3], "tilt": [0.0, 0.1, 0.2]},
+                                  {"tilt": [0.1]}, {"azimuth": [0.3], "tilt": [0.1, 0.2], "Z": [0.9, 1.0]}])
+def test_axes_of_one_position_are_no_axes_of_the_picture(head, axes):
+    for result in (pose_map(head, axes), stiffness_map(head, axes), response_map(head, axes, [10.0, 20.0, 30.0])):
+        page = map_page(result, "head").html()
+        assert "Where it is lowest and highest" in page
+
+
 def test_map_command_speaks_degrees(tmp_path):
     machine = "src/toolpoint/app/machines/three_rps_head.yaml"
     axes = ["--axis", "tilt=0:20deg:2", "--axis", "azimuth=0:240deg:3"]
@@ -90,3 +100,42 @@ def test_demos_of_moving_machines(tmp_path, name):
     assert done.exit_code == 0, done.output
     assert "softest direction: lowest" in done.output
     assert name in CliRunner().invoke(cli, ["demo", "--list"]).output
+
+
+def test_responses_over_the_workspace_are_those_of_every_pose(head):
+    axes = {"tilt": np.radians([10, 25]), "azimuth": np.radians([20, 140, 260])}
+    lines = np.linspace(5, 300, 40)
+    result = response_map(head, axes, lines)
+    pose = {"tilt": axes["tilt"][1], "azimuth": axes["azimuth"][2]}
+    expected = tool_point(head, [pose], lines).frf.values[0]
+    for k in range(3):
+        np.testing.assert_allclose(result.values[1, 2, :, k], expected[:, k, k], rtol=1e-12)
+    # The sum over x and y does not turn with the azimuth of a head of three equal limbs: neither does the response along z.
+    np.testing.assert_allclose(result.values[:, 0, :, 2], result.values[:, 1, :, 2], rtol=1e-6)
+    assert "azimuth" in result.table() and len(result.to_dict()["real_m_per_n"]) == 2
+
+
+def test_a_peak_between_the_lines_is_said_and_one_that_they_carry_is_not(head):
+    axes = {"tilt": [0.0, 0.2]}
+    fine, coarse = response_map(head, axes, np.linspace(1, 500, 4000)), response_map(head, axes, np.linspace(1, 500, 30))
+    assert not fine.notes and "single line" in coarse.notes[0]
+    default = response_map(head, axes)
+    modes = pose_map(head, axes, 12).frequency
+    assert default.frequency[0] < modes.min() and default.frequency[-1] > modes.max()
+
+
+def test_responses_of_poses_that_cannot_be_are_left_out_with_their_reason(head, tmp_path):
+    result = response_map(head, {"Z": [0.9, 1.39], "tilt": np.radians([50]), "azimuth": [np.pi]}, [10.0, 20.0])
+    assert np.isnan(result.values[1]).all() and np.isfinite(result.values[0]).all()
+    assert len(result.failed()) == 1 and result.to_dict()["real_m_per_n"][1][0][0][0][0] is None
+    assert "Failed poses" in map_page(result, "head").save(tmp_path / "m.html").read_text(encoding="utf-8")
+
+
+def test_the_command_maps_responses(tmp_path):
+    name = "src/toolpoint/app/machines/three_axis_vertical.yaml"
+    args = ["map", name, "--axis", "X=-0.1:0.1:3", "-o", str(tmp_path / "m")]
+    done = CliRunner().invoke(cli, [*args, "--quantity", "response", "--lines", "10:200:50"])
+    assert done.exit_code == 0, done.output
+    assert "greatest um/N" in done.output
+    wrong = CliRunner().invoke(cli, [*args, "--lines", "10:200:50"])
+    assert wrong.exit_code == 2 and "--quantity response" in wrong.output

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Result, frame
-from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, POSE, QUANTITY
+from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
 
 
 @click.command()
@@ -116,35 +117,43 @@ def check(machine: Path, mass: float | None, as_json: bool) -> None:
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",
               help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
-@click.option("--quantity", type=click.Choice(["frequency", "static", "dynamic"]), default="frequency", show_default=True,
-              help="Natural frequencies, or the static or dynamic stiffness of the tool against the work.")
+@click.option("--quantity", type=click.Choice(["frequency", "static", "dynamic", "response"]), default="frequency",
+              show_default=True, help="Natural frequencies; static or dynamic stiffness, or responses, of tool against work.")
+@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines of the responses in Hz, for example "
+              "5:400:1600; over the lowest twelve modes where left out.")
 @click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--folder", type=PATH, help="Keep finished parts here and resume from them.")
 @OUTPUT
 @JSON
-def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str, workers: int, folder: Path | None,
-                  output: Path, as_json: bool) -> None:
-    """Natural frequencies, or the tool's stiffness, over a grid of axis positions; of chatter limits see map-chatter."""
+def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str, lines: Any, workers: int,
+                  folder: Path | None, output: Path, as_json: bool) -> None:
+    """Natural frequencies, or the tool's stiffness or responses, over a grid of axis positions; chatter limits: map-chatter."""
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import machine_file
     from toolpoint.pages.frequency_map import map_page
     from toolpoint.studies.execute import Dask, Serial
     from toolpoint.studies.machines.pose_map import PoseMap, pose_map
+    from toolpoint.studies.machines.response_map import ResponseMap, response_map
     from toolpoint.studies.machines.stiffness_map import StiffnessMap, stiffness_map
+
+    if lines is not None and quantity != "response":
+        raise click.UsageError(f"--lines: is for --quantity response; {quantity} has none")
 
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
     engine = Dask(workers) if workers else Serial()
     with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses", folder) as progress:
-        result: PoseMap | StiffnessMap
-        if quantity == "frequency":
+        result: PoseMap | StiffnessMap | ResponseMap
+        if quantity == "response":
+            result = response_map(built, positions, lines, engine=engine, folder=folder, progress=progress)
+        elif quantity == "frequency":
             result = pose_map(built, positions, count, engine=engine, folder=folder, progress=progress)
         else:
             result = stiffness_map(built, positions, quantity, engine=engine, folder=folder, progress=progress)
     if not as_json:
         run.save(map_page(result, machine.stem))
     run.warnings += result.failed()
-    run.show(result)
+    run.show(result, getattr(result, "notes", ()))
 
 
 @click.command()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
 
@@ -38,6 +39,22 @@ def band_of(ctx: click.Context, parameter: click.Parameter, value: str | None) -
     if not 0 <= low < high:
         raise click.BadParameter(f"{value!r}: the lower end must be below the upper")
     return low, high
+
+
+def lines_of(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
+    """Return the lines (Hz) of the text LOW:HIGH:NUMBER."""
+    if not value:
+        return None
+    import numpy as np
+
+    try:
+        low, high, number = value.split(":")
+        ends, count = (float(low), float(high)), int(number)
+    except ValueError:
+        raise click.BadParameter(f"{value!r}: write LOW:HIGH:NUMBER in Hz, for example 5:400:1600") from None
+    if not 0 <= ends[0] < ends[1] < 1e7 or not 2 <= count <= 100_000:
+        raise click.BadParameter(f"{value!r}: must be 0 <= LOW < HIGH and 2 to 100000 lines")
+    return np.linspace(*ends, count)
 
 
 PATH = click.Path(path_type=Path)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 import click
-import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, POSES
+from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, POSES, lines_of
 
 
 @click.command()
@@ -20,11 +20,12 @@ from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, POSES
               help="Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against table where left out.")
 @click.option("--force", "inputs", multiple=True, metavar="POINT:DIRECTION",
               help="Force here; where it is seen, where left out.")
-@click.option("--lines", metavar="LOW:HIGH:NUMBER", help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
+@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER",
+              help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
 @click.option("--save", type=PATH, help="Save the responses here: universal (.uff) or HDF5 (.h5) file, one pose.")
 @OUTPUT
 @JSON
-def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: str | None,
+def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: Any,
         save: Path | None, output: Path, as_json: bool) -> None:
     """Frequency responses of a machine at poses, tool against table, with 95 % intervals where its numbers were identified."""
     from toolpoint.app.poses import machine_at
@@ -36,7 +37,7 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
     with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
         result = study_responses_of_machine(
             machine_at(machine, *poses), list(poses) or None, list(outputs) or None, inputs=list(inputs) or None,
-            frequency=None if lines is None else _lines(lines), progress=progress)
+            frequency=lines, progress=progress)
     run.save(responses_page(result, run.warnings))
     if save is not None:
         _write(result.frfs[0], save)
@@ -66,17 +67,6 @@ def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str],
         result = rank_tests(built, pose, poses if axes else (), frequency_deviation=frequency_deviation,
                             shape_deviation=shape_deviation, progress=progress)
     run.show(result)
-
-
-def _lines(text: str) -> np.ndarray:
-    parts = text.split(":")
-    try:
-        low, high, number = float(parts[0]), float(parts[1]), int(parts[2])
-    except (ValueError, IndexError):
-        raise ToolpointError(f"--lines: {text!r}; write LOW:HIGH:NUMBER in Hz, for example 5:400:1600") from None
-    if len(parts) != 3 or not 0 <= low < high or not 2 <= number <= 100_000:
-        raise ToolpointError(f"--lines: {text!r}; must be 0 <= LOW < HIGH and 2 to 100000 lines")
-    return np.linspace(low, high, number)
 
 
 def _write(response: object, path: Path) -> None:

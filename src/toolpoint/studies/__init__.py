@@ -101,7 +101,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
     "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map"),
-    "map_stiffness": ("machines.stiffness_map", "stiffness_map")}
+    "map_responses": ("machines.response_map", "response_map"), "map_stiffness": ("machines.stiffness_map", "stiffness_map")}
 
 
 def __getattr__(name: str) -> Any:

@@ -1,0 +1,167 @@
+"""Frequency responses of the tool against the work over a grid of axis positions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import ComplexArray, FloatArray, fail, increasing
+from toolpoint.machine import Machine
+from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
+from toolpoint.studies.machines.pose_map import pose_map
+from toolpoint.studies.machines.tool_point import tool_point
+from toolpoint.studies.text_table import text_table
+
+NAMES = ("along x", "along y", "along z")
+_MICRON = 1e6
+_LINES = 400
+_SAMPLES = 3  # positions of every axis that the lines are chosen by
+_MODES, _STILL = 12, 1e-6  # modes below _STILL Hz do not vibrate
+_CARRIED = 0.7  # share of a peak that the lines beside it must reach: half the power
+
+
+@dataclass(frozen=True, eq=False)
+class ResponseMap:
+    """Receptances of the tool against the work over a grid.
+
+    axes : axis name to its positions, m or rad; frequency : (n_f,) Hz; values : (n_1, ..., n_f, 3) complex, m/N, along the
+    tool's x, y and z (force and motion in the same direction), not a number where a pose failed; notes : whether the lines
+    carry the peaks.
+    """
+
+    axes: Mapping[str, FloatArray]
+    frequency: FloatArray
+    values: ComplexArray
+    failures: Mapping[tuple[int, ...], str] = field(default_factory=dict)
+    angles: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    @property
+    def grid(self) -> Grid:
+        """The axes with their positions."""
+        return Grid(self.axes, self.angles)
+
+    def greatest(self) -> FloatArray:
+        """Return the greatest receptance over the lines, (n_1, ..., 3), m/N."""
+        return np.asarray(np.abs(self.values).max(axis=-2))
+
+    def failed(self) -> list[str]:
+        """Return a line on every pose that failed: where it is, and why."""
+        return self.grid.failure_lines(self.failures)
+
+    def extremes(self) -> list[str]:
+        """Return a line on every direction: where its greatest receptance is lowest and highest."""
+        return self.grid.extreme_lines(_MICRON * self.greatest(), NAMES, "um/N")
+
+    def table(self) -> str:
+        """Return each direction's greatest receptance with its place and frequency as text."""
+        rows = []
+        for k, name in enumerate(NAMES):
+            size = np.abs(self.values[..., k])
+            if not np.isnan(size).all():
+                place = np.unravel_index(int(np.nanargmax(size)), size.shape)
+                rows.append([name, f"{_MICRON * size[place]:.4g}", f"{self.frequency[place[-1]]:.5g}",
+                             self.grid.words([int(i) for i in place[:-1]])])
+        return "\n".join([text_table(repr(self), ["direction", "greatest um/N", "at Hz", "at"], rows), *self.extremes()])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, m/N."""
+        def plain(values: FloatArray) -> Any:
+            cells = values.astype(object)
+            cells[np.isnan(values)] = None
+            return cells.tolist()
+
+        return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "directions": list(NAMES),
+                "frequency_hz": self.frequency.tolist(), "real_m_per_n": plain(self.values.real),
+                "imaginary_m_per_n": plain(self.values.imag), "failures": self.failed(), "extremes": self.extremes(),
+                "notes": list(self.notes)}
+
+    def __repr__(self) -> str:
+        return (f"ResponseMap({self.grid}, {self.frequency.size} lines, {self.frequency[0]:.4g}..{self.frequency[-1]:.4g} Hz, "
+                f"{len(self.failures)} poses failed)")
+
+
+@dataclass(frozen=True)
+class _Responses:
+    """Receptances of a block of poses, real parts and then imaginary ones."""
+
+    machine: Machine
+    names: tuple[str, ...]
+    lines: tuple[float, ...]
+
+    @property
+    def identity(self) -> str:
+        """What tells this study from another one on the same grid."""
+        return repr((self.machine.description, self.lines))
+
+    def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
+        return over_block(self._at, self.machine, self.names, block, columns=6 * len(self.lines))
+
+    def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
+        count = len(next(iter(poses.values())))
+        listed = [{name: float(at[i]) for name, at in poses.items()} for i in range(count)]
+        values = tool_point(self.machine, listed, np.array(self.lines)).frf.values
+        direct = np.diagonal(values, axis1=-2, axis2=-1).reshape(count, -1)
+        return np.concatenate([direct.real, direct.imag], axis=1)
+
+
+def response_map(
+    machine: Machine, axes: Mapping[str, ArrayLike], frequency: ArrayLike | None = None, *, engine: Engine | None = None,
+    folder: str | Path | None = None, progress: Progress | None = None,
+) -> ResponseMap:
+    """Return the responses of the tool against the work over the grid of all combinations of axis positions.
+
+    Parameters
+    ----------
+    machine : Machine
+        Names its tool point, and the table where there is one; damped.
+    axes : mapping of axis name to positions
+        m or rad; axes left out stand at rest.
+    frequency : (n_f,) floats, optional
+        Hz; 400 lines over the lowest twelve modes of some poses of the grid where left out.
+    engine, folder, progress : see `execute.execute`
+    """
+    grid = check_grid(machine, axes)
+    lines = _lines(machine, grid) if frequency is None else increasing("frequency",
+                                                                       np.atleast_1d(np.asarray(frequency, float)))
+    function = _Responses(machine, tuple(grid.axes), tuple(map(float, lines)))
+    rows, failures = map_over(function, grid, 6 * lines.size, engine=engine, folder=folder, progress=progress)
+    real, imaginary = np.split(rows, 2, axis=-1)
+    values = (real + 1j * imaginary).reshape(*grid.shape, lines.size, 3)
+    result = ResponseMap(grid.axes, lines, values, failures, grid.angles)
+    return replace(result, notes=_narrow_notes(result))
+
+
+def _lines(machine: Machine, grid: Grid) -> FloatArray:
+    """Return lines over the lowest twelve modes at the ends and the middle of every axis, those poses that can be."""
+    frequency = pose_map(machine, _few(grid), _MODES).frequency
+    moving = frequency[frequency > _STILL]
+    if not moving.size:
+        fail("axes", "no pose that can be computed at their ends and middles", "must have one", "give `lines`")
+    return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), _LINES)
+
+
+def _few(grid: Grid) -> dict[str, FloatArray]:
+    ends = {name: np.unique(np.linspace(0, at.size - 1, min(at.size, _SAMPLES)).astype(int)) for name, at in grid.axes.items()}
+    return {name: grid.axes[name][at] for name, at in ends.items()}
+
+
+def _narrow_notes(result: ResponseMap) -> tuple[str, ...]:
+    """Say where the lines are too far apart for the highest peaks: a peak that three lines do not carry is cut."""
+    size = np.abs(result.values)
+    if np.isnan(size).all() or result.frequency.size < 3:
+        return ()
+    place = np.unravel_index(int(np.nanargmax(size)), size.shape)
+    line, peak = int(place[-2]), size[place]
+    beside = [i for i in (line - 1, line + 1) if 0 <= i < result.frequency.size]
+    if all(size[(*place[:-2], i, place[-1])] > _CARRIED * peak for i in beside):
+        return ()
+    step = float(np.diff(result.frequency).max())
+    return (f"the highest peak stands on a single line (they are up to {step:.3g} Hz apart): it may be higher between them; "
+            "give more `lines`, or map the dynamic stiffness, which looks at every resonance",)
