@@ -232,3 +232,23 @@ def test_turn_about_the_tool_is_the_redundancy_of_six_axes():
     frames = [chain.displacements(s.pose)[0, 5, :3, :3] for s in turns]
     angle = Rotation.from_matrix(frames[1] @ frames[0].T).as_rotvec()
     np.testing.assert_allclose(angle, 0.4 * direction, atol=1e-8)
+
+
+@pytest.mark.slow
+def test_all_branches_are_those_of_eaik():
+    """The peer's closed form (EAIK 1.2, where installed) finds the same set of angles, no more and no less."""
+    pytest.importorskip("eaik", reason="EAIK is not installed: pip install --no-deps eaik")
+    dh = pytest.importorskip("eaik.IK_DH")
+    table = rows(coupled=False)
+    peer = dh.DhRobot(np.array([row.alpha for row in table]), np.array([row.a for row in table]),
+                      np.array([row.d for row in table]))
+    arm, offset = SphericalWrist.of(arm_chain(table)), np.array([row.theta for row in table])
+    home, rng = arm_frames(table)[1][-1], np.random.default_rng(8)
+    for q in rng.uniform(-3, 3, (300, 6)):
+        goal = arm.forward(q)
+        np.testing.assert_allclose(peer.fwdKin(q + offset), goal @ home, atol=1e-12)
+        answer = peer.IK(goal @ home)  # among its answers are nearest ones that do not reach the target
+        theirs = np.array(answer.Q)[~np.array(answer.is_LS)] - offset
+        ours = np.array([branch.positions for branch in arm.inverse(goal)])
+        apart = np.abs(np.angle(np.exp(1j * (ours[:, None] - theirs[None])))).max(axis=-1)
+        assert apart.min(axis=1).max() < 1e-7 and apart.min(axis=0).max() < 1e-7, q

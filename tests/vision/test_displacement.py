@@ -6,7 +6,7 @@ import video_scenes as scenes
 
 from toolpoint import ToolpointError
 from toolpoint.vision.clip import Region, clip_of
-from toolpoint.vision.displacement.background import background_windows, without_shake
+from toolpoint.vision.displacement.background import background_windows, smooth_motion, without_shake
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, choose_points, windows_at
 from toolpoint.vision.displacement.quality import judge_quality
@@ -118,6 +118,17 @@ def test_shake_is_taken_off_by_the_background():
     assert "camera shake" in steady.doubts[0]
     with pytest.raises(ToolpointError, match="tripod"):
         without_shake(field, np.zeros(6, bool))
+
+
+def test_noise_of_the_background_is_not_taken_off_with_the_shake():
+    """What is taken off is far nearer to the camera's motion than the background is; a motion within the noise stays out."""
+    rng, times = np.random.default_rng(5), np.arange(960) / 960
+    shake = np.stack([np.sin(2 * np.pi * 2.3 * times) + 0.3 * times, 0.05 * np.sin(2 * np.pi * 40 * times), 0 * times])
+    seen = shake + 0.003 * rng.normal(size=shake.shape)
+    error = smooth_motion(seen, np.full(3, 0.003**2)) - shake
+    assert (np.sqrt((error**2).mean(axis=1)) < 0.5 * 0.003).all()
+    loud = rng.normal(size=(1, 960))  # a motion that is no line at all but stands above the noise is taken off whole
+    np.testing.assert_allclose(smooth_motion(loud, np.array([1e-4])), loud, atol=0.02)
 
 
 def test_a_clip_without_texture_says_what_to_do():

@@ -29,6 +29,7 @@ STEP = 1e-6
 # Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
 FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
 _IMPROBABLE = 1e-3
+_PAIRINGS = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -126,7 +127,23 @@ class MachineFit:
 
 
 def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40) -> MachineFit:
-    """Return the fit of a machine to modal data, from the start of its forms."""
+    """Return the fit of a machine to modal data, from the start of its forms.
+
+    A poor start may pair the modes wrongly: as long as the result looks more like other pairs, it is the next start.
+    """
+    best = _fit_pairs(model, data, rounds)
+    for _ in range(_PAIRINGS):
+        if (match_modes(best.model.machine(best.x), data)[0] == best.partner).all():
+            break
+        again = _fit_pairs(best.model, data, rounds)
+        if again.chi2 >= best.chi2:
+            break
+        best = again
+    return best
+
+
+def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int) -> MachineFit:
+    """Return the fit with the pairs of modes as they are at the start."""
     prior = model.deviations
     partner = match_modes(model.machine(np.zeros(len(prior))), data)[0]
     rows = len(misfit(model.machine(np.zeros(len(prior))), data, partner)) + len(prior)

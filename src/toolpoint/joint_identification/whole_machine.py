@@ -67,7 +67,7 @@ def whole_machine(
     kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
     data = _modal_data(modes, parts, motions, names, kept)
     fit = _settled(model, data)
-    fit = _with_other_damping(_richer(fit, full, data), data)
+    fit = _with_other_damping(_richer(fit, start=model, full=full, data=data), data)
     return WholeMachine(fit, names, tuple(kept), tuple(lonely))
 
 
@@ -144,12 +144,13 @@ def _turned(form: JointForm, rng: np.random.Generator) -> JointForm:
     return replace(form, start=replace(form.start, frame=frame))
 
 
-def _richer(fit: MachineFit, full: Sequence[JointForm], data: ModalData) -> MachineFit:
+def _richer(fit: MachineFit, *, start: MachineNumbers, full: Sequence[JointForm], data: ModalData) -> MachineFit:
     """Return the fit with viscous damping or full stiffness matrices where the data ask for them beyond chance."""
     best = fit
     if best.freedom > 0 and best.chi2 > _FAR_OFF * best.freedom:
         # Far from any noise: springs that no frame makes diagonal, from where the motions and forces put them.
-        forms = tuple(b if _is_richer(a) else a for a, b in zip(best.model.forms, full, strict=True))
+        # All joints begin anew: the others were drawn to where they made up for the wrong ones.
+        forms = tuple(b if _is_richer(a) else c for a, b, c in zip(best.model.forms, full, start.forms, strict=True))
         other = _settled(replace(best.model, forms=forms), data)
         best = other if other.information < best.information - _VERY_STRONG else best
     if best.freedom > 0 and best.probability < _IMPROBABLE:
