@@ -18,11 +18,15 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.machine_file import read as read_machine
     from toolpoint.io.yaml.machine_file import write as write_machine
+    from toolpoint.io.yaml.robot_file import read as read_datasheet
+    from toolpoint.io.yaml.robot_file import read_robot_machine
 
-__all__ = ["read_components", "read_drives", "read_frf", "read_geometry", "read_machine", "read_modes", "read_path",
-           "read_program", "read_record", "read_servo_data", "write_machine", "write_nouns"]
+__all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_modes",
+           "read_path",
+           "read_program", "read_record", "read_robot_machine", "read_servo_data", "write_machine", "write_nouns"]
 
 _HOME = {
+    "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
     "read_components": ("yaml.component_file", "read"), "read_drives": ("yaml.drive_file", "read"),
     "read_frf": ("frf_files", "read"), "read_geometry": ("geometry_files", "read"),
     "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),

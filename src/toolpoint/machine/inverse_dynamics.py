@@ -51,6 +51,33 @@ def inverse_dynamics(machine: Machine, pose: Pose | None, velocity: ArrayLike, *
     gravity : (3,) floats, optional
         m/s^2; that of the machine, or none, where left out.
     """
+    wrench, twists, rates = _motion_wrenches(machine, pose, velocity, acceleration=acceleration, gravity=gravity)
+    chain = machine.chain
+    for i in reversed(range(len(machine.bodies))):
+        if chain.parents[i] >= 0:
+            wrench[:, chain.parents[i]] += wrench[:, i]
+    joints = [step.joint for step in chain.steps]
+    forces = np.einsum("psk,psk->ps", twists, wrench[:, joints]) if joints else np.zeros((len(wrench), 0))
+    return (np.swapaxes(rates, -1, -2) @ forces[..., None])[..., 0]
+
+
+def base_reaction(machine: Machine, pose: Pose | None, velocity: ArrayLike | None = None, *,
+                  acceleration: ArrayLike | None = None,
+                  gravity: ArrayLike | None = None, about: ArrayLike = (0.0, 0.0, 0.0)) -> FloatArray:
+    """Return force (N) and moment (N m, about a point of the machine frame) of the ground on the rigid machine, (n_poses, 6).
+
+    Arguments are those of `inverse_dynamics`; at rest where velocity and acceleration are left out.
+    """
+    still = np.zeros(len(machine.chain.driven_axes))
+    wrench = _motion_wrenches(machine, pose, still if velocity is None else velocity,
+                              acceleration=still if acceleration is None else acceleration, gravity=gravity)[0].sum(axis=1)
+    moment = wrench[:, 3:] - np.cross(floats("about", about, (3,)), wrench[:, :3])
+    return np.concatenate([wrench[:, :3], moment], axis=-1)
+
+
+def _motion_wrenches(machine: Machine, pose: Pose | None, velocity: ArrayLike, *, acceleration: ArrayLike,
+                     gravity: ArrayLike | None) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return what each body needs for a motion (P, n_links, 6), the unit twists of the steps, and their rates per axis."""
     values, twists, inertia = _state(machine, pose)
     count = len(machine.chain.driven_axes)
     rates = _rates(machine, values)
@@ -60,8 +87,7 @@ def inverse_dynamics(machine: Machine, pose: Pose | None, velocity: ArrayLike, *
     g = np.zeros(3) if field is None else floats("gravity", field, (3,))
     sd = (rates @ qd[..., None])[..., 0]
     sdd = (rates @ qdd[..., None])[..., 0] + _bias(machine, values, sd)
-    forces = _newton_euler(machine, twists, inertia, sd, sdd, g)
-    return (np.swapaxes(rates, -1, -2) @ forces[..., None])[..., 0]
+    return _body_wrenches(machine, twists, inertia, sd, sdd, g), twists, rates
 
 
 def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -82,10 +108,10 @@ def _rates(machine: Machine, values: FloatArray) -> FloatArray:
     return np.broadcast_to(rates, (len(values), *rates.shape[1:]))
 
 
-def _newton_euler(machine: Machine, twists: FloatArray, inertia: FloatArray, sd: FloatArray, sdd: FloatArray, g: FloatArray
-                  ) -> FloatArray:
-    """Generalised forces of all steps (P, n_steps); everything in machine axes about the machine's origin."""
-    chain, (poses, steps, _) = machine.chain, twists.shape
+def _body_wrenches(machine: Machine, twists: FloatArray, inertia: FloatArray, sd: FloatArray, sdd: FloatArray, g: FloatArray
+                   ) -> FloatArray:
+    """What each body needs for its motion (P, n_links, 6); everything in machine axes about the machine's origin."""
+    chain, poses = machine.chain, len(twists)
     links = len(machine.bodies)
     velocity, acceleration = np.zeros((poses, links, 6)), np.zeros((poses, links, 6))
     for i, parent in enumerate(chain.parents):
@@ -101,12 +127,7 @@ def _newton_euler(machine: Machine, twists: FloatArray, inertia: FloatArray, sd:
                 a = a + unit * sdd[:, k, None] + tf.twist_bracket(carrier, unit) * sd[:, k, None]
         velocity[:, i], acceleration[:, i] = v, a
     momentum = (inertia @ velocity[..., None])[..., 0]
-    wrench = (inertia @ acceleration[..., None])[..., 0] + _force_bracket(velocity, momentum)
-    for i in reversed(range(links)):
-        if chain.parents[i] >= 0:
-            wrench[:, chain.parents[i]] += wrench[:, i]
-    joints = [step.joint for step in chain.steps]
-    return np.einsum("psk,psk->ps", twists, wrench[:, joints]) if steps else np.zeros((poses, 0))
+    return (inertia @ acceleration[..., None])[..., 0] + _force_bracket(velocity, momentum)
 
 
 def _force_bracket(twist: FloatArray, wrench: FloatArray) -> FloatArray:

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, update_machine
+    from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
@@ -60,6 +61,7 @@ __all__ = [
     "separate_dynamics",
     "simulate_cut",
     "solve_modes",
+    "study_datasheet",
     "study_joints",
     "study_machine",
     "study_modes",
@@ -89,6 +91,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "update_machine"),
+    "robots.datasheet_study": ("study_datasheet",),
     "servos.drive_experiment": ("run_drives",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),

@@ -60,6 +60,8 @@ def _plain(value: Any) -> Any:
 
 
 def _default(part: Field[Any]) -> Any:
+    if part.default_factory is not MISSING:
+        return part.default_factory()
     if part.default is MISSING:
         return ...
     if is_dataclass(part.default):

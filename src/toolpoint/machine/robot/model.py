@@ -1,0 +1,196 @@
+"""Datasheet -> machine: links from members of a calibrated density, motors and reducers as masses, reducers as elastic
+joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.joints import Reducer
+from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
+from toolpoint.machine import description as d
+from toolpoint.machine.build import mass_properties
+from toolpoint.machine.frames import describe_frame, frame
+from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
+from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
+from toolpoint.spatial import transform as tf
+
+REDUCER_LENGTH = 0.4  # of its diameter, as a cylinder of uniform density (chosen)
+Meshes = Mapping[str, d.MeshDescription]
+
+
+def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None = None, meshes: Meshes | None = None,
+                  loads: Mapping[str, float] | None = None) -> d.MachineDescription:
+    """Return the machine of a datasheet.
+
+    Parameters
+    ----------
+    sheet : RobotDatasheet
+    cutting : CuttingDescription, optional
+    meshes : mapping of member to MeshDescription
+        Of members that are meshes.
+    loads : mapping of axis to N m, optional
+        Torque about which the torsion of each reducer is linearised (its static load at the pose of interest); none where left
+        out.
+
+    Raises
+    ------
+    ToolpointError
+        With all faults of the datasheet; for a link without mass, or a weight that leaves nothing for the members.
+    """
+    faults = [f"{'.'.join(map(str, key))}: {text}" for key, text in find_datasheet_faults(sheet)]
+    if faults:
+        raise ToolpointError("\n".join(faults))
+    rows = arm_rows(sheet)
+    joints, links = arm_frames(rows)
+    density = calibrate_density(sheet, meshes)
+    parts = _Gathered(sheet, density, dict(meshes or {}))
+    parts.add_links(joints, dict(loads or {}))
+    parts.add_masses(joints)
+    tip = parts.add_payload(links[-1])
+    drives: dict[str, list[d.DrivenDirection]] = {row.axis: [] for row in rows}
+    for row in rows:
+        drives[row.axis].insert(0, d.DrivenDirection(f"joint_{row.axis}", "rz"))
+        for name, factor in row.coupled.items():
+            drives[name].append(d.DrivenDirection(f"joint_{row.axis}", "rz", factor))
+    axes = {row.axis: d.AxisDescription(drives=tuple(drives[row.axis]), limits=(row.lower, row.upper)) for row in rows}
+    outward = links[-1][:3, 2]
+    return d.MachineDescription(
+        sheet.name, parts.bodies, parts.joints, axes,
+        {"tip": d.PointDescription("payload", _vector(tip)), "flange": d.PointDescription("payload", _vector(links[-1][:3, 3])),
+         "wrist": d.PointDescription(f"link{len(rows)}", _vector(joints[-1][:3, 3])),
+         "base": d.PointDescription("link0", (0.0, 0.0, sheet.floor))},
+        tool="tip", damping_ratio=sheet.damping_ratio, cutting=cutting, source=sheet.source,
+        assumptions=(*sheet.assumptions,
+                     f"computed: members have {density:.1f} kg/m^3 times their fill, so that the robot weighs "
+                     f"{sheet.weight:g} kg"), tool_axis=_vector(-outward))
+
+
+def arm_rows(sheet: RobotDatasheet) -> list[ArmRow]:
+    """Return the Denavit-Hartenberg table of a datasheet."""
+    return [ArmRow(a.name, a.theta, a.d, a.a, a.alpha, coupled=a.coupled, lower=a.lower, upper=a.upper) for a in sheet.axes]
+
+
+def calibrate_density(sheet: RobotDatasheet, meshes: Meshes | None = None) -> float:
+    """Return the density (kg/m^3) of a member of fill 1 that makes robot, motors and reducers weigh what the datasheet says."""
+    rest = sum(sheet.motors[place_axis.motor].mass for place_axis in sheet.axes if _is_placed(sheet, place_axis.name))
+    rest += sum(part.mass or 0.0 for part in reducers_of(sheet).values())
+    rest += sum(member.mass or 0.0 for member in sheet.members.values())
+    volume = sum(_filled_volume(name, member, dict(meshes or {})) for name, member in sheet.members.items()
+                 if member.mass is None)
+    if volume == 0:
+        fail("members", "none of unknown mass", "at least one must take up the rest of the weight", "leave the mass of one out")
+    if sheet.weight <= rest:
+        fail("weight", f"{sheet.weight:g} kg", f"must be above that of motors, reducers and known members, {rest:.3g} kg")
+    return (sheet.weight - rest) / volume
+
+
+def _is_placed(sheet: RobotDatasheet, axis: str) -> bool:
+    return any(place.axis == axis for place in sheet.motor_places)
+
+
+def _filled_volume(name: str, member: RobotMember, meshes: Meshes) -> float:
+    return mass_properties(_body(name, member, 1.0, meshes)).mass
+
+
+def _body(name: str, member: RobotMember, density: float, meshes: Meshes) -> d.BodyDescription:
+    shape = None
+    if member.kind == "mesh":
+        if name not in meshes:
+            fail(f"members.{name}.mesh", member.mesh or "none", "its triangles must be given",
+                 "read the datasheet from its file")
+    elif member.kind == "box":
+        shape = d.ShapeDescription("box", size=_vector(np.array(member.size)))
+    else:
+        shape = d.ShapeDescription("cylinder", diameter=member.diameter, length=member.length, axis=member.along,
+                                   bore=member.bore)
+    return d.BodyDescription(member.mass, _vector(np.array(member.at)), shape=shape, mesh=meshes.get(name),
+                             density=density * member.fill if member.mass is None else None, source=member.source)
+
+
+class _Gathered:
+    """Bodies and joints of the machine while they are gathered."""
+
+    def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes) -> None:
+        self.sheet, self.density, self.meshes = sheet, density, meshes
+        self.bodies: dict[str, d.BodyDescription] = {}
+        self.joints: dict[str, d.JointDescription] = {}
+
+    def add_links(self, frames: FloatArray, loads: Mapping[str, float]) -> None:
+        """Add the base, the links and the reducers' joints; the first member of a link gives its body, others are fixed to
+        it."""
+        reducers = reducers_of(self.sheet)
+        for number in range(len(self.sheet.axes) + 1):
+            members = {name: part for name, part in self.sheet.members.items() if part.link == number}
+            if not members:
+                fail("members", f"none of link {number}", "every link needs at least one", "a small one will do")
+            link = f"link{number}"
+            for name, part in members.items():
+                body = _body(name, part, self.density, self.meshes)
+                if link not in self.bodies:
+                    self.bodies[link] = replace(body, source=f"{name}: {body.source}")
+                else:
+                    self._fix(name, link, body)
+            if number == 0:
+                self.joints["fixing"] = d.JointDescription("ground", link, source="chosen: rigid floor")
+            else:
+                axis = self.sheet.axes[number - 1]
+                self.joints[f"joint_{axis.name}"] = _reducer_joint(
+                    f"link{number - 1}", link, frames[number - 1], reducers[axis.name], loads.get(axis.name, 0.0))
+
+    def _fix(self, name: str, link: str, body: d.BodyDescription) -> None:
+        self.bodies[name] = body
+        self.joints[f"fixing_{name}"] = d.JointDescription(link, name, source="fixed")
+
+    def add_masses(self, frames: FloatArray) -> None:
+        """Add motors where they are placed and reducers around their axes, on the link before."""
+        for place in self.sheet.motor_places:
+            axis = next(axis for axis in self.sheet.axes if axis.name == place.axis)
+            motor = self.sheet.motors[axis.motor]
+            shape = d.ShapeDescription("cylinder", diameter=motor.diameter, length=motor.length, axis=place.along)
+            self._fix(f"motor_{axis.name}", f"link{place.link}", d.BodyDescription(
+                mass=motor.mass, centre=_vector(np.array(place.at)), shape=shape,
+                source=f"mass {motor.source}; place {place.source}"))
+        for number, (row, part) in enumerate(zip(compute_gearing(self.sheet), reducers_of(self.sheet).values(), strict=True)):
+            if part.mass is None or part.diameter is None:
+                continue
+            shape = d.ShapeDescription("cylinder", diameter=part.diameter, length=REDUCER_LENGTH * part.diameter)
+            self._fix(f"reducer_{row.axis}", f"link{number}", d.BodyDescription(
+                mass=part.mass, shape=shape, frame=describe_frame(frames[number]), source=f"{row.reducer}: {part.source}"))
+
+    def add_payload(self, flange: FloatArray) -> FloatArray:
+        """Add the payload to the last link; return where the tool's tip is."""
+        load = self.sheet.payload
+        middle = flange @ tf.transform(None, [0.0, 0.0, load.length / 2])
+        body = d.BodyDescription(
+            mass=load.mass, shape=d.ShapeDescription("cylinder", diameter=load.diameter, length=load.length),
+            frame=describe_frame(middle), source=load.source)
+        # Points of the payload are in the machine frame like all others: its own frame would hide the tip's place.
+        self._fix("payload", f"link{len(self.sheet.axes)}", _in_machine_frame(body))
+        return flange[:3, 3] + load.tip * flange[:3, 2]
+
+
+def _in_machine_frame(body: d.BodyDescription) -> d.BodyDescription:
+    seen = mass_properties(body).moved(frame(body.frame))
+    tensor = seen.inertia
+    inertia = d.InertiaDescription(float(tensor[0, 0]), float(tensor[1, 1]), float(tensor[2, 2]), float(tensor[0, 1]),
+                                   float(tensor[0, 2]), float(tensor[1, 2]))
+    return d.BodyDescription(mass=seen.mass, centre=_vector(seen.centre), inertia=inertia, source=body.source)
+
+
+def _reducer_joint(parent: str, child: str, place: FloatArray, reducer: Reducer, load: float) -> d.JointDescription:
+    torsion = reducer.linearise(load)
+    assert reducer.bending is not None
+    dampers = {"rx": reducer.bending_damping, "ry": reducer.bending_damping, "rz": reducer.damping}
+    return d.JointDescription(parent, child, describe_frame(place),
+                              {"rx": reducer.bending, "ry": reducer.bending, "rz": torsion.stiffness},
+                              {way: value for way, value in dampers.items() if value > 0}, source=reducer.source)
+
+
+def _vector(values: FloatArray) -> d.Vector:
+    x, y, z = (float(v) for v in values)
+    return x, y, z

@@ -1,0 +1,31 @@
+"""The page of a robot's datasheet: gearing, forces on the base, differences, and what every number rests on."""
+
+from __future__ import annotations
+
+from toolpoint.plot import Cell, Listing, Notes, Report, Table
+from toolpoint.studies.robots.datasheet_study import DatasheetStudy
+
+
+def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
+    """Return the page of a datasheet study; `text` is the file."""
+    report = Report(f"From the datasheet: {result.sheet.name}", repr(result.machine), subtitle=result.sheet.source)
+    gearing = Table(
+        ["axis", "R_t", "R_r", "T_t, N m", "against load moment, %", "reducer", "holds, N m", "inertia, kg m^2"],
+        [[row.axis, row.total_ratio, row.reducer_ratio, row.torque,
+          "" if row.deviation is None else f"{100 * row.deviation:+.0f}",
+          row.reducer, float(hold), float(inertia)]
+         for row, hold, inertia in zip(result.gearing, result.holding, result.inertia, strict=True)],
+        "R_t = n_max/w_max, R_r = R_t/R_m, T_t = R_t T_s; holding torque and inertia with the arm stretched out")
+    loads = [result.still, *result.stops]
+    base = Table(["case", "M_v, N m", "F_v, N", "M_h, N m", "F_h, N"],
+                 [[load.name, load.vertical_moment, load.vertical_force, load.horizontal_moment, load.horizontal_force]
+                  for load in loads], f"Axes stop from their largest speed in {1e3 * result.sheet.stop_time:.0f} ms")
+    modes = Table(["mode", "Hz"], [[i + 1, float(f)] for i, f in enumerate(result.frequency)],
+                  "At the reference pose, undamped")
+    origins = Table(["part", "numbers", "origin"], [[part, what, Cell(origin, origin.split()[0].rstrip(";:"))]
+                                                    for part, what, origin in result.origins])
+    report = report.with_section("What does not follow or agree", Notes(list(result.differences), "warning", "Differences"))
+    report = report.with_section("Gear ratios and torques", gearing).with_section("Forces on the base", base)
+    report = report.with_section("Natural frequencies", modes)
+    report = report.with_section("What the numbers rest on", Notes(list(result.sheet.assumptions)), origins)
+    return report.with_section("File", Listing(name, text))

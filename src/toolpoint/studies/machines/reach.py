@@ -1,0 +1,238 @@
+"""Poses that bring a tool to places: arms in closed form with all their branches, other machines by iteration."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint.kinematics import Axis, Drive, TreeChain
+from toolpoint.kinematics.inverse import ToolOnWork, solve_inverse
+from toolpoint.kinematics.spherical_wrist import ArmBranch, SphericalWrist, move_tool
+from toolpoint.kinematics.tool_frame import smallest_turn
+from toolpoint.machine.description import GROUND
+from toolpoint.machine.model import Machine
+from toolpoint.machine.tool_pose import tool_pair
+from toolpoint.spatial import rotation as rot
+from toolpoint.spatial import transform as tf
+
+Pose = Mapping[str, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Reach:
+    """Poses of places.
+
+    places : (n, 3), m, from the table point (the machine's origin without one); poses : one for each place, None where it
+    cannot be; branches : names of the arm's branches, empty where the machine has none; reasons : why a place cannot be, else
+    empty.
+    """
+
+    places: FloatArray
+    poses: tuple[Pose | None, ...]
+    branches: tuple[str, ...]
+    reasons: tuple[str, ...]
+
+    @property
+    def reached(self) -> np.ndarray:
+        """Which places can be, (n,) bools."""
+        return np.array([pose is not None for pose in self.poses])
+
+    def batch(self) -> dict[str, FloatArray]:
+        """Return the poses that can be as one batch: axis name to positions."""
+        poses = [pose for pose in self.poses if pose is not None]
+        return {name: np.array([pose[name] for pose in poses]) for name in poses[0]} if poses else {}
+
+    def __repr__(self) -> str:
+        return f"Reach({int(self.reached.sum())} of {len(self.poses)} places)"
+
+
+def reach_places(machine: Machine, places: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0,
+                 branch: str = "",
+                 start: Pose | None = None, point: str = "", follow: bool = False) -> Reach:
+    """Return poses that bring the tool's tip to places with its axis along a direction.
+
+    Parameters
+    ----------
+    machine : Machine
+        Names its tool point.
+    places : (n, 3) floats
+        m, from the table point in its axes.
+    direction : (3,) floats, optional
+        Of the tool's axis, away from the work; that at the reference pose where left out.
+    turn : float
+        rad, about the tool's axis, from the axes that the smallest turn of z onto the direction gives.
+    branch : str
+        Of an arm, for example ``front up no flip``; the one nearest to the start where left out.
+    start : pose, optional
+        At rest where left out.
+    point : str
+        Another point of the tool's body in place of the tip, for example the wrist.
+    follow : bool
+        Whether the places are a path: each pose is the one nearest to that of the place before.
+    """
+    at = floats("places", places, (None, 3)).reshape(-1, 3)
+    pair = _pair(machine, point)
+    goal = pair.direction if direction is None else floats("direction", direction, (3,))
+    if not np.linalg.norm(goal) > 0:
+        fail("direction", "length 0", "must not be zero")
+    solver = _solver(machine, pair, goal / np.linalg.norm(goal), turn, branch)
+    last = {axis.name: axis.rest for axis in machine.chain.driven_axes} | dict(start or {})
+    poses: list[Pose | None] = []
+    names, reasons = [], []
+    for place in at:
+        pose, name, reason = solver(place, last)
+        poses.append(pose)
+        names.append(name)
+        reasons.append(reason)
+        if follow and pose is not None:
+            last = dict(pose)
+    return Reach(at, tuple(poses), tuple(names), tuple(reasons))
+
+
+def branch_names(machine: Machine, place: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, point: str = ""
+                 ) -> list[str]:
+    """Return the branches of an arm that reach a place within limits; none for machines that are no arms."""
+    pair = _pair(machine, point)
+    arm = arm_of(machine)
+    if arm is None:
+        return []
+    goal = pair.direction if direction is None else floats("direction", direction, (3,)) / np.linalg.norm(direction)
+    return [each.name for each in arm.inverse(_target(pair, floats("place", place, (3,)), goal, turn)) if each.within_limits]
+
+
+def arm_of(machine: Machine) -> SphericalWrist | None:
+    """Return the closed-form geometry of a machine whose tool hangs on six turning joints with a spherical wrist, else None.
+
+    Bodies that are fixed to the links are left out: they do not move against them.
+    """
+    chain = machine.chain
+    description = machine.description
+    if description.tool is None or description.points[description.tool].body == GROUND or machine.loops:
+        return None
+    moving = {step.joint for step in chain.steps}
+    path, link = list[int](), machine.link(description.points[description.tool].body)
+    while link >= 0:
+        path.insert(0, link)
+        link = chain.parents[link]
+    joints = [link for link in path if link in moving]
+    if len(joints) != 6 or len(chain.steps) != 6 or (description.table is not None and _moves(machine, description.table)):
+        return None
+    axes = tuple(Axis(axis.name,
+                      tuple(Drive(joints.index(drive.joint), drive.direction, drive.factor) for drive in axis.drives),
+                      axis.lower, axis.upper, axis.rest, axis.turns) for axis in chain.driven_axes)
+    try:
+        return SphericalWrist.of(TreeChain(tuple(range(-1, 5)), chain.frames[joints], axes))
+    except ToolpointError:
+        return None
+
+
+def _moves(machine: Machine, point: str) -> bool:
+    return machine.description.points[point].body != GROUND
+
+
+def _pair(machine: Machine, point: str) -> ToolOnWork:
+    pair = tool_pair(machine)
+    if not point:
+        return pair
+    points = machine.description.points
+    if point not in points:
+        fail("point", f"no {point!r}", f"must be of {', '.join(points)}")
+    other = points[point]
+    if machine.link(other.body) < 0:
+        fail("point", f"{point} on the ground", "must be on a body that moves with the tool")
+    link = machine.link(other.body)
+    at = tf.move(machine.body_frames[link], np.array([other.at]))[0]
+    return ToolOnWork(link, at, pair.direction, pair.table, pair.origin)
+
+
+def _target(pair: ToolOnWork, place: FloatArray, direction: FloatArray, turn: float) -> FloatArray:
+    """Displacement of the tool's link that puts tip and axes where they shall be; the work stands still."""
+    asked = tf.transform(smallest_turn(direction) @ rot.about("z", turn), place + pair.origin)
+    return move_tool(asked, tf.transform(smallest_turn(pair.direction), pair.tip))
+
+
+class _Arm:
+    """Closed form: the branch that is asked for, or the one whose axes move least from the start."""
+
+    def __init__(self, arm: SphericalWrist, pair: ToolOnWork, direction: FloatArray, turn: float, branch: str) -> None:
+        self.arm, self.pair, self.direction, self.turn, self.branch = arm, pair, direction, turn, branch
+        self.names = [axis.name for axis in arm.chain.driven_axes]
+
+    def __call__(self, place: FloatArray, start: Pose) -> tuple[Pose | None, str, str]:
+        first = np.array([start.get(name, 0.0) for name in self.names])
+        fourth = float((self.arm.chain.driven_values(first[None]) @ np.eye(6))[0, 3])
+        branches = self.arm.inverse(_target(self.pair, place, self.direction, self.turn), turn_at_singular=fourth)
+        if not branches:
+            return None, "", "out of reach"
+        asked = [each for each in branches if not self.branch or each.name == self.branch]
+        if not asked:
+            names = ", ".join(each.name for each in branches)
+            return None, "", f"not on branch {self.branch!r}; reached on {names}"
+        inside = [each for each in asked if each.within_limits]
+        if not inside:
+            return None, "", "beyond the limits of " + self._beyond(asked[0])
+        best = min((self._turned(each, first), each.name) for each in inside)
+        return dict(zip(self.names, best[0][1], strict=True)), best[1], ""
+
+    def _turned(self, branch: ArmBranch, first: FloatArray) -> tuple[float, tuple[float, ...]]:
+        """Distance to the start and the positions, each axis by whole turns to where it is nearest, within its limits."""
+        values = []
+        for value, near, axis in zip(branch.positions, first, self.arm.chain.driven_axes, strict=True):
+            turns = [value + 2 * np.pi * k for k in (-1, 0, 1)] if axis.is_rotary else [value]
+            inside = [v for v in turns if axis.lower - 1e-9 <= v <= axis.upper + 1e-9]
+            away = np.abs(np.array(inside or [value]) - near)
+            values.append(float((inside or [value])[int(away.argmin())]))
+        return float(np.linalg.norm(np.array(values) - first)), tuple(values)
+
+    def _beyond(self, branch: ArmBranch) -> str:
+        return ", ".join(f"{axis.name} ({axis.words(value)}, {axis.span})"
+                         for axis, value in zip(self.arm.chain.driven_axes, branch.positions, strict=True)
+                         if not axis.lower - 1e-9 <= value <= axis.upper + 1e-9)
+
+
+class _Iterative:
+    """Iteration from the start; a branch has no name here."""
+
+    def __init__(self, chain: TreeChain, pair: ToolOnWork, direction: FloatArray, turn: float) -> None:
+        self.chain, self.pair, self.direction = chain, pair, direction
+        # Five axes cannot take up a turn about the tool: it is left free there.
+        self.turn = turn if len(chain.driven_axes) >= 6 else None
+        self.leans = sum(axis.is_rotary for axis in chain.driven_axes) > 0
+
+    def __call__(self, place: FloatArray, start: Pose) -> tuple[Pose | None, str, str]:
+        solution = solve_inverse(self.chain, self.pair, place, direction=self.direction if self.leans else None,
+                                 turn=self.turn if self.leans else None, start=start)
+        return (dict(solution.pose), "", "") if solution.is_reached else (None, "", solution.status)
+
+
+def _solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, turn: float, branch: str) -> _Arm | _Iterative:
+    arm = arm_of(machine)
+    if arm is not None:
+        return _Arm(arm, pair, direction, turn, branch)
+    if branch:
+        fail("branch", repr(branch), "serves arms of six turning joints with a spherical wrist", "leave it out")
+    return _Iterative(machine.chain, pair, direction, turn)
+
+
+def path_faults(reach: Reach, lengths: Sequence[float], largest_step: float = 0.35) -> list[str]:
+    """Return why the poses of a path cannot be followed: places out of reach, and jumps of an axis (rad) between neighbours."""
+    faults = [f"at {1e3 * length:.4g} mm of the path ({_place_words(place)}): {reason}"
+              for length, place, reason in zip(lengths, reach.places, reach.reasons, strict=True) if reason]
+    if faults:
+        return faults
+    batch = reach.batch()
+    for name, values in batch.items():
+        step = np.abs(np.diff(values))
+        if step.size and step.max() > largest_step:
+            k = int(step.argmax())
+            faults.append(f"axis {name} turns by {np.degrees(step[k]):.4g} deg between {1e3 * lengths[k]:.4g} and "
+                          f"{1e3 * lengths[k + 1]:.4g} mm of the path: a singular pose lies between")
+    return faults
+
+
+def _place_words(place: FloatArray) -> str:
+    return ", ".join(f"{1e3 * v:.5g}" for v in place) + " mm"

@@ -1,0 +1,142 @@
+"""From a robot's datasheet to its machine: every step of it, what is published, computed or chosen, and what does not
+follow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.machine.build import build
+from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.inverse_dynamics import axis_mass_matrix
+from toolpoint.machine.model import Machine
+from toolpoint.machine.robot.datasheet import RobotDatasheet
+from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
+from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretched_pose
+from toolpoint.studies.text_table import text_table
+
+_STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
+
+
+@dataclass(frozen=True, eq=False)
+class DatasheetStudy:
+    """What a datasheet implies.
+
+    gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
+    holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
+    differences : what does not follow or does not agree, a line each; origins : what every number rests on.
+    """
+
+    sheet: RobotDatasheet
+    machine: Machine
+    gearing: tuple[AxisGearing, ...]
+    pose: Mapping[str, float]
+    still: BaseLoad
+    stops: tuple[BaseLoad, ...]
+    holding: FloatArray
+    inertia: FloatArray
+    frequency: FloatArray
+    differences: tuple[str, ...]
+    origins: tuple[tuple[str, str, str], ...]
+
+    def table(self) -> str:
+        """Return gearing, base reactions, differences and origins as text."""
+        rows = [[row.axis, f"{row.total_ratio:.1f}", f"{row.reducer_ratio:.1f}", f"{row.torque:.1f}",
+                 "" if row.deviation is None else f"{100 * row.deviation:+.0f} %", row.reducer, f"{hold:.1f}", f"{inertia:.3g}",
+                 "" if row.reflected_inertia is None else f"{row.reflected_inertia:.3g}"]
+                for row, hold, inertia in zip(self.gearing, self.holding, self.inertia, strict=True)]
+        gearing = text_table(f"{self.sheet.name}: gear ratios and torques", [
+            "axis", "R_t", "R_r", "T_t N m", "against load moment", "reducer", "holds N m", "inertia kg m^2",
+            "rotor through ratio"], rows)
+        loads = text_table("Forces on the base, arm stretched out", ["case", "M_v N m", "F_v N", "M_h N m", "F_h N"],
+                           [self.still.row(), *(["manual, " + name, f"{p.vertical_moment:.1f}", f"{p.vertical_force:.1f}",
+                                                 f"{p.horizontal_moment:.1f}", f"{p.horizontal_force:.1f}"]
+                                                for name, p in self._manual()), *(load.row() for load in self.stops)])
+        origins = text_table("What the numbers rest on", ["part", "numbers", "origin"], [list(row) for row in self.origins])
+        modes = "Natural frequencies at the reference pose: " + ", ".join(f"{f:.2f}" for f in self.frequency) + " Hz"
+        return "\n".join([gearing, loads, modes, "Differences:", *(f"- {line}" for line in self.differences), origins])
+
+    def _manual(self) -> list[tuple[str, Any]]:
+        named = [("still", self.sheet.stillness), ("power-off stop", self.sheet.power_off)]
+        return [(name, part) for name, part in named if part is not None]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study as plain numbers and text, SI."""
+        return {"gearing": [{"axis": r.axis, "total_ratio": r.total_ratio, "reducer_ratio": r.reducer_ratio, "torque": r.torque,
+                             "deviation": r.deviation, "reducer": r.reducer, "reflected_inertia": r.reflected_inertia}
+                            for r in self.gearing],
+                "still": vars(self.still), "stops": [vars(load) for load in self.stops], "pose": dict(self.pose),
+                "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
+                "frequency_hz": self.frequency.tolist(),
+                "differences": list(self.differences), "origins": [list(row) for row in self.origins]}
+
+    def __repr__(self) -> str:
+        return f"DatasheetStudy({self.sheet.name!r}, {len(self.gearing)} axes, {len(self.differences)} differences)"
+
+
+def study_datasheet(sheet: RobotDatasheet, description: MachineDescription) -> DatasheetStudy:
+    """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it."""
+    machine = build(description)
+    gearing = compute_gearing(sheet)
+    pose = stretched_pose(machine)
+    still = base_load(machine, "at rest", pose, sheet)
+    stops = tuple(stop_loads(machine, sheet, pose))
+    inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])
+    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(machine, sheet, pose), inertia,
+                          natural_frequencies(machine, {}, 6)[0], tuple(_differences(sheet, machine, gearing, pose, still)),
+                          tuple(_origins(sheet, description)))
+
+
+def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGearing, ...], pose: Mapping[str, float],
+                 still: BaseLoad) -> list[str]:
+    lines = [f"axis {row.axis}: {text}" for row in gearing for text in row.disagreements]
+    lines += [f"axis {row.axis}: {row.reducer} is named, {row.nearest} is nearer in ratio" for row in gearing
+              if row.reducer != row.nearest]
+    lines += _reach_lines(sheet)
+    lines += [f"axis {axis.name}: holding the stretched arm takes {abs(torque):.1f} N m, more than the {row.torque:.1f} N m "
+              f"at stall"
+              for axis, row, torque in zip(sheet.axes, gearing, holding_torque(machine, sheet, pose), strict=True)
+              if abs(torque) > row.torque]
+    if sheet.stillness is not None:
+        lines.append(f"at rest M_v is {still.vertical_moment:.1f} N m, the manual states {sheet.stillness.vertical_moment:g}: "
+                     f"the "
+                     "distribution of mass along the arm is chosen, and the manual's pose is not known")
+    if sheet.power_off is not None:
+        for axis, field in _STOPS:
+            value = getattr(sheet.power_off, field)
+            time = stop_time_for(machine, sheet, pose, axis, field=field, value=value)
+            lines.append(f"power-off stop: the manual's {field.replace('_', ' ')} of {value:g} N m is that of "
+                         f"{sheet.axes[axis].name} "
+                         f"alone stopping in {1e3 * time:.0f} ms; {1e3 * sheet.stop_time:.0f} ms is chosen, the manual's "
+                         f"motion is not "
+                         "published")
+    return lines
+
+
+def _reach_lines(sheet: RobotDatasheet) -> list[str]:
+    """Whether the printed reach is that of the table: an arm of six axes, a_1 + a_2 + the forearm's diagonal."""
+    if sheet.reach is None or len(sheet.axes) < 4:
+        return []
+    first, second, third, fourth = sheet.axes[:4]
+    reach = abs(first.a) + abs(second.a) + float(np.hypot(third.a, fourth.d))
+    if abs(reach - sheet.reach) < 5e-4:
+        return []
+    return [f"reach printed {1e3 * sheet.reach:g} mm, the table's lengths give {1e3 * reach:.1f} mm to the wrist"]
+
+
+def _origins(sheet: RobotDatasheet, description: MachineDescription) -> list[tuple[str, str, str]]:
+    rows = [(f"axis {axis.name}", "lengths, angles, speed, load moment, stage", axis.source) for axis in sheet.axes]
+    rows += [(f"motor {name}", "stall torque, speed, mass", part.source) for name, part in sheet.motors.items()]
+    rows += [(f"reducer of {axis}", f"torsion {part.torsion[0]:g}, bending {part.bending:g} N m/rad, mass", part.source)
+             for axis, part in reducers_of(sheet).items()]
+    rows += [(name, "shape and place", part.source) for name, part in sheet.members.items()]
+    rows += [(f"motor of {place.axis}", "place", place.source) for place in sheet.motor_places]
+    rows.append(("payload", "mass and size", sheet.payload.source))
+    rows += [("ratios, torques", "R_t = n_max/w_max, R_r = R_t/R_m, T_t = R_t T_s", "computed")]
+    rows += [("density", next((line for line in description.assumptions if line.startswith("computed")), ""), "computed")]
+    return rows
