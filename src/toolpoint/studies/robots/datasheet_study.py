@@ -17,7 +17,7 @@ from toolpoint.machine.inverse_dynamics import axis_mass_matrix
 from toolpoint.machine.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
-from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretched_pose
+from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretch_arm
 from toolpoint.studies.text_table import text_table
 
 _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
@@ -83,7 +83,7 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription) -> D
     """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it."""
     machine = build(description)
     gearing = compute_gearing(sheet)
-    pose = stretched_pose(machine)
+    pose = stretch_arm(machine)
     still = base_load(machine, "at rest", pose, sheet)
     stops = tuple(stop_loads(machine, sheet, pose))
     inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])

@@ -33,7 +33,7 @@ class BaseLoad:
                 f"{self.horizontal_force:.1f}"]
 
 
-def stretched_pose(machine: Machine) -> dict[str, float]:
+def stretch_arm(machine: Machine) -> dict[str, float]:
     """Return the pose of the second and third axes in which gravity turns hardest about the second (others at rest)."""
     axes = machine.chain.driven_axes
     grids = [np.linspace(max(axis.lower, -np.pi), min(axis.upper, np.pi), 61) for axis in axes[1:3]]
