@@ -39,6 +39,7 @@ def test_parallel_head():
 # Every command of the README in Python: (example, the number that it returns, relative deviation, where the number is from).
 COMMANDS = [
     ("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual"),
+    ("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding"),
     ("check_a_machine_file.py", 6, 0, "three feet turn, a column, and a magazine that turns two ways"),
     ("report_a_machine.py", 21.5, 0.005, "the model of the paper, table 5"),
     pytest.param("report_measured_responses.py", 900.0, 2e-3, "the mode that was put in", marks=pytest.mark.slow),

@@ -49,7 +49,7 @@ def grid(machine: Machine, texts: Sequence[str], option: str) -> dict[str, Float
     """Return axis name to positions of texts like ``X=-200mm:200mm:5`` (first, last, number), checked against a machine."""
     result: dict[str, FloatArray] = {}
     for text in texts:
-        name, first, last, number = _line(text, option)
+        name, first, last, number = line_of(text, option)
         if name in result:
             raise ToolpointError(f"{option}: {text!r}; axis {name} is there twice")
         for end in (first, last):  # a position out of reach is refused before any work
@@ -58,7 +58,8 @@ def grid(machine: Machine, texts: Sequence[str], option: str) -> dict[str, Float
     return result
 
 
-def _line(text: str, option: str) -> tuple[str, WrittenPosition, WrittenPosition, int]:
+def line_of(text: str, option: str) -> tuple[str, WrittenPosition, WrittenPosition, int]:
+    """Return name, first, last and number of a text like ``X=-200mm:200mm:5``."""
     name, _, rest = text.partition("=")
     parts = rest.split(":")
     form = "write AXIS=FIRST:LAST:NUMBER, for example X=-0.3:0.3:7 or X=-300mm:300mm:7"

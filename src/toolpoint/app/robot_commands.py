@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
 from toolpoint.app.options import JSON, OUTPUT, PATH
 
@@ -31,3 +32,120 @@ def robot(datasheet: Path, written: Path | None, output: Path, as_json: bool) ->
         if not as_json:
             run.save(robot_page(result, datasheet.read_text(encoding="utf-8-sig"), datasheet.name))
     run.show(result, written={"Machine file": written})
+
+
+def _numbers(text: str, option: str, count: int, angle: bool = False) -> list[float]:
+    """Numbers of a text like ``600mm,0,300mm``: m, or rad, where no unit is written."""
+    from toolpoint.io.quantities import units
+
+    parts = text.split(",")
+    if len(parts) != count:
+        raise ToolpointError(f"{option}: {text!r}; must be {count} numbers with commas between them")
+    try:
+        return [units.quantity(part.strip(), units.ANGLE if angle else units.LENGTH) if not _bare(part) else float(part)
+                for part in parts]
+    except units.UnitError as error:
+        raise ToolpointError(f"{option}: {text!r}; {error}") from None
+
+
+def _bare(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def direction_of(text: str | None, option: str) -> list[float] | None:
+    """Return a direction of a text like ``-x`` or ``0,0.5,1``."""
+    if text is None:
+        return None
+    word = text.strip().lower()
+    if word.lstrip("+-") in ("x", "y", "z"):
+        return [(-1.0 if word[0] == "-" else 1.0) * (axis == word[-1]) for axis in "xyz"]
+    return _numbers(text, option, 3)
+
+
+DIRECTION = click.option("--direction", metavar="-x",
+                         help="Where the tool's axis points, away from the work: ±x, ±y, ±z or three "
+                                                          "numbers; as at the reference pose where left out.")
+TURN = click.option("--turn", default="0deg", show_default=True, help="Turn about the tool's axis.")
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@click.option("--tip", required=True, metavar="600mm,0,300mm", help="Where the tip shall be, from the table point.")
+@DIRECTION
+@TURN
+@click.option("--count", type=click.IntRange(1), default=4, show_default=True, help="How many of the lowest modes.")
+@JSON
+def reach(machine: Path, tip: str, direction: str | None, turn: str, count: int, as_json: bool) -> None:
+    """All poses that bring the tool to a place: axes, distance to singular poses, holding torque, natural frequencies."""
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.studies.robots.reach_study import study_reach
+
+    with frame(None, as_json) as run:
+        result = study_reach(machine_file.read(machine), _numbers(tip, "--tip", 3), direction_of(direction, "--direction"),
+                             turn=_numbers(turn, "--turn", 1, True)[0], modes=count)
+    run.show(result)
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@click.option("--along", "lines", multiple=True, required=True, metavar="x=300mm:700mm:9",
+              help="Places along x, y or z: first, last, number; once for a line, twice for a plane, three times for a volume.")
+@click.option("--origin", default="0,0,0", show_default=True, help="Where all places are zero.")
+@click.option("--quantity", type=click.Choice(["frequency", "static", "dynamic", "depth"]), default="frequency",
+              show_default=True, help="Natural frequencies, stiffness of the tool, or the lowest stable depth.")
+@click.option("--count", type=click.IntRange(1), default=4, show_default=True, help="How many of the lowest modes.")
+@click.option("--length", default="200mm", show_default=True,
+              help="Length of the segment that is searched; 0 for the map alone.")
+@click.option("--directions", type=click.IntRange(1), default=4, show_default=True,
+              help="Directions of segments in the plane, evenly over half a turn.")
+@click.option("--feed-directions", type=click.IntRange(1), default=1, show_default=True, help="Feed directions of a depth.")
+@click.option("--point", default="", help="Another point of the tool's body in place of the tip.")
+@click.option("--branch", default="", help="Branch of an arm, as 'front up no flip'; the nearest where left out.")
+@DIRECTION
+@TURN
+@OUTPUT
+@JSON
+def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, count: int, length: str, directions: int,
+           feed_directions: int, point: str, branch: str, direction: str | None, turn: str, output: Path,
+           as_json: bool) -> None:
+    """A quantity over places of the tool, and the straight segment over which it is most even: the best place to mill."""
+    import numpy as np
+
+    from toolpoint.app.poses import line_of
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.places import place_page
+    from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
+    from toolpoint.studies.robots.regions import plane_directions, search_regions
+
+    built = machine_file.read(machine)
+    along = {name: np.linspace(first, last, number) for name, first, last, number in (line_of(t, "--along") for t in lines)}
+    grid = place_grid(along, _numbers(origin, "--origin", 3))
+    feeds = tuple(float(v) for v in np.pi * np.arange(feed_directions) / feed_directions)
+    asked = PlaceQuantity(quantity, count, feeds)
+    way, turned = direction_of(direction, "--direction"), _numbers(turn, "--turn", 1, True)[0]
+    size = _numbers(length, "--length", 1)[0]
+    with frame(None if as_json else output, as_json, steps=3) as run:
+        run.step("map over places")
+        result = map_places(built, grid, asked, direction=way, turn=turned, branch=branch, point=point)
+        search = None
+        if size > 0:
+            run.step("segments")
+            units = dict(zip("xyz", np.eye(3), strict=True))
+            first, second = (list(grid.names) * 2)[:2]
+            ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
+            search = search_regions(built, grid.places.reshape(-1, 3), ways, size, quantity=asked, direction=way, turn=turned,
+                                    branch=branch, point=point)
+        run.step("page")
+        if not as_json:
+            run.save(place_page(result, search, machine.stem))
+    if as_json:
+        run.show_json({"map": result.to_dict(), "search": None if search is None else search.to_dict()})
+        return
+    run.print_table(result)
+    if search is not None:
+        run.print_table(search)
+    run.show_rest()

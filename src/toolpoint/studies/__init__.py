@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, update_machine
     from toolpoint.studies.robots.datasheet_study import study_datasheet
+    from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
+    from toolpoint.studies.robots.reach_study import study_reach
+    from toolpoint.studies.robots.regions import plane_directions, search_regions
+    from toolpoint.studies.robots.turns import choose_turns, compare_branches
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
@@ -38,11 +42,14 @@ if TYPE_CHECKING:
 __all__ = [
     "CuttingTest",
     "Measurement",
+    "PlaceQuantity",
     "TurningCut",
     "Uncertainty",
     "calibrate",
     "chart_lobes",
     "chart_turning",
+    "choose_turns",
+    "compare_branches",
     "compare_with_test",
     "film_machine",
     "gather_test",
@@ -50,14 +57,18 @@ __all__ = [
     "machine_dynamics",
     "map_chatter",
     "map_frequencies",
+    "map_places",
     "map_servo",
     "map_speeds",
     "map_stiffness",
     "modal_dynamics",
+    "place_grid",
+    "plane_directions",
     "rank_interfaces",
     "rank_tests",
     "response_dynamics",
     "run_drives",
+    "search_regions",
     "separate_dynamics",
     "simulate_cut",
     "solve_modes",
@@ -65,6 +76,7 @@ __all__ = [
     "study_joints",
     "study_machine",
     "study_modes",
+    "study_reach",
     "study_responses",
     "study_responses_of_machine",
     "study_sensitivity",
@@ -92,6 +104,10 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "update_machine"),
     "robots.datasheet_study": ("study_datasheet",),
+    "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
+    "robots.reach_study": ("study_reach",),
+    "robots.regions": ("plane_directions", "search_regions"),
+    "robots.turns": ("choose_turns", "compare_branches"),
     "servos.drive_experiment": ("run_drives",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),

@@ -230,7 +230,8 @@ def path_faults(reach: Reach, lengths: Sequence[float], largest_step: float = 0.
         if step.size and step.max() > largest_step:
             k = int(step.argmax())
             faults.append(f"axis {name} turns by {np.degrees(step[k]):.4g} deg between {1e3 * lengths[k]:.4g} and "
-                          f"{1e3 * lengths[k + 1]:.4g} mm of the path: a singular pose lies between")
+                          f"{1e3 * lengths[k + 1]:.4g} mm of the path: a singular pose lies between, "
+                          "or the places are too far apart")
     return faults
 
 

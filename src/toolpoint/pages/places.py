@@ -1,0 +1,56 @@
+"""The page of a quantity over places, with the most even segments."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint.plot import Chart, Notes, Report, Table, frequency_curves
+from toolpoint.plot.figures.place_map import place_contours
+from toolpoint.studies.robots.place_map import PlaceMap, place_words
+from toolpoint.studies.robots.regions import RegionSearch
+
+_DRAWN = 3
+
+
+def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Report:
+    """Return the page of a map over places, with the most even segments where they were searched for."""
+    quantity = result.quantity
+    report = Report(f"{quantity.kind.capitalize()} over places: {name}", repr(result))
+    label = f"{quantity.kind.capitalize()}, {quantity.unit}"
+    axes = [k for k, count in enumerate(result.grid.shape) if count > 1]
+    if len(axes) == 1:
+        chart = frequency_curves(1e3 * result.grid.positions[axes[0]], result.values.reshape(-1, result.values.shape[-1]),
+                                 axis=result.grid.names[axes[0]], unit="mm", names=quantity.columns, quantity=label)
+        report = report.with_section("Map", Chart(chart), Notes(result.extremes(), "note", "Where it is lowest and highest"))
+    elif axes:
+        report = report.with_section("Map", Chart(_contours(result, search, (axes[0], axes[1]))),
+                                     Notes(result.extremes(), "note", "Where it is lowest and highest"))
+    if search is not None:
+        rows = [[i + 1, place_words(r.start), place_words(r.end), r.total, f"{100 * r.share:.2f} %"]
+                for i, r in enumerate(search.regions[:8])]
+        report = report.with_section("Most even segments", Table(["rank", "from", "to", f"spread, {quantity.unit}",
+                                                                  "largest share"],
+                                                                 rows, repr(search)))
+    failures = [f"{place_words(place)}: {reason}" for place, reason in zip(result.reach.places, result.reach.reasons,
+                                                                           strict=True)
+                if reason]
+    return report if not failures else report.with_section(
+        "Places that cannot be", Notes([f"{len(failures)} places", *failures[:20]], "note", "Out of reach, or beyond limits"))
+
+
+def _contours(result: PlaceMap, search: RegionSearch | None, axes: tuple[int, int]) -> object:
+    values, grid = result.values, result.grid
+    shown = np.moveaxis(values, axes, (0, 1))
+    while shown.ndim > 3:
+        shown = shown[:, :, 0]
+    directions = [grid.places[tuple(1 if k == axis else 0 for k in range(len(grid.shape)))] - grid.places[(0,
+                                                                                                           ) * len(grid.shape)]
+                  for axis in axes]
+    base = np.array([d / np.linalg.norm(d) for d in directions])
+    zero = grid.places[(0,) * len(grid.shape)] - sum((grid.positions[a][0] * b for a, b in zip(axes, base, strict=True)),
+                                                     np.zeros(3))
+    segments = [] if search is None else [(1e3 * base @ (r.start - zero), 1e3 * base @ (r.end - zero))
+                                          for r in search.regions[:_DRAWN]]
+    return place_contours(1e3 * grid.positions[axes[0]], 1e3 * grid.positions[axes[1]], shown,
+                          axes=(grid.names[axes[0]], grid.names[axes[1]]), columns=result.quantity.columns,
+                          quantity=f"{result.quantity.kind.capitalize()}, {result.quantity.unit}", segments=segments)

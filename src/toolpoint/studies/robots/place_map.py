@@ -1,0 +1,184 @@
+"""Any quantity over places of the tool: a line, a plane or a volume in any direction, reachable places only, feed included."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats, one_of
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.model import Machine
+from toolpoint.studies.cuts.chatter_map import chatter_map
+from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.machines.reach import Pose, Reach, reach_places
+from toolpoint.studies.machines.stiffness_map import NAMES, stiffness_rows
+from toolpoint.studies.machines.tool_point import batch_of, tool_point
+from toolpoint.studies.text_table import text_table
+
+QUANTITIES = {"frequency": "Hz", "static": "N/um", "dynamic": "N/um", "depth": "mm"}
+_UNITS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceGrid:
+    """Places in rows: names of the directions, positions along each (m), and all places (n_1, ..., 3)."""
+
+    names: tuple[str, ...]
+    positions: tuple[FloatArray, ...]
+    places: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Number of positions along each direction."""
+        return tuple(len(at) for at in self.positions)
+
+    def __repr__(self) -> str:
+        return "PlaceGrid(" + " x ".join(f"{name} {len(at)}" for name, at in zip(self.names, self.positions, strict=True)) + ")"
+
+
+def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.0), *,
+               directions: Mapping[str, ArrayLike] | None = None) -> PlaceGrid:
+    """Return the places of a line, plane or volume.
+
+    Parameters
+    ----------
+    along : mapping of name to positions
+        m; x, y, z, or names of `directions`.
+    origin : (3,) floats
+        Where all positions are zero, m.
+    directions : mapping of name to (3,) floats, optional
+        Directions of the names that are not x, y or z; unit vectors are made of them.
+    """
+    if not 1 <= len(along) <= 3:
+        fail("along", f"{len(along)} directions", "must be one (a line) to three (a volume)")
+    known = _UNITS | {name: tuple(floats(f"directions[{name!r}]", v, (3,))) for name, v in (directions or {}).items()}
+    rows = []
+    for name in along:
+        vector = np.array(known[one_of("along", name, known)])
+        rows.append(vector / np.linalg.norm(vector))
+    matrix = np.array(rows)
+    if np.linalg.matrix_rank(matrix) < len(rows):
+        fail("along", ", ".join(along), "must be independent directions")
+    positions = tuple(np.atleast_1d(floats(f"along[{name!r}]", at)) for name, at in along.items())
+    mesh = np.stack(np.meshgrid(*positions, indexing="ij"), axis=-1)
+    return PlaceGrid(tuple(along), positions, floats("origin", origin, (3,)) + mesh @ matrix)
+
+
+@dataclass(frozen=True)
+class PlaceQuantity:
+    """What is asked of a pose: ``frequency`` (of so many modes), ``static`` or ``dynamic`` stiffness along x, y, z of the tool
+    and
+    in principal directions, or ``depth``, the lowest stable depth over the speeds for every feed direction (rad)."""
+
+    kind: str = "frequency"
+    modes: int = 4
+    feed_angles: tuple[float, ...] = (0.0,)
+    speeds: tuple[float, ...] = ()
+
+    def __post_init__(self) -> None:
+        one_of("quantity", self.kind, QUANTITIES)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the values."""
+        return QUANTITIES[self.kind]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """Name of every value."""
+        if self.kind == "frequency":
+            return tuple(f"mode {i + 1}" for i in range(self.modes))
+        if self.kind == "depth":
+            return tuple(f"feed at {np.degrees(angle):g} deg" for angle in self.feed_angles)
+        return NAMES
+
+    def at_poses(self, machine: Machine, poses: Sequence[Pose], *, engine: Engine | None = None,
+                 progress: Progress | None = None
+                 ) -> FloatArray:
+        """Return the values at poses, shape (n_poses, n_columns), in the unit."""
+        if not poses:
+            return np.zeros((0, len(self.columns)))
+        if self.kind == "frequency":
+            return natural_frequencies(machine, batch_of(machine, poses), self.modes)
+        if self.kind == "depth":
+            result = chatter_map(machine, list(poses), speeds=self.speeds or None, feed_angles=self.feed_angles, engine=engine,
+                                 progress=progress)
+            # Where no limit lies within the charted depth the cut is stable up to there: that depth bounds it from below.
+            limit = np.where(np.isnan(result.limit), result.depth_max[..., None, None], result.limit)
+            return 1e3 * limit.min(axis=-1)
+        blocks = [poses[i:i + 64] for i in range(0, len(poses), 64)]
+        lines = np.array([0.0, 1.0])
+        return 1e-6 * np.concatenate([stiffness_rows(tool_point(machine, block, lines), self.kind)[:, :6] for block in blocks])
+
+
+@dataclass(frozen=True, eq=False)
+class PlaceMap:
+    """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be; and the poses."""
+
+    machine: Machine
+    grid: PlaceGrid
+    quantity: PlaceQuantity
+    values: FloatArray
+    reach: Reach
+
+    def failures(self) -> dict[tuple[int, ...], str]:
+        """Return grid index and reason of every place that cannot be."""
+        return {tuple(int(k) for k in np.unravel_index(i, self.grid.shape)): reason
+                for i, reason in enumerate(self.reach.reasons) if reason}
+
+    def extremes(self) -> list[str]:
+        """Return a line on every column: where it is lowest and highest."""
+        lines, flat = [], self.values.reshape(-1, self.values.shape[-1])
+        for name, column in zip(self.quantity.columns, flat.T, strict=True):
+            if np.isnan(column).all():
+                lines.append(f"{name}: no place can be")
+                continue
+            low, high = int(np.nanargmin(column)), int(np.nanargmax(column))
+            lines.append(f"{name}: lowest {column[low]:.5g} {self.quantity.unit} at {place_words(self.reach.places[low])}; "
+                         f"highest "
+                         f"{column[high]:.5g} {self.quantity.unit} at {place_words(self.reach.places[high])}")
+        return lines
+
+    def table(self) -> str:
+        """Return the range of every column and where its ends lie as text."""
+        flat = self.values.reshape(-1, self.values.shape[-1])
+        rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
+                for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
+        return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
+                          *self.extremes()])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the map as plain numbers and text, None where a place cannot be; m."""
+        values = self.values.astype(object)
+        values[np.isnan(self.values)] = None
+        return {"along": {name: at.tolist() for name, at in zip(self.grid.names, self.grid.positions, strict=True)},
+                "places": self.grid.places.tolist(), "quantity": self.quantity.kind, "unit": self.quantity.unit,
+                "columns": list(self.quantity.columns), "values": values.tolist(), "extremes": self.extremes(),
+                "failures": [[list(k), reason] for k, reason in self.failures().items()]}
+
+    def __repr__(self) -> str:
+        count = int(self.reach.reached.sum())
+        return f"PlaceMap({self.quantity.kind} over {self.grid!r}, {count} of {len(self.reach.poses)} places reached)"
+
+
+def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None = None, *, direction: ArrayLike | None = None,
+               turn: float = 0.0, branch: str = "", point: str = "", engine: Engine | None = None,
+               progress: Progress | None = None
+               ) -> PlaceMap:
+    """Return a quantity over all places of a grid that the tool reaches; arguments are those of `reach_places`."""
+    asked = quantity or PlaceQuantity()
+    reach = reach_places(machine, grid.places.reshape(-1, 3), direction, turn=turn, branch=branch, point=point)
+    values = np.full((len(reach.poses), len(asked.columns)), np.nan)
+    values[reach.reached] = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None], engine=engine,
+                                           progress=progress)
+    return PlaceMap(machine, grid, asked, values.reshape(*grid.shape, -1), reach)
+
+
+def place_words(place: ArrayLike) -> str:
+    """Return a place in words, mm."""
+    return ", ".join(f"{name} {1e3 * v:.5g}" for name, v in zip("xyz", np.round(np.asarray(place, float), 9) + 0.0,
+                                                                strict=True)) + " mm"

@@ -1,0 +1,132 @@
+"""All poses that bring the tool to a place, and what each is like: how far from a singular one, what it holds, how it
+vibrates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.kinematics import ClosedChain
+from toolpoint.kinematics.singularity import SINGULAR, nearest_singularity, pose_condition
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.inverse_dynamics import axis_mass_matrix, gravity_force
+from toolpoint.machine.model import Machine
+from toolpoint.machine.tool_pose import pose_for, poses_for, tool_pair, tool_place
+from toolpoint.studies.machines.pose_words import pose_words
+from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places
+from toolpoint.studies.text_table import text_table
+
+GRAVITY = (0.0, 0.0, -9.80665)
+
+
+@dataclass(frozen=True, eq=False)
+class ReachedPose:
+    """A pose that reaches the place: its branch; `condition` of its Jacobian; `singular`: axis, m or rad along it to the
+    nearest
+    singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis; Hz."""
+
+    pose: Mapping[str, float]
+    branch: str
+    condition: float
+    singular: tuple[str, float, str] | None
+    holding: FloatArray
+    inertia: FloatArray
+    frequency: FloatArray
+    miss: float
+
+
+@dataclass(frozen=True, eq=False)
+class ReachStudy:
+    """The poses of a place; `reason` where there is none; rates : axis speed per tool speed, where the machine has a task."""
+
+    machine: Machine
+    tip: FloatArray
+    poses: tuple[ReachedPose, ...]
+    reason: str
+    rates: float | None
+
+    def table(self) -> str:
+        """Return the poses as text."""
+        title = f"{self.machine.name}: tip at " + ", ".join(f"{1e3 * v:.5g}" for v in self.tip) + " mm"
+        if not self.poses:
+            return f"{title}: {self.reason}"
+        rows = [[each.branch or str(i + 1), pose_words(self.machine, each.pose), f"{each.condition:.3g}",
+                 _singular_words(self.machine, each),
+                 " ".join(f"{v:.1f}" for v in each.holding), " ".join(f"{v:.3g}" for v in each.inertia),
+                 " ".join(f"{f:.2f}" for f in each.frequency)] for i, each in enumerate(self.poses)]
+        header = ["branch", "axes", "condition", "nearest singular pose", "holds N, N m", "inertia kg, kg m^2", "Hz"]
+        extra = [] if self.rates is None else [f"largest axis speed per tool speed: {self.rates:.4g}"]
+        return "\n".join([text_table(title, header, rows), *extra])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the poses as plain data; m, rad, SI."""
+        return {"tip": self.tip.tolist(), "reason": self.reason, "poses": [
+            {"pose": dict(each.pose), "branch": each.branch, "condition": each.condition,
+             "singular": None if each.singular is None else list(each.singular), "holding": each.holding.tolist(),
+             "inertia": each.inertia.tolist(), "frequency_hz": each.frequency.tolist(),
+             "miss_m": each.miss} for each in self.poses]}
+
+
+def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0, modes: int = 4
+                ) -> ReachStudy:
+    """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction."""
+    at = floats("tip", tip, (3,))
+    arm, found = arm_of(machine), list[tuple[dict[str, float], str]]()
+    reason = ""
+    if arm is not None:
+        for name in branch_names(machine, at, direction, turn=turn):
+            reach = reach_places(machine, at[None], direction, turn=turn, branch=name)
+            found += [(dict(pose), name) for pose in reach.poses if pose is not None]
+        if not found:
+            reason = reach_places(machine, at[None], direction, turn=turn).reasons[0]
+    else:
+        axes = len(machine.chain.driven_axes)
+        way = direction if direction is not None or axes < 5 else tool_pair(machine).direction
+        spin = turn if axes >= 6 and way is not None else None
+        found = [(dict(each.pose), "") for each in poses_for(machine, at, way, turn=spin)]
+        if not found:
+            reason = pose_for(machine, at, way, turn=spin).status
+    return ReachStudy(machine, at, tuple(_reached(machine, at, pose, name, modes) for pose, name in found), reason,
+                      _task_rates(machine, found[0][0]) if found else None)
+
+
+def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:
+    link = tool_pair(machine).tool
+    batch = {name: np.array([value]) for name, value in pose.items()}
+    condition = float(pose_condition(machine.chain, batch, link).lost_motion[0])
+    near = [(axis.name, *hit) for axis in machine.chain.driven_axes
+            if (hit := nearest_singularity(machine.chain, pose, axis.name, link=link)) is not None]
+    elastic = any(body.modal_count for body in machine.bodies)
+    none = np.zeros(0)
+    gravity = machine.description.gravity or GRAVITY
+    return ReachedPose(
+        pose, branch, condition, min(near, key=lambda hit: abs(hit[1])) if near else None,
+        none if elastic else gravity_force(machine, batch, gravity)[0],
+        none if elastic else np.diagonal(axis_mass_matrix(machine, batch)[0]), natural_frequencies(machine, batch, modes)[0],
+        float(np.linalg.norm(tool_place(machine, batch)[0][0] - tip)))
+
+
+def _singular_words(machine: Machine, each: ReachedPose) -> str:
+    if each.condition >= SINGULAR:
+        return "this pose is singular"
+    if each.singular is None:
+        return "none along an axis"
+    axis = next(axis for axis in machine.chain.driven_axes if axis.name == each.singular[0])
+    return f"{each.singular[2]} at {axis.words(each.singular[1])} along {axis.name}"
+
+
+def _task_rates(machine: Machine, pose: Mapping[str, float]) -> float | None:
+    """Largest axis speed per speed of the tool's coordinates, of a machine that is posed in them."""
+    chain = machine.chain
+    if not isinstance(chain, ClosedChain) or chain.task is None:
+        return None
+    rates = chain.task_rates({name: np.array([value]) for name, value in pose.items()})[0]
+    least = float(np.linalg.svd(rates, compute_uv=False)[-1])
+    if least == 0:
+        fail("pose", "singular", "the task's coordinates do not follow the axes there")
+    return 1 / least

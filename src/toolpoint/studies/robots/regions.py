@@ -1,0 +1,153 @@
+r"""Where a machine's properties are most even: the straight segment over which the values' peak-to-peak spread, summed, is
+least.
+
+:math:`\Sigma = \sum_m (\max_s v_m(s) - \min_s v_m(s))` over places s of a segment of any length and direction, m the modes (or
+directions). The source walks a grid in four directions (eqs. 9-11): its diagonals are longer by the root of two, and its eq.
+10 takes five points where its text says four. Here every segment has the asked length, and its places are computed where they
+are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import Array, FloatArray, count, fail, floats, positive
+from toolpoint.machine.model import Machine
+from toolpoint.studies.machines.reach import reach_places
+from toolpoint.studies.robots.place_map import PlaceQuantity, place_words
+from toolpoint.studies.text_table import text_table
+
+_SAME = 1e-7  # m: nearer places are computed once
+_SHOWN = 8
+
+
+@dataclass(frozen=True, eq=False)
+class Region:
+    """A segment: start and end (m), values (n_samples, n_columns), their spread summed, and that over the sum of their
+    means."""
+
+    start: FloatArray
+    end: FloatArray
+    values: FloatArray
+
+    @property
+    def spread(self) -> FloatArray:
+        """Peak-to-peak of every column."""
+        return np.ptp(self.values, axis=0)
+
+    @property
+    def total(self) -> float:
+        """The spread, summed over the columns."""
+        return float(self.spread.sum())
+
+    @property
+    def share(self) -> float:
+        """The spread over the mean, the largest of all columns."""
+        return float((self.spread / self.values.mean(axis=0)).max())
+
+
+@dataclass(frozen=True, eq=False)
+class RegionSearch:
+    """Segments that can be reached whole, the most even one first; tried : how many segments there were."""
+
+    quantity: PlaceQuantity
+    length: float
+    regions: tuple[Region, ...]
+    tried: int
+
+    @property
+    def best(self) -> Region:
+        """The most even segment."""
+        return self.regions[0]
+
+    def table(self) -> str:
+        """Return the best segments as text."""
+        unit = self.quantity.unit
+        rows = [[place_words(r.start), place_words(r.end), f"{r.total:.4g}", f"{100 * r.share:.2f} %",
+                 " ".join(f"{v:.4g}" for v in r.values.mean(axis=0))] for r in self.regions[:_SHOWN]]
+        return text_table(repr(self), ["from", "to", f"spread {unit}", "largest share", f"means {unit}"], rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the best segments as plain data; m."""
+        return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "length_m": self.length, "tried": self.tried,
+                "whole": len(self.regions), "regions": [
+                    {"start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
+                     "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()} for r in self.regions[:_SHOWN]]}
+
+    def __repr__(self) -> str:
+        return (f"RegionSearch({self.quantity.kind}, segments of {1e3 * self.length:g} mm, {len(self.regions)} of {self.tried} "
+                "reached whole)")
+
+
+def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> FloatArray:
+    """Return so many directions in the plane of two vectors, evenly over half a turn, shape (number, 3): four are the
+    source's."""
+    a = floats("first", first, (3,)) / np.linalg.norm(first)
+    b = floats("second", second, (3,)) - a * float(np.dot(a, second))
+    b = b / np.linalg.norm(b)
+    angle = np.pi * np.arange(count("number", number)) / number
+    return np.cos(angle)[:, None] * a + np.sin(angle)[:, None] * b
+
+
+def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, length: float = 0.2, *, samples: int = 5,
+                   quantity: PlaceQuantity | None = None, direction: ArrayLike | None = None, turn: float = 0.0,
+                   branch: str = "",
+                   point: str = "") -> RegionSearch:
+    """Return the segments over which a quantity is most even.
+
+    Parameters
+    ----------
+    machine : Machine
+    starts : (n, 3) floats
+        Where segments start, m.
+    directions : (k, 3) floats
+        Where they go, any length.
+    length : float
+        m.
+    samples : int
+        Places on a segment, both ends included.
+    direction, turn, branch, point
+        How the tool stands, see `reach_places`.
+    """
+    asked = quantity or PlaceQuantity()
+    first, ways = floats("starts", starts, (None, 3)).reshape(-1, 3), floats("directions", directions, (None, 3))
+    size = np.linalg.norm(ways, axis=1, keepdims=True)
+    if size.min() == 0:
+        fail("directions", "length 0", "must not be zero")
+    share = np.linspace(0, positive("length", length), count("samples", samples, 2))
+    places = first[:, None, None] + share[:, None] * (ways / size)[:, None]
+    whole, where = np.unique(np.rint(places.reshape(-1, 3) / _SAME), axis=0, return_inverse=True)
+    reach = reach_places(machine, whole * _SAME, direction, turn=turn, branch=branch, point=point)
+    values = np.full((len(whole), len(asked.columns)), np.nan)
+    values[reach.reached] = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None])
+    segments: Array = values[where.reshape(-1)].reshape(len(first) * len(ways), samples, -1)
+    ends = places.reshape(len(segments), samples, 3)
+    good = np.flatnonzero(~np.isnan(segments).any(axis=(1, 2)))
+    if not good.size:
+        fail("starts", f"{len(segments)} segments", "none can be reached whole", "take a shorter length or other places")
+    regions = [Region(ends[i, 0], ends[i, -1], segments[i]) for i in good]
+    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments))
+
+
+def best_by_direction(search: RegionSearch) -> tuple[Region, ...]:
+    """Return the most even segment of every direction."""
+    seen: dict[tuple[float, ...], Region] = {}
+    for region in search.regions:
+        way = (region.end - region.start) / search.length
+        seen.setdefault(tuple(np.round(way, 6).tolist()), region)
+    return tuple(seen.values())
+
+
+def compare_quantities(searches: Sequence[RegionSearch]) -> list[str]:
+    """Return a line on each search: where the most even segment of its quantity lies."""
+    lines = []
+    for search in searches:
+        best, unit = search.best, search.quantity.unit
+        lines.append(f"{search.quantity.kind}: most even from {place_words(best.start)} to {place_words(best.end)}, "
+                     f"{best.total:.4g} {unit}, at most {100 * best.share:.2f} % of a mean")
+    return lines

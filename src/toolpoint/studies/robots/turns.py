@@ -1,0 +1,137 @@
+"""The redundant turn about the tool: the best at every place of a path, the best that can be followed, and branches
+compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import Array, FloatArray, fail, floats, positive
+from toolpoint.machine.model import Machine
+from toolpoint.studies.machines.reach import Pose, Reach, branch_names, reach_places
+from toolpoint.studies.robots.place_map import PlaceQuantity
+from toolpoint.studies.text_table import text_table
+
+
+@dataclass(frozen=True, eq=False)
+class TurnChoice:
+    """Merit over places and turns, and what was chosen.
+
+    turns : (n_turns,) rad; merit : (n_places, n_turns), the least of the quantity's columns, not a number out of reach; best :
+    (n,) turn of the greatest merit at each place alone; followed : (n,) turns of the path of greatest summed merit along which
+    no axis moves further than `largest_step` from place to place; poses : along that path.
+    """
+
+    quantity: PlaceQuantity
+    places: FloatArray
+    turns: FloatArray
+    merit: FloatArray
+    best: FloatArray
+    followed: FloatArray
+    poses: tuple[Pose, ...]
+    largest_step: float
+
+    def table(self) -> str:
+        """Return the chosen turns as text, every place."""
+        at = np.arange(len(self.places))
+        index = [int(np.abs(self.turns - turn).argmin()) for turn in self.followed]
+        rows = [[str(i + 1), f"{np.degrees(self.best[i]):.1f}", f"{np.nanmax(self.merit[i]):.4g}",
+                 f"{np.degrees(self.followed[i]):.1f}", f"{self.merit[i, index[i]]:.4g}"] for i in at]
+        return text_table(repr(self), ["place", "best deg", self.quantity.unit, "followed deg", self.quantity.unit], rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the choice as plain data; rad."""
+        merit = self.merit.astype(object)
+        merit[np.isnan(self.merit)] = None
+        return {"quantity": self.quantity.kind, "turns": self.turns.tolist(), "merit": merit.tolist(),
+                "best": self.best.tolist(),
+                "followed": self.followed.tolist(), "poses": [dict(pose) for pose in self.poses]}
+
+    def __repr__(self) -> str:
+        return f"TurnChoice({self.quantity.kind}, {len(self.places)} places, {self.turns.size} turns)"
+
+
+def choose_turns(machine: Machine, places: ArrayLike, direction: ArrayLike | None = None, *, turns: ArrayLike | None = None,
+                 quantity: PlaceQuantity | None = None, branch: str = "", largest_step: float = 0.5) -> TurnChoice:
+    """Return the turn about the tool that makes the weakest value of a quantity largest, at every place of a path.
+
+    turns : rad, every 15 deg over a full turn where left out; largest_step : rad, an axis from one place to the next.
+    """
+    at = floats("places", places, (None, 3)).reshape(-1, 3)
+    angles = np.radians(np.arange(-180, 180, 15.0)) if turns is None else np.atleast_1d(floats("turns", turns))
+    asked = quantity or PlaceQuantity("static")
+    reaches = [reach_places(machine, at, direction, turn=float(turn), branch=branch, follow=True) for turn in angles]
+    merit = np.full((len(at), angles.size), np.nan)
+    for k, reach in enumerate(reaches):
+        poses = [pose for pose in reach.poses if pose is not None]
+        merit[reach.reached, k] = asked.at_poses(machine, poses).min(axis=-1)
+    lost = np.isnan(merit).all(axis=1)
+    if lost.any():
+        i = int(lost.argmax())
+        fail(f"places[{i}]", reaches[0].reasons[i], "must be reached at one turn at least")
+    path = _followed(merit, reaches, positive("largest_step", largest_step))
+    chosen = [reaches[k].poses[i] for i, k in enumerate(path)]
+    return TurnChoice(asked, at, angles, merit, angles[np.nanargmax(merit, axis=1)], angles[path],
+                      tuple(pose for pose in chosen if pose is not None), largest_step)
+
+
+def _followed(merit: FloatArray, reaches: Sequence[Reach], largest_step: float) -> list[int]:
+    """Dynamic programming over turns: the greatest summed merit without a jump of an axis."""
+    names = list(next(pose for reach in reaches for pose in reach.poses if pose is not None))
+    lost = [np.nan] * len(names)
+    positions: Array = np.array([[lost if pose is None else [pose[name] for name in names] for pose in reach.poses]
+                                 for reach in reaches])
+    value, back = np.where(np.isnan(merit[0]), -np.inf, merit[0]), np.zeros(merit.shape, int)
+    for i in range(1, len(merit)):
+        step = np.abs(positions[None, :, i] - positions[:, None, i - 1]).max(axis=-1)  # from, to
+        reward = np.where(step <= largest_step, value[:, None], -np.inf)
+        back[i] = reward.argmax(axis=0)
+        value = reward.max(axis=0) + np.where(np.isnan(merit[i]), -np.inf, merit[i])
+        if not np.isfinite(value).any():
+            fail(f"places[{i}]", "no turn leads on from the place before", f"an axis may move {largest_step:g} rad at most",
+                 "take places nearer to each other, or another branch")
+    path = [int(value.argmax())]
+    for i in range(len(merit) - 1, 0, -1):
+        path.insert(0, int(back[i][path[0]]))
+    return path
+
+
+@dataclass(frozen=True, eq=False)
+class BranchComparison:
+    """A quantity on each branch of an arm along places: means (n_columns,), least value, and how many places it reaches."""
+
+    quantity: PlaceQuantity
+    rows: tuple[tuple[str, int, FloatArray, FloatArray], ...]
+    places: int
+
+    def table(self) -> str:
+        """Return the branches as text."""
+        rows = [[name, f"{reached} of {self.places}", " ".join(f"{v:.4g}" for v in mean), " ".join(f"{v:.4g}" for v in least)]
+                for name, reached, mean, least in self.rows]
+        return text_table(f"Branches by {self.quantity.kind}, {self.quantity.unit}", ["branch", "places", "means", "least"],
+                          rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the branches as plain data."""
+        return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "branches": [
+            {"name": name, "reached": reached, "means": mean.tolist(), "least": least.tolist()}
+            for name, reached, mean, least in self.rows]}
+
+
+def compare_branches(machine: Machine, places: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0,
+                     quantity: PlaceQuantity | None = None, point: str = "") -> BranchComparison:
+    """Return a quantity on every branch that reaches the first place, along all places, the branch of the greatest mean
+    first."""
+    at = floats("places", places, (None, 3)).reshape(-1, 3)
+    asked, rows = quantity or PlaceQuantity(), []
+    for name in branch_names(machine, at[0], direction, turn=turn, point=point):
+        reach = reach_places(machine, at, direction, turn=turn, branch=name, point=point)
+        values = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None])
+        rows.append((name, int(reach.reached.sum()), values.mean(axis=0), values.min(axis=0)))
+    if not rows:
+        fail("places[0]", "reached on no branch", "must be within reach of an arm with a spherical wrist")
+    return BranchComparison(asked, tuple(sorted(rows, key=lambda row: -float(row[2][0]))), len(at))
