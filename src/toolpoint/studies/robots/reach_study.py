@@ -76,23 +76,23 @@ def study_reach(machine: Machine, tip: ArrayLike, direction: ArrayLike | None = 
                 ) -> ReachStudy:
     """Return all poses that bring the tool's tip to a place (m, from the table point) with its axis along a direction."""
     at = floats("tip", tip, (3,))
-    arm, found = arm_of(machine), list[tuple[dict[str, float], str]]()
+    arm, reached = arm_of(machine), list[tuple[dict[str, float], str]]()
     reason = ""
     if arm is not None:
         for name in branch_names(machine, at, direction, turn=turn):
             reach = reach_places(machine, at[None], direction, turn=turn, branch=name)
-            found += [(dict(pose), name) for pose in reach.poses if pose is not None]
-        if not found:
+            reached += [(dict(pose), name) for pose in reach.poses if pose is not None]
+        if not reached:
             reason = reach_places(machine, at[None], direction, turn=turn).reasons[0]
     else:
         axes = len(machine.chain.driven_axes)
         way = direction if direction is not None or axes < 5 else tool_pair(machine).direction
         spin = turn if axes >= 6 and way is not None else None
-        found = [(dict(each.pose), "") for each in poses_for(machine, at, way, turn=spin)]
-        if not found:
+        reached = [(dict(each.pose), "") for each in poses_for(machine, at, way, turn=spin)]
+        if not reached:
             reason = pose_for(machine, at, way, turn=spin).status
-    return ReachStudy(machine, at, tuple(_reached(machine, at, pose, name, modes) for pose, name in found), reason,
-                      _task_rates(machine, found[0][0]) if found else None)
+    return ReachStudy(machine, at, tuple(_reached(machine, at, pose, name, modes) for pose, name in reached), reason,
+                      _task_rates(machine, reached[0][0]) if reached else None)
 
 
 def _reached(machine: Machine, tip: FloatArray, pose: dict[str, float], branch: str, modes: int) -> ReachedPose:

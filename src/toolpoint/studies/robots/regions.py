@@ -27,7 +27,7 @@ _SHOWN = 8
 
 
 @dataclass(frozen=True, eq=False)
-class Region:
+class EvenSegment:
     """A segment: start and end (m), values (n_samples, n_columns), their spread summed, and that over the sum of their
     means."""
 
@@ -57,11 +57,11 @@ class RegionSearch:
 
     quantity: PlaceQuantity
     length: float
-    regions: tuple[Region, ...]
+    regions: tuple[EvenSegment, ...]
     tried: int
 
     @property
-    def best(self) -> Region:
+    def best(self) -> EvenSegment:
         """The most even segment."""
         return self.regions[0]
 
@@ -130,13 +130,13 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, l
     good = np.flatnonzero(~np.isnan(segments).any(axis=(1, 2)))
     if not good.size:
         fail("starts", f"{len(segments)} segments", "none can be reached whole", "take a shorter length or other places")
-    regions = [Region(ends[i, 0], ends[i, -1], segments[i]) for i in good]
+    regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
     return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments))
 
 
-def best_by_direction(search: RegionSearch) -> tuple[Region, ...]:
+def best_by_direction(search: RegionSearch) -> tuple[EvenSegment, ...]:
     """Return the most even segment of every direction."""
-    seen: dict[tuple[float, ...], Region] = {}
+    seen: dict[tuple[float, ...], EvenSegment] = {}
     for region in search.regions:
         way = (region.end - region.start) / search.length
         seen.setdefault(tuple(np.round(way, 6).tolist()), region)
