@@ -46,6 +46,7 @@ COMMANDS = [
     ("chart_lobes_of_modes.py", 0.0475, 0.1, "the converged depths of this slot"),
     ("chart_turning.py", 1.0, 0.01, "one mode by hand: 2 k zeta (1 + zeta) / K_f"),
     ("calibrate_cutting_coefficients.py", 1.0, 0.01, "the coefficient that was put in"),
+    ("couple_a_tool_to_a_spindle.py", 1.0, 2e-3, "spindle and beam by hand, far below all modes"),
     ("find_speeds_against_chatter.py", 12750.0, 1e-9, "60 f / N"),
     ("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches"),
     ("judge_a_controllers_record.py", 25.0, 1e-4, "the gain that was put in"),

@@ -15,24 +15,9 @@ from toolpoint.app.cut_options import coefficient_options, in_si, numbers, tool_
 from toolpoint.app.frame import frame
 from toolpoint.app.options import JSON, OUTPUT, PATH
 from toolpoint.app.source import Source, dynamics_options
+from toolpoint.app.speeds import speeds_of
 
 HIGHEST_LOBE = 10
-
-
-def _speeds(ctx: click.Context, parameter: click.Parameter, value: str | None) -> Any:
-    if not value:
-        return None
-    import numpy as np
-
-    try:
-        first, last, number = value.split(":")
-        low, high, count = float(first), float(last), int(number)
-    except ValueError:
-        raise click.BadParameter(f"{value!r}: write FIRST:LAST:NUMBER in rev/min, for example 3000:20000:200") from None
-    if not (0 < low < high < 1e6 and count >= 2) and not (0 < low <= high < 1e6 and count == 1):
-        raise click.BadParameter(f"{value!r}: the first speed must be above zero, the last above the first, and the number at "
-                                 "least 2 (or one speed: 9000:9000:1)")
-    return np.linspace(low, high, count)
 
 
 def _percentages(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, Any]:
@@ -75,7 +60,7 @@ def _materials(ctx: click.Context, parameter: click.Parameter, value: bool) -> N
 @dynamics_options
 @tool_options
 @coefficient_options
-@click.option("--speeds", callback=_speeds, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
+@click.option("--speeds", callback=speeds_of, metavar="3000:20000:200", help="Spindle speeds, rev/min.")
 @click.option("--method", default="auto", show_default=True, help="auto (chosen to suit the cut), floquet, panel, hill, "
               "zero-order, multi-frequency, semi-discretization or collocation.")
 @click.option("--materials", is_flag=True, is_eager=True, expose_value=False, callback=_materials,
@@ -139,7 +124,7 @@ def _direction(ctx: click.Context, parameter: click.Parameter, value: str | None
                                        "one direction into the other.")
 @click.option("--cutting-direction", callback=_direction, metavar="x|y|z|...",
               help="Way of the work past the edge, for --kt; y where left out.")
-@click.option("--speeds", callback=_speeds, metavar="300:6000:400", help="Spindle speeds, rev/min.")
+@click.option("--speeds", callback=speeds_of, metavar="300:6000:400", help="Spindle speeds, rev/min.")
 @click.option("--process-damping", type=float, default=0.0, help="Process damping, N/m; with --diameter or --cutting-speed.")
 @click.option("--diameter", type=float, help="Diameter of the work, mm: the cutting speed grows with the spindle speed.")
 @click.option("--cutting-speed", type=float, help="Cutting speed held at every spindle speed, m/min.")
@@ -244,8 +229,8 @@ def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -
               help="Angles of the feed from x towards y, degrees; that of the cut where left out.")
 @tool_options
 @coefficient_options
-@click.option("--speeds", callback=_speeds, metavar="3000:20000:60", help="Spindle speeds, rev/min; 60 of the cut's where left "
-                                                                          "out.")
+@click.option("--speeds", callback=speeds_of, metavar="3000:20000:60", help="Spindle speeds, rev/min; 60 of the cut's where "
+                                                                            "left out.")
 @click.option("--method", default="auto", show_default=True, help="As of lobes; zero-order is quicker by far, and rougher.")
 @click.option("--workers", type=click.IntRange(0), default=0, show_default=True,
               help="Worker processes (extra 'cluster'); 0 is this process.")

@@ -13,6 +13,7 @@ import toolpoint
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.app import (
     console,
+    coupling_commands,
     cutting_commands,
     demo_commands,
     drive_commands,
@@ -45,7 +46,7 @@ for _command in (demo_commands.demo, machine_commands.report, machine_commands.m
                  model_commands.joints,
                  model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
-                 cutting_commands.calibrate, drive_commands.drive,
+                 cutting_commands.calibrate, coupling_commands.rcsa, drive_commands.drive,
                  drive_commands.servo_data, video_commands.video, robot_commands.robot, robot_commands.reach,
                  robot_commands.region):
     cli.add_command(_command)

@@ -40,7 +40,7 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
             frequency=lines, progress=progress)
     run.save(responses_page(result, run.warnings))
     if save is not None:
-        _write(result.frfs[0], save)
+        write_responses(result.frfs[0], save)
     run.show(result, result.notes, {"Responses": save})
 
 
@@ -69,7 +69,8 @@ def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str],
     run.show(result)
 
 
-def _write(response: object, path: Path) -> None:
+def write_responses(response: object, path: Path) -> None:
+    """Write responses as the suffix says: HDF5 or universal."""
     from toolpoint.io import hdf5, uff
     from toolpoint.io.suffixes import HDF5, UNIVERSAL
     from toolpoint.vibration import Frf

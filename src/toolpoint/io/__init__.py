@@ -20,10 +20,11 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.machine_file import write as write_machine
     from toolpoint.io.yaml.robot_file import read as read_datasheet
     from toolpoint.io.yaml.robot_file import read_robot_machine
+    from toolpoint.io.yaml.shaft_file import read as read_shaft
 
 __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_modes",
-           "read_path",
-           "read_program", "read_record", "read_robot_machine", "read_servo_data", "write_machine", "write_nouns"]
+           "read_path", "read_program", "read_record", "read_robot_machine", "read_servo_data", "read_shaft", "write_machine",
+           "write_nouns"]
 
 _HOME = {
     "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
@@ -32,7 +33,7 @@ _HOME = {
     "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),
     "read_path": ("program.gcode", "read_path"), "read_program": ("program.gcode", "read"),
     "read_servo_data": ("program.controller_records", "read"),
-    "read_record": ("record_files", "read"),
+    "read_record": ("record_files", "read"), "read_shaft": ("yaml.shaft_file", "read"),
     "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
 }
 

@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.lobes_study import chart_lobes
     from toolpoint.studies.cuts.measured_response import study_responses
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
+    from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_machine, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty
@@ -45,6 +46,9 @@ __all__ = [
     "PlaceQuantity",
     "TurningCut",
     "Uncertainty",
+    "bases_from_gauge",
+    "bases_of_machine",
+    "bases_of_responses",
     "calibrate",
     "chart_lobes",
     "chart_turning",
@@ -80,6 +84,7 @@ __all__ = [
     "study_responses",
     "study_responses_of_machine",
     "study_sensitivity",
+    "study_tool",
     "study_video",
     "update_from_videos",
     "update_from_virtual_videos",
@@ -91,6 +96,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
+    "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
     "cuts.tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
     "cuts.turning_study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty",),

@@ -63,7 +63,7 @@ def _default(part: Field[Any]) -> Any:
     if part.default_factory is not MISSING:
         return part.default_factory()
     if part.default is MISSING:
-        return ...
+        return ... if part.default_factory is MISSING else part.default_factory()
     if is_dataclass(part.default):
         values = {inner.name: getattr(part.default, inner.name) for inner in fields(part.default)}
         return model_of(type(part.default))(**values)

@@ -1,0 +1,61 @@
+"""The page of a tool coupled to a spindle: its response with the 95 % interval, stick-outs, stability, remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import StabilityChart
+from toolpoint.pages.remarks import with_remarks
+from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.response_bands import magnitude_bands
+from toolpoint.studies.cuts.lobes_study import ADVICE
+from toolpoint.studies.cuts.tool_coupling import HEADER, STICK_OUT, ToolCoupling
+from toolpoint.substructuring.receptance import PlaneReceptance
+
+
+def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a coupled tool; doubts stand first."""
+    doubts = [note for note in result.notes if note.startswith("doubt")]
+    report = Report("Tool-point response by receptance coupling", f"{result.tool!r}", subtitle=result.tool.source)
+    if doubts:
+        report = report.with_section("Doubts", Notes(doubts, "warning"))
+    curves = {f"tool along {tip.plane}": _with_band(tip) for tip in result.tips}
+    report = report.with_section(
+        "Response at the tip", "The line is what is predicted, the tint holds it with 95 % probability, line by line, as far "
+        "as the noise of the measurement and the deviations that were stated go.",
+        Chart(magnitude_bands(result.tips[0].frequency, curves), name="response"), Table(list(HEADER), result.rows()))
+    if result.lobes is not None:
+        report = report.with_section("Stability", Chart(_lobes({"first limit": result.lobes.chart}), name="stability"),
+                                     Table(ADVICE, result.lobes.advice))
+    if result.stick_outs:
+        report = _with_stick_outs(report, result)
+    notes = result.notes if result.lobes is None else (*result.notes, *result.lobes.chart.notes)
+    return with_remarks(report, [note for note in notes if note not in doubts], warnings)
+
+
+def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:
+    names = {f"{1e3 * part.length:.4g} mm": part for part in result.stick_outs}
+    curves = {name: _with_band(part.tips[0]) for name, part in names.items()}
+    parts = [Chart(magnitude_bands(result.tips[0].frequency, curves), name="stick-outs")]
+    charts = {name: part.chart for name, part in names.items() if part.chart is not None}
+    if charts:
+        parts.append(Chart(_lobes(charts), name="stick-out-stability"))
+    return report.with_section("Stick-out", *parts, Table(list(STICK_OUT), result.stick_out_rows()))
+
+
+def _with_band(tip: PlaneReceptance) -> tuple[FloatArray, FloatArray, FloatArray]:
+    size = np.abs(tip.values[:, 0, 0])
+    if tip.draws is None:
+        return size, size, size
+    low, high = np.percentile(np.abs(tip.draws[:, :, 0, 0]), [2.5, 97.5], axis=0, method="weibull")
+    return size, low, high
+
+
+def _lobes(charts: dict[str, StabilityChart]) -> object:
+    finite = any(np.isfinite(chart.limit).any() for chart in charts.values())
+    return stability_chart([StabilityCurve(chart.speeds, chart.limit, name) for name, chart in charts.items()],
+                           max_depth=None if finite else max(chart.depth_max for chart in charts.values()))

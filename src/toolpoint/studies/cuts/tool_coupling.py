@@ -1,0 +1,253 @@
+"""The tool-point response of a tool that was never measured: spindle, coupled with a described tool; and how long it may be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.cutting import StabilityChart
+from toolpoint.machine import Machine
+from toolpoint.machine.assemble import assemble
+from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
+from toolpoint.studies.cuts.tool_dynamics import response_dynamics
+from toolpoint.studies.text_table import text_table
+from toolpoint.substructuring.gauge import identify_base
+from toolpoint.substructuring.receptance import DRAWS, SLOPES, PlaneReceptance, couple_tool, plane_receptance
+from toolpoint.substructuring.shaft import ShaftDescription
+from toolpoint.vibration import Dof, Frf, frequency_response
+
+PEAKS = 3
+WIDE = 30.0  # half-width of the 95 % interval of the largest peak, percent of it, above which the result is doubtful
+NamedProgress = Callable[[str, int, int], None]
+NEAR = 0.08  # share of a peak's frequency within which every draw has its peak
+HEADER = ("", "Hz", "95 %", "|G| um/N", "95 %")
+STICK_OUT = ("length mm", "largest peak Hz", "95 %", "|G| um/N", "95 %", "stable at every charted speed mm", "best rev/min",
+             "depth mm")
+
+
+@dataclass(frozen=True, eq=False)
+class StickOut:
+    """One length of the varied segment (m): the tip in every plane, and its chart where a cut was asked for."""
+
+    length: float
+    tips: tuple[PlaneReceptance, ...]
+    chart: StabilityChart | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ToolCoupling:
+    """A tool coupled to a spindle.
+
+    tool : what was coupled; tips : receptance at the tip in each plane, with draws; stick_outs : other lengths; lobes : of the
+    tool as described, None where no cut was given; notes : doubts first, then what was assumed.
+    """
+
+    tool: ShaftDescription
+    tips: tuple[PlaneReceptance, ...]
+    stick_outs: tuple[StickOut, ...]
+    lobes: LobesStudy | None
+    notes: tuple[str, ...]
+
+    @property
+    def frf(self) -> Frf:
+        """The tool-point receptance along x and y (or x alone), with the variance of the draws."""
+        return tip_frf(self.tips, self.notes)
+
+    def rows(self) -> list[list[str]]:
+        """Return rows (plane, Hz, um/N, each with its 95 % interval) of the largest peaks."""
+        return [[f"{tip.plane}, peak {k + 1}", *_peak_words(tip, line)]
+                for tip in self.tips for k, line in enumerate(peaks_of(tip))]
+
+    def stick_out_rows(self) -> list[list[str]]:
+        """Return a row for each length of the stick-out study."""
+        rows = []
+        for part in self.stick_outs:
+            tip = part.tips[0]
+            line = peaks_of(tip)[0]
+            chart = ["", "", ""] if part.chart is None else _chart_words(part.chart)
+            rows.append([f"{1e3 * part.length:.4g}", *_peak_words(tip, line), *chart])
+        return rows
+
+    def table(self) -> str:
+        """Return peaks, lobes and stick-outs as text."""
+        parts = [text_table(f"Tool point, {self.tool!r}", list(HEADER), self.rows())]
+        if self.lobes is not None:
+            parts.append(self.lobes.table())
+        if self.stick_outs:
+            parts.append(text_table("Stick-out", list(STICK_OUT), self.stick_out_rows()))
+        return "\n".join(parts)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return peaks (Hz, m/N, 95 % interval), stick-outs and lobes as plain data, SI."""
+        peaks = [{"plane": tip.plane, "frequency_hz": float(tip.frequency[k]), "receptance_m_n": abs(tip.values[k, 0, 0]),
+                  "intervals_hz_m_n": peak_intervals(tip, k)} for tip in self.tips for k in peaks_of(tip)]
+        lengths = [{"length_m": s.length, "frequency_hz": float(s.tips[0].frequency[peaks_of(s.tips[0])[0]]),
+                    "stable_at_every_charted_speed_m": None if s.chart is None else _least(s.chart)} for s in self.stick_outs]
+        return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
+                "notes": list(self.notes)}
+
+
+def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, draws: int = DRAWS,
+                     generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
+    """Return the spindle's receptance in every plane in which the gauge was struck.
+
+    noise : standard deviation of the responses as a share of each, where they state no variance.
+    """
+    if noise is not None and frf.variance is None:
+        frf = replace(frf, variance=(noise * np.abs(frf.values)) ** 2)
+    struck = {dof.direction for dof in frf.outputs if str(dof.point) in gauge.stations}
+    planes = [plane for plane in SLOPES if f"+{plane}" in struck]
+    if not planes:
+        fail("frf", f"responses at {', '.join(map(str, frf.outputs))}", "must be of the gauge's stations "
+             f"{', '.join(gauge.stations) or '(it has none)'} along +x or +y", "name files like 1=+x__2=+x.txt")
+    return [identify_base(frf, gauge, plane, draws=draws, generator=generator) for plane in planes]
+
+
+def bases_of_machine(machine: Machine, point: str, frequency: FloatArray, pose: Mapping[str, float] | None = None
+                     ) -> list[PlaneReceptance]:
+    """Return the receptance of a point of a machine, deflections and rotations, in both planes."""
+    labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
+    frf = frequency_response.direct(assemble(machine, pose, labels), frequency)
+    note = f"the spindle is computed: point {point} of {machine.name}, whose numbers are taken as exact"
+    return [plane_receptance(frf.noted(note), point, plane) for plane in SLOPES]
+
+
+def bases_of_responses(frf: Frf, point: str, *, draws: int = DRAWS, generator: np.random.Generator | None = None
+                       ) -> list[PlaneReceptance]:
+    """Return the receptance of a point that was measured or computed with its rotations, in the planes that are there."""
+    planes = [plane for plane in SLOPES if Dof(point, f"+{plane}") in frf.outputs]
+    if not planes:
+        fail("point", repr(point), f"must be a point of the responses along +x or +y, of {', '.join(map(str, frf.outputs))}")
+    return [plane_receptance(frf, point, plane, draws, generator=generator) for plane in planes]
+
+
+def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut: Mapping[str, Any] | None = None,
+               stick_out: tuple[str, FloatArray] | None = None, speeds: FloatArray | None = None,
+               generator: np.random.Generator | None = None,
+               progress: NamedProgress = lambda name, done, total: None) -> ToolCoupling:
+    """Couple a tool to a spindle; chart its cut, and do the same at other stick-outs.
+
+    Parameters
+    ----------
+    bases : PlaneReceptance in x, and in y where it is known
+    tool : ShaftDescription
+    cut : mapping of flat keys of a CuttingDescription to values, optional
+        Without it no stability is charted.
+    stick_out : name of a segment and its lengths (m), optional
+    speeds : (n,) floats, optional
+        rev/min, of the charts.
+    generator : numpy Generator, optional
+        For the deviations of the tool.
+    progress : function of name, done and total
+    """
+    lengths = () if stick_out is None else tuple(float(v) for v in stick_out[1])
+    tools = [] if stick_out is None else [tool.with_length(stick_out[0], length) for length in lengths]
+    progress("tool", 0, 1)
+    tips = tuple(couple_tool(base, tool, generator=generator) for base in bases)
+    notes = tuple(dict.fromkeys([*_doubts(tips), *_assumptions(tool, tips), *(n for tip in tips for n in tip.notes)]))
+    lobes = None if cut is None else _lobes(tips, cut, speeds)
+    parts = []
+    for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
+        held = tuple(couple_tool(base, changed, generator=generator) for base in bases)
+        parts.append(StickOut(length, held, None if cut is None else _lobes(held, cut, speeds).chart))
+        progress("stick-outs", k + 1, len(lengths))
+    return ToolCoupling(tool, tips, tuple(parts), lobes, notes)
+
+
+def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
+    """Return the tips of one tool in their planes as one Frf; nothing couples x with y."""
+    labels = tuple(Dof("tool", f"+{tip.plane}") for tip in tips)
+    n = len(tips)
+    values = np.zeros((tips[0].frequency.size, n, n), complex)
+    variance = np.zeros(values.shape)
+    for k, tip in enumerate(tips):
+        values[:, k, k] = tip.values[:, 0, 0]
+        if tip.draws is not None:
+            variance[:, k, k] = tip.draws[:, :, 0, 0].var(axis=0)
+    known = all(tip.draws is not None for tip in tips)
+    return Frf(tips[0].frequency, values, labels, labels, variance=variance if known else None, notes=tuple(notes))
+
+
+def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: FloatArray | None) -> LobesStudy:
+    frf = tip_frf(tips)
+    band = (float(frf.frequency[0]), float(frf.frequency[-1]))
+    return chart_lobes(response_dynamics(frf, band=band, what="the coupled tool"), cut, speeds=speeds)
+
+
+def peaks_of(tip: PlaneReceptance) -> list[int]:
+    """Return the lines of the largest peaks of the deflection, largest first."""
+    size = np.abs(tip.values[:, 0, 0])
+    inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
+    if not inner.size:
+        inner = np.array([int(np.argmax(size))])
+    return [int(k) for k in inner[np.argsort(-size[inner])][:PEAKS]]
+
+
+def peak_intervals(tip: PlaneReceptance, line: int) -> tuple[tuple[float, float], tuple[float, float]] | None:
+    """Return 95 % intervals of a peak's frequency (Hz) and height (m/N), from the peak of every draw near it; None where
+    nothing is known of the uncertainty."""
+    if tip.draws is None:
+        return None
+    near = np.flatnonzero(np.abs(tip.frequency / tip.frequency[line] - 1) <= NEAR)
+    size = np.abs(tip.draws[:, near, 0, 0])
+    at = np.argmax(size, axis=1)
+    frequency = np.percentile(tip.frequency[near][at], [2.5, 97.5], method="weibull")
+    height = np.percentile(size[np.arange(len(size)), at], [2.5, 97.5], method="weibull")
+    return (float(frequency[0]), float(frequency[1])), (float(height[0]), float(height[1]))
+
+
+def _peak_words(tip: PlaneReceptance, line: int) -> list[str]:
+    known = peak_intervals(tip, line)
+    size = f"{1e6 * abs(tip.values[line, 0, 0]):.4g}"
+    if known is None:
+        return [f"{tip.frequency[line]:.1f}", "not known", size, "not known"]
+    (low, high), (least, most) = known
+    return [f"{tip.frequency[line]:.1f}", f"{low:.1f} .. {high:.1f}", size, f"{1e6 * least:.4g} .. {1e6 * most:.4g}"]
+
+
+def _least(chart: StabilityChart) -> float | None:
+    least = float(np.min(chart.limit))
+    return least if np.isfinite(least) else None
+
+
+def _chart_words(chart: StabilityChart) -> list[str]:
+    limit = np.where(np.isfinite(chart.limit), chart.limit, chart.depth_max)
+    best = int(np.argmax(limit))
+    least = _least(chart)
+    return [f"above {1e3 * chart.depth_max:.3g}" if least is None else f"{1e3 * least:.4f}", f"{chart.speeds[best]:.0f}",
+            f"{1e3 * limit[best]:.4f}"]
+
+
+def _doubts(tips: Sequence[PlaneReceptance]) -> list[str]:
+    lines = []
+    for tip in tips:
+        at = peaks_of(tip)[0]
+        known = peak_intervals(tip, at)
+        if known is None:
+            lines.append(f"doubt: the noise of the spindle's response along {tip.plane} is not known, so the prediction has no "
+                         "interval; give responses with variance, or `noise`")
+        elif (half := 50 * (known[1][1] - known[1][0]) / abs(tip.values[at, 0, 0])) > WIDE:
+            lines.append(f"doubt: the largest peak along {tip.plane}, {tip.frequency[at]:.0f} Hz, is known to +-{half:.0f} %: "
+                         "its tilt is seen too weakly; use a longer gauge, stations farther apart, less noise")
+    return lines
+
+
+def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> list[str]:
+    lines = []
+    usual = [name for name, part in tool.segments.items() if None in (part.modulus, part.density, part.poisson)]
+    if usual:
+        lines.append(f"handbook values of the material: {', '.join(usual)}")
+    fluted = [name for name, part in tool.segments.items() if part.fluted]
+    if fluted:
+        shares = ", ".join(f"{tool.segments[name].equivalent:g}" for name in fluted)
+        lines.append(f"fluted segments {', '.join(fluted)} count as round with {shares} of their diameter" + (
+            "" if tool.equivalent_deviation else ", taken as exact (equivalent_deviation is 0)"))
+    if not any(part.contact for part in tool.segments.values()):
+        lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
+    if len(tips) == 1:
+        lines.append(f"only the plane of {tips[0].plane} is known")
+    return lines

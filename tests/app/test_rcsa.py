@@ -1,0 +1,99 @@
+"""`toolpoint rcsa`: a gauge struck in a virtual spindle gives back the tool point; wrong inputs say what to do."""
+
+import json
+
+import numpy as np
+import pytest
+
+from toolpoint.app.main import main
+from toolpoint.io import hdf5
+from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
+from toolpoint.substructuring.shaft_stiffness import station_stiffness
+from toolpoint.vibration import Frf
+
+LINES = np.linspace(100.0, 3000.0, 300)
+GAUGE = """toolpoint: 1
+segments:
+  bar: {length: 60 mm, diameter: 40 mm, loss_factor: 0.1 %}
+stations: {a: 55 mm, b: 15 mm}
+"""
+TOOL = """toolpoint: 1
+name: end mill
+segments:
+  shank: {length: 60 mm, diameter: 16 mm, material: carbide}
+  flutes: {length: 40 mm, diameter: 16 mm, material: carbide, fluted: true}
+"""
+
+
+def spindle(plane):
+    values = np.zeros((LINES.size, 2, 2), complex) + np.diag([1e-9, 4e-6])
+    for f, stiffness, slope in ((600.0, 1e8, 5.0), (1400.0, 2e8 if plane == "x" else 1.5e8, -15.0)):
+        values += np.outer([1, slope], [1, slope]) / stiffness / (1 - (LINES / f) ** 2 + 0.08j * LINES / f)[:, None, None]
+    return values
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("rcsa")
+    (folder / "gauge.yaml").write_text(GAUGE)
+    (folder / "tool.yaml").write_text(TOOL)
+    gauge = ShaftDescription({"bar": SegmentDescription(0.06, 0.04, loss_factor=1e-3)}, stations={"a": 0.055, "b": 0.015})
+    whole = station_stiffness(gauge, LINES)
+    values = np.zeros((LINES.size, 4, 4), complex)
+    for k, plane in enumerate("xy"):
+        matrix = whole.matrix.copy()
+        matrix[:, :2, :2] += np.linalg.inv(spindle(plane))
+        at = [2 * s for s in whole.sections.values()]
+        values[:, 2 * k:2 * k + 2, 2 * k:2 * k + 2] = np.linalg.inv(matrix)[:, at][:, :, at]
+    labels = [f"{name}:+{plane}" for plane in "xy" for name in "ab"]
+    hdf5.write(Frf(LINES, values, labels, labels), folder / "gauge.h5")
+    return folder
+
+
+def run(capsys, folder, *arguments):
+    main(["rcsa", str(folder / "tool.yaml"), *map(str, arguments), "-o", str(folder / "page"), "--json"])
+    return json.loads(capsys.readouterr().out)
+
+
+def test_gauge_to_tool_point_in_both_planes(capsys, folder):
+    result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml", "--noise", 0.05, "--draws", 40,
+                 "--stick-out", "shank=50mm:60mm:2", "--save", folder / "tip.h5")
+    tool = ShaftDescription({"shank": SegmentDescription(0.06, 0.016, material="carbide"),
+                             "flutes": SegmentDescription(0.04, 0.016, material="carbide", fluted=True)})
+    saved = hdf5.read(folder / "tip.h5", Frf)
+    assert [str(d) for d in saved.outputs] == ["tool:+x", "tool:+y"] and saved.variance.max() > 0
+    for k, plane in enumerate("xy"):
+        truth = couple_tool(PlaneReceptance(LINES, spindle(plane), plane), tool).values[:, 0, 0]
+        assert np.abs(saved.values[:, k, k] - truth).max() < 1e-7 * np.abs(truth).max()
+        peak = next(p for p in result["peaks"] if p["plane"] == plane)
+        assert peak["frequency_hz"] == pytest.approx(LINES[np.abs(truth).argmax()])
+    assert [s["length_m"] for s in result["stick_out"]] == [0.05, 0.06]
+    assert result["stick_out"][0]["frequency_hz"] > result["stick_out"][1]["frequency_hz"]
+    assert (folder / "page" / "index.html").stat().st_size > 1e5
+
+
+def test_without_noise_the_missing_interval_is_the_first_thing_said(capsys, folder):
+    result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml")
+    assert result["notes"][0].startswith("doubt: the noise") and result["peaks"][0]["intervals_hz_m_n"] is None
+
+
+@pytest.mark.parametrize(("arguments", "words"), [
+    ([], "neither or both"),
+    (["--frf", "gauge.h5"], "--gauge, --at: one of them"),
+    (["--frf", "gauge.h5", "--at", "a"], "no response and force at a:+ry"),
+    (["--frf", "gauge.h5", "--gauge", "gauge.yaml", "--stick-out", "shank=3:1:2"], "--stick-out"),
+    (["--frf", "gauge.h5", "--gauge", "gauge.yaml", "--stick-out", "shk=30mm:40mm:2"], "did you mean 'shank'"),
+    (["--frf", "gauge.h5", "--gauge", "tool.yaml"], "gauge's stations"),
+    (["--frf", "gauge.h5", "--gauge", "gauge.yaml", "--teeth", "4"], "add --lobes")])
+def test_wrong_inputs_say_what_to_do(capsys, folder, monkeypatch, arguments, words):
+    monkeypatch.chdir(folder)
+    with pytest.raises(SystemExit):
+        main(["rcsa", "tool.yaml", *arguments, "-o", "page"])
+    assert words in " ".join(capsys.readouterr().err.split())
+
+
+def test_faults_of_a_shaft_file_have_their_lines(capsys, folder):
+    (folder / "bad.yaml").write_text(TOOL.replace("diameter: 16 mm, material: carbide}", "diameter: 16 mm, bore: 17 mm}", 1))
+    with pytest.raises(SystemExit):
+        main(["rcsa", str(folder / "bad.yaml"), "--frf", "gauge.h5", "--gauge", "gauge.yaml"])
+    assert "bad.yaml:4:" in capsys.readouterr().err
