@@ -29,7 +29,8 @@ CHARTED = 60
 @click.option("--machine", type=PATH, help="Machine file: the spindle is computed, at the point --at.")
 @click.option("--at", "point", metavar="POINT", help="Point where the tool begins.")
 @POSE
-@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines in Hz of a computed spindle; 20:5000:1000 where left out.")
+@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines (Hz) of a computed spindle; 20:5000:1000 "
+              "where left out.")
 @click.option("--noise", type=float, metavar="PERCENT", help="Standard deviation of measured responses, percent of each, where "
                                                              "the files state none.")
 @click.option("--stick-out", metavar="SEGMENT=30mm:80mm:6", help="Also at other lengths of a segment: first, last, number.")
