@@ -114,11 +114,12 @@ def test_machines_that_are_no_arms_are_posed_too():
 
 def test_paths_out_of_reach_and_through_a_singular_pose_are_named(robot):
     far = reach_places(robot, [[0.6, 0, 0.1], [1.2, 0, 0.1]], follow=True)
-    assert "at 600 mm of the path" in path_faults(far, [0.0, 0.6])[0] and "out of reach" in path_faults(far, [0.0, 0.6])[0]
+    assert "at 600 mm of the path" in path_faults(robot, far, [0.0, 0.6])[0] and "out of reach" in path_faults(robot, far,
+                                                                                                               [0.0, 0.6])[0]
     # With the forearm along the tool the wrist is straight: the way from one side of it to the other turns axes 4 and 6 about.
     through = np.stack([np.full(9, 0.72), np.linspace(-0.002, 0.0022, 9), np.full(9, 0.325)], axis=1)
     start = reach_places(robot, through[:1]).poses[0]
-    faults = path_faults(reach_places(robot, through, start=start, follow=True), np.linspace(0, 0.004, 9))
+    faults = path_faults(robot, reach_places(robot, through, start=start, follow=True), np.linspace(0, 0.004, 9))
     assert any("singular" in fault for fault in faults)
 
 
