@@ -10,9 +10,12 @@ from four_part_mill import TRUTH, four_part_mill, sixteen_parameters
 from random_machines import random_machine
 
 from toolpoint._check import ToolpointError
-from toolpoint.machine import assemble
+from toolpoint.io import read_machine
+from toolpoint.machine import assemble, build
+from toolpoint.machine.description import PointDescription, parameters
 from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 from toolpoint.studies.measured import machine_update
+from toolpoint.studies.measured.measured_update import Measurement, update_machine
 from toolpoint.updating import AffineSystem, Targets
 from toolpoint.vibration import Modes, eigen, frequency_response
 from toolpoint.vibration.dof import dofs
@@ -161,3 +164,24 @@ def test_two_poses_are_fitted_at_once(vertical_drives):
         assert both.machine.value(p) == pytest.approx(machine.value(p), rel=0.05)
     with pytest.raises(ToolpointError, match="one for each"):
         machine_update.update(start, paths, targets=targets, pose=[{}])
+
+
+@pytest.mark.slow
+def test_many_responses_alone_lead_to_the_stiffnesses_without_restarts():
+    """Responses that came without modes are led by those identified from them; noise at most lines is no misfit."""
+    rng = np.random.default_rng(1)
+    described = read_machine("src/toolpoint/app/machines/three_axis_vertical_drives.yaml").description
+    bodies = list(described.bodies)
+    more = {f"p{i}": PointDescription(bodies[i % len(bodies)], tuple(rng.uniform(-0.4, 0.4, 3))) for i in range(24)}
+    machine = build(replace(described, points={**described.points, **more}))
+    names = [path for path in parameters(described) if ".stiffness." in path]
+    truth = machine.with_values({name: machine.value(name) * float(np.exp(0.2 * rng.normal())) for name in names})
+    outputs = [f"{name}:{way}" for name in more for way in ("+x", "+y", "+z")]
+    clean = frequency_response.direct(assemble(truth, None, outputs, inputs=["p5:+x"]), np.linspace(0.25, 320.25, 641))
+    size = 0.02 * np.sqrt((np.abs(clean.values) ** 2).mean() / 2)
+    error = size * (rng.normal(size=clean.values.shape) + 1j * rng.normal(size=clean.values.shape))
+    fit = update_machine(machine, [Measurement(frf=replace(clean, values=clean.values + error))]).update.fit
+    assert fit.converged and "restarts" not in fit.status and "explain" not in fit.status
+    error = np.array([np.log(fit.values[n] / truth.value(n)) for n in fit.free])
+    told = np.sqrt(np.diag(fit.covariance)) < 0.005
+    assert told.sum() >= 5 and np.abs(error[told]).max() < 0.02

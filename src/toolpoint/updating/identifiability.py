@@ -91,6 +91,7 @@ def identifiability(
     at = problem.start if x is None else x
     jacobian = problem.evaluated(at, slopes=True).jacobian
     assert jacobian is not None
+    jacobian = _triangle_of(jacobian)
     influence = np.linalg.norm(jacobian, axis=0)
     share = influence / _largest(problem, influence)
     order = _selected(jacobian, share, limit, least_influence)
@@ -104,6 +105,11 @@ def identifiability(
     return Identifiability(names, tuple(p.group for p in problem.parameters), influence, deviation,
                            np.linalg.svd(unit, compute_uv=False), correlations(unit),
                            tuple(names[j] for j in order), reasons, rule)
+
+
+def _triangle_of(jacobian: FloatArray) -> FloatArray:
+    """Return as few rows as columns with the same J^T J, which is all that is asked of them; few rows as they are."""
+    return jacobian if len(jacobian) <= 4 * jacobian.shape[1] else np.asarray(np.linalg.qr(jacobian, mode="r"))
 
 
 def correlations(jacobian: FloatArray) -> FloatArray:

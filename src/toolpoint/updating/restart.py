@@ -19,7 +19,7 @@ _BY_FREQUENCY = 3.0
 
 def fit_with_restarts(
     problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
-    free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5,
+    free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5, start: FloatArray | None = None,
 ) -> ParameterFit:
     """Return `fit`; where it does not explain the data, the best of up to `restarts` more, the first that does.
 
@@ -29,20 +29,20 @@ def fit_with_restarts(
 
     Parameters
     ----------
-    problem, method, limit, least_influence, free : see `fit`
+    problem, method, limit, least_influence, free, start : see `fit`; the restarts are about the problem's own start
     restarts : int
         0 for none.
     spread : float
     """
-    first = fit(problem, method, limit, least_influence=least_influence, free=free)
+    first = fit(problem, method, limit, least_influence=least_influence, free=free, start=start)
     assumed = problem.assumed
     if (first.converged and is_explained(first, assumed)) or not first.free:
         return first
     best, evaluations, tried = first, first.evaluations, 0
-    for start in _starts(problem, first, restarts, spread, method):
+    for other in _starts(problem, first, restarts, spread, method, repeated=start is None):
         tried += 1
         try:
-            result = fit(problem, method, free=first.free, start=start)
+            result = fit(problem, method, free=first.free, start=other)
         except ToolpointError:
             # A start may lie where the model does not exist (no stable equilibrium); the count below tells of it.
             continue
@@ -57,13 +57,16 @@ def fit_with_restarts(
 
 
 def _starts(
-    problem: Problem, first: ParameterFit, restarts: int, spread: float, method: LeastSquares | None
+    problem: Problem, first: ParameterFit, restarts: int, spread: float, method: LeastSquares | None, *, repeated: bool
 ) -> Iterator[FloatArray]:
+    """Yield starts; with `repeated` the problem's own start was the first one and is not tried again in the same way."""
     at = [problem.names.index(n) for n in first.free]
     low, high = problem.bounds
     halton = qmc.Halton(len(at), scramble=False).random(restarts + 1)[1:]
     ways = _ways(problem)
     for k in range(restarts):
+        if repeated and k == 0 and ways[0] is None:
+            continue
         x = problem.start
         if k >= len(ways):
             x[at] = np.clip(spread * (2 * halton[k] - 1), low[at], high[at])

@@ -120,10 +120,16 @@ class SystemModel:
             result = mode_prediction(system, modal, min(self.modes, system.size), ratio=self.modal_damping)
         if self.lines is None:
             return result
-        left = system.output_map[[system.outputs.index(d) for d in self.outputs]]
-        right = system.input_map[:, [system.inputs.index(d) for d in self.inputs]]
+        left = system.output_map[_places(system.outputs, self.outputs)]
+        right = system.input_map[:, _places(system.inputs, self.inputs)]
         if modal is not None and self.modal_damping is not None:
             values, changes = modal_response(self.lines, left, right, modal=modal, ratio=self.modal_damping)
         else:
             values, changes = direct_response(self.lines, left, right, system=system, factors=weighted, count=number)
         return replace(result, frf=Frf(self.lines, values, self.outputs, self.inputs), frf_slopes=changes)
+
+
+def _places(known: Sequence[Dof], chosen: Sequence[Dof]) -> list[int]:
+    """Return where labels stand among others."""
+    at = {dof: i for i, dof in reversed(list(enumerate(known)))}
+    return [at[dof] for dof in chosen]

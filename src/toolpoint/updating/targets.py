@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of, positive
-from toolpoint.updating.frf_noise import Whitening, check_correlation
+from toolpoint.updating.frf_noise import Whitening, check_correlation, line_noise
 from toolpoint.vibration import Dof, Frf, Modes
 
 FRF_KINDS = ("real and imaginary", "log")
@@ -42,7 +42,7 @@ class Targets:
         antiresonances like resonances and forgives a shift of a peak.
     frf_sd : float
         Standard deviation of each line as part of the response's root mean square (real and imaginary) or of its own
-        size (log), where the Frf carries no variance.
+        size (log), where the Frf carries no variance; its noise by the scatter of the lines is added.
     line_correlation : (n_f, n_f) floats, optional
         Correlation of the errors of different lines (windows and zero padding make neighbours alike), 1 on the diagonal.
     channel_correlation : (n_outputs, n_outputs) complex, optional
@@ -200,7 +200,8 @@ class Targets:
             # E|e|^2 is shared by both parts; lines without any noise at all would decide alone.
             return np.maximum(np.sqrt(frf.variance / 2), tiny)
         base = size if self.frf_kind == "log" else np.broadcast_to(level, size.shape)
-        return self.frf_sd * np.maximum(base, tiny)
+        # Where noise is larger than the assumption it counts: lines that hold nothing else must not weigh like others.
+        return np.hypot(self.frf_sd * np.maximum(base, tiny), line_noise(frf.values) / np.sqrt(2))
 
     def frf_whitening(self) -> Whitening | None:
         """Return what makes the errors over their standard deviations independent; None where they count as such."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from toolpoint._check import FloatArray, ToolpointWarning, fail
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.studies.measured.update_stages import fit_in_stages, fit_on_all_lines
 from toolpoint.updating import (
     AffineSystem,
     LeastSquares,
@@ -21,10 +22,8 @@ from toolpoint.updating import (
     Problem,
     SystemModel,
     Targets,
-    fit,
-    fit_with_restarts,
-    identifiability,
 )
+from toolpoint.updating.line_choice import on_chosen_lines
 from toolpoint.updating.low_rank import factor_matrices
 from toolpoint.updating.residuals import silent_responses, track_modes
 from toolpoint.updating.system_model import Factors, Systems
@@ -34,7 +33,6 @@ from toolpoint.vibration.sensitivity import MatrixDerivatives
 _RANGE = 1e3
 _SPARE_MODES = 6
 _AFFINE = 1e-9
-_ROUNDS = 3
 
 # Mean power of a response over that of its noise above which the structure moves there.
 _MOVES = 2.0
@@ -219,7 +217,7 @@ def update(
     machine: Machine, parameters: Sequence[Parameter | str], modes: Modes | None = None, *, frf: Frf | None = None,
     pose: Pose | Sequence[Pose | None] | None = None, targets: Targets | Sequence[Targets] | None = None,
     method: LeastSquares | None = None,
-    limit: float | None = 0.5, least_influence: float = 0.02, restarts: int = 24,
+    limit: float | None = 0.5, least_influence: float = 0.02, restarts: int = 24, lead: Sequence[Modes | None] = (),
 ) -> MachineUpdate:
     """Return the machine updated to measured modes and frequency responses.
 
@@ -244,6 +242,9 @@ def update(
     method, limit, least_influence : see `updating.fit`
     restarts : int
         See `updating.fit_with_restarts`.
+    lead : sequence of Modes or None, optional
+        One for each set of targets: modes that lead to the start of the fit and do not count in its end, as those identified
+        from the same responses.
     """
     if targets is None:
         targets = default_targets([p if isinstance(p, str) else p.name for p in parameters], modes, frf)
@@ -251,7 +252,9 @@ def update(
         fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose=pose)
     _say_silent(task)
-    result = _staged(task, method, limit, least_influence, restarts)
+    start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
+    result = fit_on_all_lines(task, _on_few_lines(machine, parameters, task, pose), method, limit, least=least_influence,
+                           restarts=restarts, start=start)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
 
@@ -274,65 +277,26 @@ def _say_silent(task: Problem) -> None:
                       ToolpointWarning, stacklevel=3)
 
 
-def _stages(task: Problem) -> list[Problem]:
-    """Modes lead from far away; logarithms of the responses forgive shifted peaks; then everything as it is asked for."""
-    if all(t.frf is None for t in task.targets):
-        return [task]
-    log = [t if t.frf is None else replace(t, frf_kind="log") for t in task.targets]
-    result = [task.with_targets(log)]
-    if any(t.frf is not None and t.frf_kind != "log" for t in task.targets):
-        result.append(task)
-    shaped = [k for k, t in enumerate(task.targets) if t.modes is not None]
-    if shaped:
-        only = [replace(t, frf=None, line_correlation=None, channel_correlation=None) if t.modes is not None else t
-                for t in task.targets]
-        result.insert(0, task.with_targets(only).with_sets(shaped))
-    return result
+def _on_few_lines(machine: Machine, parameters: Sequence[Parameter | str], task: Problem,
+                  pose: Pose | Sequence[Pose | None] | None) -> Problem:
+    """Return the problem with many lines of responses thinned where nothing resonates; itself where they are few."""
+    few = [on_chosen_lines(targets) for targets in task.targets]
+    if all(a is b for a, b in zip(few, task.targets, strict=True)):
+        return task
+    return problem(machine, parameters, few, pose=pose)
 
 
-def _staged(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int) -> ParameterFit:
-    stages = _stages(task)
-    if len(stages) == 1:
-        return fit_with_restarts(stages[0], method, limit, least_influence=least, restarts=restarts)
-    # What is free is decided before anything is moved, on the logarithmic responses: a narrow peak that moves by its width
-    # would make every stiffness look far better known than it is.
-    verdict = None if limit is None else identifiability(stages[-2], None, limit, least_influence=least)
-    free = task.names if verdict is None else verdict.identifiable
-    start = float((task.evaluated(task.start).values ** 2).sum())
-    result = _first(stages[0], method, limit, least, free, restarts)
-    modal = all(t.frf is None for t in stages[0].targets)
-    evaluations, rest = result.evaluations, stages[1:] if modal else stages
-    for _ in range(_ROUNDS):
-        for stage in rest:
-            result = fit(stage, method, free=free, start=result.x)
-            evaluations += result.evaluations
-        # Far from the measurement a damper may hide that shows near it: the same rule is asked again at the result.
-        now = None if limit is None else identifiability(rest[0], result.x, limit, least_influence=least)
-        if now is None or set(now.identifiable) == set(free):
-            break
-        free = now.identifiable
-        result = replace(result, x=np.where([n in free for n in task.names], result.x, 0.0))
-    else:
-        result = fit(task, method, free=free, start=result.x)
-    left = {} if now is None else now.reasons
-    return replace(result, evaluations=evaluations, start_chi_square=start, identifiability=verdict, left_alone=left)
-
-
-def _first(
-    task: Problem, method: LeastSquares | None, limit: float | None, least: float, free: tuple[str, ...], restarts: int
-) -> ParameterFit:
-    if any(t.frf is not None for t in task.targets):
-        return fit_with_restarts(task, method, free=free, restarts=min(restarts, 8))
-    inner = None if limit is None else identifiability(task, None, limit, least_influence=least)
-    some = tuple(n for n in free if inner is None or n in inner.identifiable)
-    result = fit_with_restarts(task, method, free=some, restarts=restarts)
-    if limit is None or not result.converged:
-        return result
-    again = identifiability(task, result.x, limit, least_influence=least).identifiable
-    if set(again) <= set(some):
-        return result
-    more = fit(task, method, free=(*some, *(n for n in again if n not in some)), start=result.x)
-    return replace(more, evaluations=result.evaluations + more.evaluations)
+def _led_by(machine: Machine, parameters: Sequence[Parameter | str], lead: Sequence[Modes | None],
+            pose: Pose | Sequence[Pose | None] | None, method: LeastSquares | None, *, limit: float | None, least: float,
+            restarts: int) -> FloatArray | None:
+    """Return the coordinates to which modes lead, None where there are none."""
+    at = [k for k, modes in enumerate(lead) if modes is not None and modes.count]
+    if not at:
+        return None
+    targets = [Targets(modes, mac=len(modes.dofs) > 2) for modes in lead if modes is not None and modes.count]
+    poses = [pose[k] for k in at] if isinstance(pose, Sequence) else pose
+    result = fit_in_stages(problem(machine, parameters, targets, pose=poses), method, limit, least, restarts)
+    return result.x if result.free else None
 
 
 def agreements(task: Problem, x: FloatArray) -> tuple[Agreement, ...]:

@@ -12,7 +12,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.machine import Machine
 from toolpoint.machine.description import parameters
-from toolpoint.modal_identification import real_modes
+from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
@@ -83,8 +83,22 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     known = tuple(_with_partners(machine, part) for part in measured)
     names = list(paths) or [path for path in parameters(machine.description) if ".stiffness." in path]
     targets = [default_targets(names, part.modes, part.frf) for part in known]
-    result = update(machine, names, targets=targets, pose=[part.pose for part in known])
+    result = update(machine, names, targets=targets, pose=[part.pose for part in known],
+                    lead=[_leading(machine, part) for part in known])
     return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None)
+
+
+def _leading(machine: Machine, part: Measurement) -> Modes | None:
+    """Return the modes of responses that came without any: narrow peaks alone have many local minima, modes lead past them."""
+    if part.modes is not None or part.frf is None:
+        return None
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", ToolpointWarning)  # they lead only; what they are worth shows in the fit
+            modes = real_modes(identify(part.frf).modes)
+            return _with_partners(machine, replace(part, modes=modes)).modes
+    except ToolpointError:
+        return None  # without modes the responses find their own way, with restarts
 
 
 def as_assumed(fit: ParameterFit) -> ParameterFit:
