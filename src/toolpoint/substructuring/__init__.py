@@ -1,6 +1,39 @@
 """Substructuring: parts reduced to what their neighbours see, and joined; receptance coupling of holders and tools."""
 
+from toolpoint.substructuring.coupling import couple, couple_dual, join_elastically
+from toolpoint.substructuring.estimate import CoupledModes, Surroundings, couple_reduced, reduce_automatically
+from toolpoint.substructuring.frequency_coupling import couple_responses, decouple_responses
+from toolpoint.substructuring.large_body import LargeBody
+from toolpoint.substructuring.methods import ActingLoads, CraigBampton, ResidualFlexibility
 from toolpoint.substructuring.receptance import PlaneReceptance, couple_tool
+from toolpoint.substructuring.reduction import Reduction, reduce
 from toolpoint.substructuring.shaft import ContactDescription, SegmentDescription, ShaftDescription
+from toolpoint.substructuring.sliding import MotionTable, SlidingBody
+from toolpoint.substructuring.virtual_point import VirtualPoint, reduce_to_points
 
-__all__ = ["ContactDescription", "PlaneReceptance", "SegmentDescription", "ShaftDescription", "couple_tool"]
+__all__ = [
+    "ActingLoads",
+    "ContactDescription",
+    "CoupledModes",
+    "CraigBampton",
+    "LargeBody",
+    "MotionTable",
+    "PlaneReceptance",
+    "Reduction",
+    "ResidualFlexibility",
+    "SegmentDescription",
+    "ShaftDescription",
+    "SlidingBody",
+    "Surroundings",
+    "VirtualPoint",
+    "couple",
+    "couple_dual",
+    "couple_reduced",
+    "couple_responses",
+    "couple_tool",
+    "decouple_responses",
+    "join_elastically",
+    "reduce",
+    "reduce_automatically",
+    "reduce_to_points",
+]

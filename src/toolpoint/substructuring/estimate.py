@@ -1,0 +1,170 @@
+r"""The error of a coupled solution with a reduced body, from its residual; and how many shapes a stated error needs.
+
+With the residual r of a coupled mode in the body and :math:`\rho^2 = r^T (K + s_0 M)^{-1} r`, the body's own inverse bounds
+that of the whole, and Kato and Temple give :math:`\delta f/f \le \tfrac12 (\rho^2/\lambda)\,\mu_{next}/(\mu_{next} - \mu)`,
+:math:`\mu = \lambda + s_0`, the smallest over how many neighbouring modes are taken as one cluster. This holds where no
+mode is missing: all free modes of the body up to 1.4 times the band must be among the shapes.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import block_diag, eigh
+
+from toolpoint._check import FloatArray, count, fail, floats, positive, symmetric
+from toolpoint.substructuring.large_body import LargeBody
+from toolpoint.substructuring.methods import SURE, ActingLoads
+from toolpoint.substructuring.reduction import Reduction, ShapeSpan, span
+
+CLUSTER = 4  # neighbouring modes at most that are taken together
+STEPS = ((1.42, 2), (1.42, 3), (2.0, 3), (2.8, 4))  # reach and order, tried in turn
+COARSE = 0.05  # estimate above which its own assumptions fail
+
+
+@dataclass(frozen=True, eq=False)
+class Surroundings:
+    """What a body is coupled to: stiffness and mass over the loads' places, in their order, then over p more coordinates.
+
+    stiffness, mass : (l + p, l + p) floats.
+    """
+
+    stiffness: FloatArray
+    mass: FloatArray
+
+    def __post_init__(self) -> None:
+        for name in ("stiffness", "mass"):
+            value = symmetric(f"Surroundings.{name}", floats(f"Surroundings.{name}", getattr(self, name), (None, None)))
+            object.__setattr__(self, name, value)
+
+
+@dataclass(frozen=True, eq=False)
+class CoupledModes:
+    """Lowest modes of a reduced body in its surroundings.
+
+    frequency : Hz; error : estimate of the relative error of each from the reduction; coordinates : (rigid, elastic, others)
+    of each mode, unit modal mass; status : whether the estimate is to be believed, and what to do where not.
+    """
+
+    frequency: FloatArray
+    error: FloatArray
+    coordinates: FloatArray
+    status: str
+
+    @property
+    def is_sure(self) -> bool:
+        """Whether no free mode of the body can be missing."""
+        return not self.status.startswith("doubt")
+
+    def __repr__(self) -> str:
+        return (f"CoupledModes({self.frequency.size} modes, {self.frequency[0]:.5g}..{self.frequency[-1]:.5g} Hz, error up to "
+                f"{self.error.max():.1e}; {self.status})")
+
+
+def couple_reduced(reduction: Reduction, surroundings: Surroundings, modes: int) -> CoupledModes:
+    """Return the lowest coupled modes with an estimate of the error that the reduction makes.
+
+    The estimate is that of the body's reduction alone: the surroundings are taken as they are.
+    """
+    l, r = reduction.rigid_participation.shape
+    size = len(surroundings.stiffness)
+    if size < l:
+        fail("surroundings", f"{size} coordinates", f"must be at least the {l} loads' places")
+    place = block_diag(np.hstack([reduction.rigid_participation, reduction.participation]), np.eye(size - l))
+    n = r + reduction.size + size - l
+    k, m = place.T @ surroundings.stiffness @ place, place.T @ surroundings.mass @ place
+    k[range(n), range(n)] += np.concatenate([np.zeros(r), reduction.squares, np.zeros(size - l)])
+    m[range(r + reduction.size), range(r + reduction.size)] += 1.0
+    number = min(count("modes", modes), n)
+    squares, vectors = eigh((k + k.T) / 2, (m + m.T) / 2)
+    residual = _residuals(reduction, surroundings, place, squares=squares, vectors=vectors)
+    error = _kato_temple(squares, residual, reduction.residual.shift)[:number]
+    frequency = np.sqrt(np.maximum(squares[:number], 0)) / (2 * np.pi)
+    return CoupledModes(frequency, error, vectors[:, :number], _status(reduction, float(frequency[-1]), float(error.max())))
+
+
+def _status(reduction: Reduction, band: float, error: float) -> str:
+    if error > COARSE:
+        return f"doubt: an estimated error of {100 * error:.2g} % is too large to be believed itself; keep more shapes"
+    if reduction.reach >= SURE * band:
+        return f"all free modes of the body to {reduction.reach / band:.3g} times the band are among the shapes"
+    if reduction.reach == 0:
+        return (f"doubt: {reduction.method} does not say which free modes are among the shapes; one may be missing: compare "
+                "with ActingLoads")
+    return (f"doubt: free modes of the body are known to {reduction.reach:.5g} Hz, {reduction.reach / band:.3g} times the band "
+            f"({SURE:g} at least); one may be missing: reduce with a wider band")
+
+
+def _residuals(reduction: Reduction, surroundings: Surroundings, place: FloatArray, *, squares: FloatArray, vectors: FloatArray
+               ) -> FloatArray:
+    """Return rho^2 of every coupled mode."""
+    known, (l, r) = reduction.residual, reduction.rigid_participation.shape
+    elastic = vectors[r:r + reduction.size]
+    moved = place @ vectors
+    wrench = (surroundings.stiffness @ moved - (surroundings.mass @ moved) * squares)[:l]
+    inertial = known.inertial @ elastic - (known.shapes @ elastic) * squares
+    inertial[:r] -= vectors[:r] * squares
+    rest = np.vstack([inertial, known.loads @ elastic + wrench])
+    return np.maximum(np.einsum("im,ij,jm->m", rest, known.gram, rest), 0.0)
+
+
+def _kato_temple(squares: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
+    """Return relative errors of frequencies: for every mode the least over clusters that begin with it or before it."""
+    n = len(squares)
+    result = np.full(n, np.inf)
+    for first in range(n):
+        for last in range(first, min(first + CLUSTER, n - 1)):
+            gap = squares[last + 1] - squares[last]
+            if gap <= 0 or squares[first] <= 0:
+                continue
+            factor = (squares[last + 1] + shift) / gap
+            whole = 0.5 * residual[first:last + 1].sum() * factor
+            result[first:last + 1] = np.minimum(result[first:last + 1], whole / squares[first:last + 1])
+    return result
+
+
+def choose_size(shapes: ShapeSpan, surroundings: Surroundings, modes: int, *, error: float) -> tuple[Reduction, CoupledModes]:
+    """Return the smallest reduction whose estimate is within a relative error of the lowest coupled frequencies.
+
+    Raises ToolpointError where free modes may be missing (the 1.4 rule), or all shapes together do not reach the error.
+    """
+    positive("error", error)
+    low, high = shapes.kept, shapes.largest
+    best = shapes.reduced(high)
+    solved = couple_reduced(best, surroundings, modes)
+    if not solved.is_sure:
+        fail("shapes", solved.status, "must reach 1.4 times the band", "span the body with a wider band")
+    if solved.error.max() > error:
+        fail("error", f"{error:g}", f"all {high} shapes give {solved.error.max():.2g}",
+             "span the body with a wider band or responses of a higher order")
+    while low < high:
+        middle = (low + high) // 2
+        reduction = shapes.reduced(middle)
+        trial = couple_reduced(reduction, surroundings, modes)
+        if trial.error.max() <= error:
+            high, best, solved = middle, reduction, trial
+        else:
+            low = middle + 1
+    return best, solved
+
+
+def reduce_automatically(body: LargeBody, surroundings: Surroundings, modes: int, *, band: float, error: float
+                         ) -> tuple[Reduction, CoupledModes]:
+    """Return a reduction whose estimate is within a relative error of the lowest coupled frequencies, as small as may be.
+
+    band : Hz, about the highest of these frequencies; it is corrected where the coupled modes go higher.
+    """
+    for reach, order in STEPS:
+        shapes = span(body, ActingLoads(band, reach, order))
+        solved = couple_reduced(shapes.reduced(), surroundings, modes)
+        highest = float(solved.frequency[-1])
+        if SURE * highest > reach * band:
+            band = 1.01 * highest
+            shapes = span(body, ActingLoads(band, reach, order))
+            solved = couple_reduced(shapes.reduced(), surroundings, modes)
+        if solved.is_sure and solved.error.max() <= error:
+            return choose_size(shapes, surroundings, modes, error=error)
+    fail("error", f"{error:g}",
+         f"{shapes.largest} shapes to {shapes.reach:.5g} Hz give {solved.error.max():.2g}; {solved.status}",
+         "ask for fewer modes or a larger error")

@@ -1,0 +1,129 @@
+"""LargeBody: a body's sparse matrices with the loads that act on it, and what every reduction of it needs once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
+from toolpoint.vibration.sparse.factorisation import check_symmetric
+
+STRAINED = 1e-8
+
+
+@dataclass(frozen=True, eq=False)
+class LargeBody:
+    """A body's matrices and the loads that act on it.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse
+    loads : (n, l)
+        Columns W of consistent weights of every place that carries force, six for a patch: the place moves by W^T u, its
+        wrench f acts as W f.
+    rigid : (n, 6), optional
+        Rigid motions of a free body; none for a body that is held in its matrices.
+    weights : (l,), optional
+        Size of each load where responses are compressed: the square root of the joint's stiffness. Where left out, as large
+        as gives equal energies.
+    coordinates : (n, 3), optional
+        Where every row is, m: helps the ordering.
+    """
+
+    stiffness: csc_array
+    mass: csc_array
+    loads: FloatArray
+    rigid: FloatArray | None = None
+    weights: FloatArray | None = None
+    coordinates: FloatArray | None = None
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "stiffness", check_symmetric("stiffness", self.stiffness))
+        put(self, "mass", check_symmetric("mass", self.mass))
+        n = self.size
+        if self.mass.shape != self.stiffness.shape:
+            fail("mass", f"shape {self.mass.shape}", f"must be that of the stiffness, {self.stiffness.shape}")
+        put(self, "loads", floats("loads", csc_array(self.loads).toarray()))
+        if self.loads.ndim != 2 or self.loads.shape[0] != n or not self.loads.shape[1]:
+            fail("loads", f"shape {self.loads.shape}", f"must be ({n}, any)", "columns of every place that carries force")
+        if self.weights is not None:
+            put(self, "weights", floats("weights", self.weights, (self.loads.shape[1],)))
+        if self.rigid is not None:
+            put(self, "rigid", floats("rigid", self.rigid, (n, None)))
+            self._check_rigid(self.rigid)
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return int(self.stiffness.shape[0])
+
+    def _check_rigid(self, rigid: FloatArray) -> None:
+        force = float(np.abs(self.stiffness @ rigid).max())
+        size = float(abs(self.stiffness).max()) * float(np.abs(rigid).max())
+        if force > STRAINED * size:
+            fail("rigid", f"motions that strain the body (force {force / size:.2g} of the largest)", "must be rigid motions",
+                 "a body that is held in its matrices has none")
+
+
+@dataclass(frozen=True, eq=False)
+class Preparation:
+    """The shifted factorisation of a body, its rigid motions orthonormal in the mass, and its responses to all loads.
+
+    shift : s0, rad^2/s^2; responses : (n, l), of the loads in balance with inertia, free of rigid motion.
+    """
+
+    body: LargeBody
+    shift: float
+    inverse: Factorisation
+    rigid: FloatArray
+    responses: FloatArray
+
+    @property
+    def answers(self) -> FloatArray:
+        """S W: responses to the loads as they are, rigid motion included, (n, l)."""
+        if not self.rigid.shape[1]:
+            return self.responses
+        return self.responses + self.rigid @ (self.rigid.T @ self.body.loads) / self.shift
+
+    @property
+    def load_weights(self) -> FloatArray:
+        """Size of the loads in the compression, (l,): square root of the stiffness of joint and body in series.
+
+        A wrench through a joint much stiffer than the body is bounded by the body, not by the joint.
+        """
+        soft = np.einsum("nl,nl->l", self.responses, self.body.loads)
+        if self.body.weights is not None:
+            soft = soft + 1 / np.maximum(self.body.weights, 1e-300) ** 2
+        return 1 / np.sqrt(np.maximum(soft, 1e-300))
+
+    def elastic_modes(self, below: float) -> EigenPairs:
+        """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
+        body = self.body
+        pairs = modes(body.stiffness, body.mass, below=below, shift=self.shift or None, coordinates=body.coordinates)
+        if pairs.rigid_count != self.rigid.shape[1]:
+            fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
+                 "a part that hangs loose, a mechanism, or a body that is held after all")
+        if not pairs.is_complete:
+            fail("modes", pairs.status, "must all be known", "give another shift")
+        keep = pairs.squares > 0
+        return replace(pairs, squares=pairs.squares[keep], vectors=pairs.vectors[:, keep], residual=pairs.residual[keep])
+
+
+def prepare(body: LargeBody, shift: float) -> Preparation:
+    """Factorise K + shift M once, and solve for all loads."""
+    matrix = body.stiffness if shift == 0 else csc_array(body.stiffness + shift * body.mass)
+    inverse = factorise(matrix, coordinates=body.coordinates)
+    if inverse.negative_pivots:
+        fail("stiffness", f"{inverse.negative_pivots} negative eigenvalues", "must be positive semidefinite",
+             "an element of negative stiffness, or a load beyond buckling?")
+    rigid: FloatArray = np.zeros((body.size, 0))
+    if body.rigid is not None:
+        lower = np.linalg.cholesky(body.rigid.T @ (body.mass @ body.rigid))
+        rigid = np.linalg.solve(lower, body.rigid.T).T
+    inertial = body.mass @ rigid
+    responses = inverse.solve(body.loads - inertial @ (rigid.T @ body.loads))
+    return Preparation(body, shift, inverse, rigid, responses - rigid @ (inertial.T @ responses))

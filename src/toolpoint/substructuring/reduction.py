@@ -1,0 +1,241 @@
+r"""Reduction of a large body to a few coordinates: what its neighbours see of it.
+
+A reduced body is a set of shapes V, orthonormal in the mass and orthogonal in the stiffness: :math:`V^T M V = I`,
+:math:`V^T K V = diag(s)`; a free body keeps its six rigid motions beside them. What the error of a coupled solution needs is
+kept with it, all small: :math:`K V = M X a + W t` over stored columns X, and the products of [M X, W] in
+:math:`S = (K + s_0 M)^{-1}`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import eigh
+
+from toolpoint._check import FloatArray, count, fail
+from toolpoint.substructuring.large_body import LargeBody, Preparation, prepare
+
+DEPENDENT = 1e-12  # energy of a response over that of the largest below which it adds nothing
+SNAPSHOTS = 5  # frequencies from 0 to the band at which the loads' responses are compared
+ABOVE = 0.8  # share of the way to a resonance beside the kept shapes that a response is followed
+
+
+@dataclass(frozen=True, eq=False)
+class RawShapes:
+    """Shapes of a method that are kept whole (n, m), and the order of the responses to loads beside them.
+
+    inertial : (6 + m, m) and loads : (l, m) with K kept = M [R, kept] inertial + W loads; reach : frequency below which all
+    free modes are among them, Hz (0: not known); order : 1, responses S W; 2, also what their inertia does, S M S W.
+    """
+
+    kept: FloatArray
+    inertial: FloatArray
+    loads: FloatArray
+    reach: float
+    order: int = 1
+
+
+class ReductionMethod(Protocol):
+    """Which shapes span the reduced body."""
+
+    @property
+    def name(self) -> str:
+        """The method's name."""
+        ...
+
+    @property
+    def band(self) -> float:
+        """Frequency up to which the coupled machine is asked for, Hz."""
+        ...
+
+    def shapes(self, prepared: Preparation) -> RawShapes:
+        """Return the shapes, before they are made orthogonal."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualProducts:
+    """K V = M X a + W t over columns X = [R, ...], and the products of [M X, W] in S.
+
+    inertial : a (x, r); loads : t (l, r); shapes : (x, r), V in X; gram : (x + l, x + l); shift : s0, rad^2/s^2.
+    """
+
+    inertial: FloatArray
+    loads: FloatArray
+    shapes: FloatArray
+    gram: FloatArray
+    shift: float
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A reduced body.
+
+    Parameters
+    ----------
+    squares : (r,) floats
+        s, rad^2/s^2, ascending.
+    vectors : (n, r) floats
+        V.
+    participation : (l, r) floats
+        W^T V: motion of the loads' places per coordinate.
+    rigid_participation : (l, 6) or (l, 0) floats
+        W^T R, R the rigid motions orthonormal in the mass.
+    reach : float
+        Frequency below which all free modes of the body are among the shapes, Hz; 0: not known.
+    method, solver : str
+    residual : ResidualProducts
+    """
+
+    squares: FloatArray
+    vectors: FloatArray
+    participation: FloatArray
+    rigid_participation: FloatArray
+    reach: float
+    method: str
+    solver: str
+    residual: ResidualProducts
+
+    @property
+    def size(self) -> int:
+        """Number of elastic coordinates."""
+        return len(self.squares)
+
+    @property
+    def frequency(self) -> FloatArray:
+        """Square roots of `squares`, Hz: free modes, and above them what responses to loads add."""
+        return np.sqrt(np.maximum(self.squares, 0)) / (2 * np.pi)
+
+    def __repr__(self) -> str:
+        reach = f", all free modes to {self.reach:.5g} Hz" if self.reach else ""
+        return (f"Reduction({len(self.vectors)} -> {self.size} coordinates and {self.rigid_participation.shape[1]} rigid, "
+                f"{self.method}{reach}, {self.solver})")
+
+
+@dataclass(frozen=True, eq=False)
+class ShapeSpan:
+    """All shapes of a method on a body, with their small matrices: from here reductions of any size cost nothing large.
+
+    columns : X = [R, kept, responses] (n, x); mass, stiffness : X^T M X, X^T K X; K X = M X inertial + W loads.
+    """
+
+    prepared: Preparation
+    method: ReductionMethod
+    columns: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
+    inertial: FloatArray
+    loads: FloatArray
+    gram: FloatArray
+    kept: int
+    reach: float
+
+    @property
+    def largest(self) -> int:
+        """Number of independent elastic shapes."""
+        return self.kept + self._compressed.shape[1]
+
+    def reduced(self, size: int | None = None) -> Reduction:
+        """Return the reduction with so many coordinates (all independent shapes where left out): the kept shapes, and those
+        combinations of responses that store most energy under the weighted loads."""
+        responses = self._compressed
+        most = self.kept + responses.shape[1]
+        number = most if size is None else count("size", size, 0)
+        if not self.kept <= number <= most:
+            fail("size", f"{number}", f"must be {self.kept} .. {most}", "the kept shapes, and responses to the loads")
+        r = self.prepared.rigid.shape[1]
+        basis = np.zeros((self.columns.shape[1], number))
+        basis[r:r + self.kept, :self.kept] = np.eye(self.kept)
+        basis[:, self.kept:] = responses[:, :number - self.kept]
+        m, k = basis.T @ self.mass @ basis, basis.T @ self.stiffness @ basis
+        squares, mix = eigh((k + k.T) / 2, (m + m.T) / 2)
+        shapes = basis @ mix
+        vectors, body = self.columns @ shapes, self.prepared.body
+        residual = ResidualProducts(self.inertial @ shapes, self.loads @ shapes, shapes, self.gram, self.prepared.shift)
+        return Reduction(squares, vectors, body.loads.T @ vectors, body.loads.T @ self.prepared.rigid, self.reach,
+                         self.method.name, self.prepared.inverse.name, residual)
+
+    @cached_property
+    def _compressed(self) -> FloatArray:
+        """Return combinations of responses, free of the kept shapes, most energy first, unit stiffness; over the columns.
+
+        The energy is that of responses to the weighted loads at frequencies from 0 to the band, within the span.
+        """
+        r, first = self.prepared.rigid.shape[1], self.prepared.rigid.shape[1] + self.kept
+        kept, rest = slice(r, first), slice(first, None)
+        parts = np.zeros((self.columns.shape[1], self.columns.shape[1] - first))
+        parts[rest] = np.eye(parts.shape[1])
+        if self.kept:
+            parts[kept] = -np.linalg.solve(self.mass[kept, kept], self.mass[kept, rest])
+        parts = _independent(parts, self.stiffness, np.diag(self.stiffness)[rest])
+        values, shapes = np.linalg.eigh(_even(parts.T @ self.mass @ parts))  # of M where K is one
+        driven = shapes.T @ parts.T @ self._driving()
+        top = (2 * np.pi * self.method.band) ** 2
+        factors = [1 / (1 - np.minimum(square * values, ABOVE)) for square in np.linspace(0, top, SNAPSHOTS)]
+        answers = np.hstack([driven * factor[:, None] for factor in factors])
+        left, size, _ = np.linalg.svd(answers, full_matrices=False)
+        return parts @ shapes @ left[:, size > np.sqrt(DEPENDENT) * size.max(initial=0.0)]
+
+    def _driving(self) -> FloatArray:
+        """Return X^T W, every load by its weight; where weights are left out, by what gives equal energies at rest."""
+        driving = self.columns.T @ self.prepared.body.loads
+        return driving * self.prepared.load_weights
+
+
+def _independent(parts: FloatArray, stiffness: FloatArray, before: FloatArray) -> FloatArray:
+    """Return combinations of shapes with unit stiffness matrix; what is left of energies `before` by rounding is left out."""
+    energy = parts.T @ stiffness @ parts
+    size = 1 / np.sqrt(np.maximum(before, 1e-300))
+    values, vectors = np.linalg.eigh(_even(energy * size[:, None] * size))
+    keep = values > DEPENDENT
+    return parts @ (size[:, None] * vectors[:, keep] / np.sqrt(values[keep]))
+
+
+def reduce(body: LargeBody, method: ReductionMethod, size: int | None = None, *, shift: float | None = None) -> Reduction:
+    """Return the reduced body, with `size` coordinates or all shapes of the method; see `span` for the shift."""
+    return span(body, method, shift=shift).reduced(size)
+
+
+def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None) -> ShapeSpan:
+    """Return all shapes of a method on a body: one factorisation, the modes, two solutions for every load.
+
+    shift : s0, rad^2/s^2; where left out 0 for a held body, (2 pi band/10)^2 for a free one.
+    """
+    if shift is None:
+        shift = 0.0 if body.rigid is None else (2 * np.pi * 0.1 * method.band) ** 2
+    prepared = prepare(body, shift)
+    raw = method.shapes(prepared)
+    r, m, l = prepared.rigid.shape[1], raw.kept.shape[1], body.loads.shape[1]
+    mix = _leading(prepared)
+    k = mix.shape[1]
+    responses: list[FloatArray] = [prepared.responses @ mix]
+    for _ in range(raw.order - 1):
+        responses.append(prepared.inverse.solve(body.mass @ responses[-1]))
+    columns = np.hstack([prepared.rigid, raw.kept, *responses])
+    inertial, loads = np.zeros((columns.shape[1],) * 2), np.zeros((l, columns.shape[1]))
+    inertial[:r + m, r:r + m], loads[:, r:r + m] = raw.inertial, raw.loads
+    first, rest = np.arange(r + m, r + m + k), np.arange(r + m, columns.shape[1])
+    # (K + s0 M) q = (W - M R R^T W) mix, and of the next order (K + s0 M) q' = M q.
+    inertial[:r, first], inertial[rest, rest] = -prepared.rigid.T @ body.loads @ mix, -shift
+    inertial[rest[:-k], rest[k:]] = 1.0
+    loads[:, first] = mix
+    weighty = body.mass @ columns
+    gram = np.hstack([weighty, body.loads]).T @ np.hstack([prepared.inverse.solve(weighty), prepared.answers])
+    return ShapeSpan(prepared, method, columns, _even(columns.T @ weighty), _even(columns.T @ (body.stiffness @ columns)),
+                     inertial, loads, _even(gram), m, raw.reach)
+
+
+def _leading(prepared: Preparation) -> FloatArray:
+    """Return combinations of loads whose responses do not depend on each other, (l, k)."""
+    weights = prepared.load_weights
+    energy = _even(prepared.body.loads.T @ prepared.responses) * weights[:, None] * weights
+    values, vectors = np.linalg.eigh(energy)
+    keep = np.flatnonzero(values > DEPENDENT * max(float(values.max(initial=0.0)), 1e-300))[::-1]
+    return weights[:, None] * vectors[:, keep] / np.sqrt(values[keep])
+
+
+def _even(matrix: FloatArray) -> FloatArray:
+    return (matrix + matrix.T) / 2
