@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import ToolpointError, fail, suggestion
 from toolpoint.bodies import Body, MassProperties, mesh, shapes
 from toolpoint.joints import LinearJoint, linear, screws
+from toolpoint.joints.law import LawDescription
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.chain import build_chain, large_freedoms
 from toolpoint.machine.description import (
@@ -86,6 +87,8 @@ def joint_law(joint: JointDescription) -> LinearJoint:
     """Return the stiffness and damping law of a described joint."""
     if joint.screws:
         return _screw_law(joint)
+    if joint.law is not None:
+        return _law_of_parts(joint, joint.law)
     stiffness = joint.stiffness if joint.stiffness_matrix is None else np.array(joint.stiffness_matrix)
     damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
     if joint.stiffness_matrix is not None and joint.stiffness:
@@ -93,6 +96,22 @@ def joint_law(joint: JointDescription) -> LinearJoint:
     if joint.damping_matrix is not None and joint.damping:
         fail("damping_matrix", "given beside damping", "must come from one source", "remove one of them")
     return linear(stiffness, damping, joint.loss_factor, free=joint.free)
+
+
+def _law_of_parts(joint: JointDescription, law: LawDescription) -> LinearJoint:
+    """Return the law of a joint from its guideways, screws, bearings and contacts, and stiffness named beside them."""
+    if joint.stiffness_matrix is not None:
+        fail("stiffness_matrix", "given beside law", "must come from one source", "remove one of them")
+    if joint.loss_factor and law.loss_factor:
+        fail("loss_factor", "given in the joint and in its law", "must come from one source", "remove one of them")
+    beside = linear(joint.stiffness).stiffness
+    total = law.stiffness + beside
+    loose = [way for i, way in enumerate(DIRECTIONS) if not total[i].any() and way not in joint.free]
+    if loose:
+        fail("law", f"no stiffness along {', '.join(loose)}", "every direction must be held, free, or have stiffness",
+             f"add what holds it (a ball_screw?), stiffness: {{{loose[0]}: ...}}, or free: [{', '.join(loose)}]")
+    damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
+    return linear(total, damping, joint.loss_factor or law.loss_factor, free=joint.free)
 
 
 def _screw_law(joint: JointDescription) -> LinearJoint:

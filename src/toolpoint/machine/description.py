@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
+from toolpoint.joints.law import LawDescription
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription
@@ -101,6 +102,9 @@ class BodyDescription:
 class JointDescription:
     """A joint between a parent and a child body; directions not named are locked, values per direction in SI.
 
+    `law` (guideway, ball screw, bearing, contact) computes the stiffness; directions that it leaves must be `free` or have
+    `stiffness` of their own.
+
     `screws` are free twists (v, w) of six numbers in the joint's frame, any number of them, in place of directions; then
     `stiffness_matrix` and `damping_matrix` are over them.
 
@@ -128,6 +132,7 @@ class JointDescription:
     limits: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     largest_tilt: float | None = None
     screws: Matrix = ()
+    law: LawDescription | None = None
 
 
 @dataclass(frozen=True)

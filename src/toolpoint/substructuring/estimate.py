@@ -20,6 +20,7 @@ from toolpoint.substructuring.reduction import Reduction, ShapeSpan, span
 
 CLUSTER = 4  # neighbouring modes at most that are taken together
 STEPS = ((1.42, 2), (1.42, 3), (2.0, 3), (2.8, 4))  # reach and order, tried in turn
+HALF = 0.25  # of its frequency: what the lower end of a mode is taken to be off by at most
 COARSE = 0.05  # estimate above which its own assumptions fail
 
 
@@ -110,16 +111,25 @@ def _residuals(reduction: Reduction, surroundings: Surroundings, place: FloatArr
 
 
 def _kato_temple(squares: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
-    """Return relative errors of frequencies: for every mode the least over clusters that begin with it or before it."""
+    """Return relative errors of frequencies, at least those that the residuals bound.
+
+    The gap to the next mode is that to its lower end: a second pass takes off what the first one says of the next mode.
+    """
+    error = _bounds(squares, squares, residual, shift)
+    return _bounds(squares, squares * (1 - 2 * np.minimum(error, HALF)), residual, shift)
+
+
+def _bounds(squares: FloatArray, least: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
+    """Return for every mode the least bound over clusters that hold it; `least` are lower ends of all squares."""
     n = len(squares)
     result = np.full(n, np.inf)
     for first in range(n):
         for last in range(first, min(first + CLUSTER, n - 1)):
-            gap = squares[last + 1] - squares[last]
+            after = float(least[last + 1:last + 1 + CLUSTER].min())
+            gap = after - squares[last]
             if gap <= 0 or squares[first] <= 0:
                 continue
-            factor = (squares[last + 1] + shift) / gap
-            whole = 0.5 * residual[first:last + 1].sum() * factor
+            whole = 0.5 * residual[first:last + 1].sum() * (after + shift) / gap
             result[first:last + 1] = np.minimum(result[first:last + 1], whole / squares[first:last + 1])
     return result
 

@@ -15,7 +15,8 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import body_of, cutting_of
-from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, Part, PointModel
+from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, PointModel
+from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Vector
 from toolpoint.machine.components import Components, DrivenAxis, MassDeviation
 from toolpoint.machine.description import GROUND, BodyDescription, PointDescription

@@ -16,7 +16,7 @@ from pydantic import BaseModel, create_model
 from toolpoint._quantity import Quantity
 from toolpoint.io.quantities import electrical, units
 from toolpoint.io.quantities.electrical import electrical_type
-from toolpoint.io.yaml.machine_schema import Part
+from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import quantity_type
 
 Described = TypeVar("Described")

@@ -21,6 +21,7 @@ from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.arm_section import expand_arm
+from toolpoint.io.yaml.description_schema import describe
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_motion import (
     assembly_modes_of,
@@ -30,6 +31,7 @@ from toolpoint.io.yaml.machine_motion import (
     place_joints,
     task_of,
 )
+from toolpoint.joints.law import LawDescription
 from toolpoint.kinematics import Axis
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
@@ -131,7 +133,7 @@ def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
         loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
         part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source, part.passive,
         {way: limits_of(f"limits.{way}", span, "r" in way) for way, span in part.limits.items()}, part.largest_tilt,
-        part.screws)
+        part.screws, None if part.law is None else describe(LawDescription, part.law))
     joint_law(joint)
     return joint
 

@@ -6,24 +6,21 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, create_model, model_validator
+from pydantic import BaseModel, Field, create_model, model_validator
 
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, CutParameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
+from toolpoint.io.yaml.description_schema import model_of
+from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
+from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description import InertiaDescription
 
 VERSION = 1
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
 PROCESS_DAMPING = replace(units.STIFFNESS, name="process damping", largest=1e9)
-
-
-class Part(BaseModel):
-    """A part of a file: unknown keys are faults, values cannot be changed."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
 
 class FrameModel(Part):
@@ -133,6 +130,7 @@ class JointModel(Part):
     largest_tilt: Annotated[float, Scalar(units.ANGLE, gt=0)] | None = None
     screws: Annotated[tuple[tuple[float, ...], ...], Field(
         description="free twists (v, w) in the joint's frame, SI, in place of directions; stiffness_matrix is over them")] = ()
+    law: model_of(LawDescription) | None = None  # type: ignore[valid-type]
 
 
 class DriveModel(Part):

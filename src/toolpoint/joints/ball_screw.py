@@ -1,0 +1,62 @@
+r"""Ball screw: nut, shaft and bearings in series along its axis; the shaft's part depends on where the nut is.
+
+Shaft held at one end: :math:`k = E A / x`; at both: :math:`k = E A L / (x (L - x))`; twist of the shaft between motor and
+nut adds :math:`k = (2 \pi / p)^2 G I_p / x`. Source: Altintas, Manufacturing Automation, 2nd ed., section 5.3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated, Literal
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint._quantity import Quantity
+from toolpoint.joints.guideway import AXES
+
+STEEL, SHEAR = 206e9, 79.4e9  # Pa
+
+
+@dataclass(frozen=True)
+class BallScrewDescription:
+    """A ball screw along `along`; `nut_at` is the distance of the nut from the thrust bearing at the described pose.
+
+    `diameter` is the root diameter; with `lead` the shaft's twist between the motor, held at the bearing, and the nut counts.
+    """
+
+    nut: Annotated[float, Quantity("stiffness", "N/m", above=0)]
+    bearing: Annotated[float, Quantity("stiffness", "N/m", above=0)]
+    diameter: Annotated[float, Quantity("length", "m", above=0)]
+    length: Annotated[float, Quantity("length", "m", above=0)]
+    nut_at: Annotated[float, Quantity("length", "m", above=0)]
+    held: Literal["one end", "both ends"] = "one end"
+    along: Literal["x", "y", "z"] = "x"
+    lead: Annotated[float, Quantity("length", "m", above=0)] | None = None
+    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] = STEEL
+    bracket: Annotated[float, Quantity("stiffness", "N/m", above=0)] | None = None
+
+    def axial(self, position: float | None = None) -> float:
+        """Return the axial stiffness with the nut at a distance from the thrust bearing (m), N/m."""
+        x = self.nut_at if position is None else position
+        if not 0 < x < self.length or (self.held == "one end" and not 0 < x <= self.length):
+            fail("ball_screw.nut_at", f"{1e3 * x:g} mm", f"must be within the shaft, 0 .. {1e3 * self.length:g} mm")
+        area, polar = np.pi / 4 * self.diameter**2, np.pi / 32 * self.diameter**4
+        soft = 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
+        if self.held == "both ends":
+            # Each end has a bearing: two branches beside each other.
+            near = x / (self.modulus * area) + 1 / self.bearing
+            far = (self.length - x) / (self.modulus * area) + 1 / self.bearing
+            soft += near * far / (near + far)
+        else:
+            soft += x / (self.modulus * area) + 1 / self.bearing
+        if self.lead is not None:
+            soft += (self.lead / (2 * np.pi)) ** 2 * x / (SHEAR * polar)
+        return 1 / soft
+
+    @property
+    def stiffness(self) -> FloatArray:
+        """Stiffness (6, 6): along its axis only."""
+        result = np.zeros((6, 6))
+        result[AXES[self.along], AXES[self.along]] = self.axial()
+        return result
