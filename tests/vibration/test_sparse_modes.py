@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from scipy.linalg import eigh
-from scipy.sparse import block_diag, csc_array, diags_array
+from scipy.sparse import block_diag, csc_array, diags_array, kron
 
 from toolpoint import ToolpointError
 from toolpoint.vibration.sparse import count_below, factorise, modes
@@ -71,3 +71,40 @@ def test_negative_stiffness_is_refused():
     k, m = chain(30)
     with pytest.raises(ToolpointError, match="1 negative eigenvalues"):
         modes(csc_array(k - 0.5 * diags_array(np.eye(30)[0])), m, 2)
+
+
+def grid_laplacian(n):
+    """Free grid of n^3 unit masses in unit cells of springs along the axes, three rows a node."""
+    k, _ = chain(n)
+    eye = diags_array(np.ones(n))
+    total = kron(kron(k, eye), eye) + kron(kron(eye, k), eye) + kron(kron(eye, eye), k)
+    return csc_array(kron(total, np.array([[3.0, 1, 0], [1, 3, 1], [0, 1, 3]])))
+
+
+@pytest.mark.parametrize("with_places", [True, False])
+def test_our_own_factorisation_solves_and_counts(with_places):
+    """Against the closed form of the eigenvalues of a sum of chains: inertia, and solutions by residual."""
+    n = 9
+    k = grid_laplacian(n)
+    at = np.arange(n)
+    places = np.repeat(np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3), 3, axis=0).astype(float)
+    square = 4 * np.sin(np.pi * at / (2 * n)) ** 2
+    three = (square[:, None, None] + square[None, :, None] + square[None, None, :]).ravel()
+    exact = np.outer(three, 3 + np.sqrt(2) * np.array([-1, 0, 1])).ravel()
+    right = np.random.default_rng(0).standard_normal((k.shape[0], 3))
+    for shift, positive in ((-0.3, True), (2.2345, False), (7.171, False)):
+        matrix = csc_array(k - shift * diags_array(np.ones(k.shape[0])))
+        factors = factorise(matrix, coordinates=places if with_places else None, solver="multifrontal")
+        assert ("Cholesky" in factors.name) is positive
+        assert factors.negative_pivots == (exact < shift).sum()
+        assert abs(matrix @ factors.solve(right) - right).max() < 1e-9
+        assert np.allclose(factors.solve(right[:, 0]), factors.solve(right)[:, 0], atol=1e-12)
+
+
+def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
+    k, m = chain(40)
+    matrix = csc_array(block_diag([k + m, [[2.0]], k + m, [[3.0]]]))
+    right = np.arange(82.0)
+    assert np.allclose(matrix @ factorise(matrix, solver="multifrontal").solve(right), right)
+    with pytest.raises(ToolpointError, match="no usable pivot in row"):
+        factorise(csc_array(block_diag([k + m, [[0.0]]])), solver="multifrontal")

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, sparray, spmatrix
 
-from toolpoint._check import FloatArray, fail, floats
+from toolpoint._check import FloatArray, fail, floats, one_of
 from toolpoint.vibration.sparse.superlu import SuperLu
 
 SparseMatrix: TypeAlias = sparray | spmatrix
@@ -49,7 +49,13 @@ class Factorisation:
         return f"Factorisation({self.size} rows by {self.name}, {self.negative_pivots} negative pivots)"
 
 
-def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None) -> Factorisation:
+# Below this many rows SuperLU is done before compiled code is loaded.
+_SMALL = 6000
+SOLVERS = ("auto", "multifrontal", "SuperLU", "CHOLMOD")
+
+
+def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None, solver: str = "auto",
+              is_positive: bool = True) -> Factorisation:
     """Return the factorisation of a symmetric matrix by the best solver that is present.
 
     Parameters
@@ -57,7 +63,12 @@ def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None) ->
     matrix : (n, n) sparse array
         Symmetric, both triangles stored, with an inverse.
     coordinates : (n, 3) floats, optional
-        Where each row's point is, m: speeds the ordering up.
+        Where each row's point is, m: gives a better ordering. Rows of one point must follow each other.
+    solver : str
+        ``multifrontal`` (our own), ``SuperLU`` (SciPy's; slow above some ten thousand rows) or ``CHOLMOD`` (where
+        scikit-sparse is installed; positive definite matrices only); ``auto`` takes the first two by size.
+    is_positive : bool
+        False where the matrix is known to be indefinite: spares the attempt.
 
     Raises
     ------
@@ -65,7 +76,27 @@ def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None) ->
         For a matrix that is not square, not symmetric, holds values that are not finite, or has no inverse.
     """
     checked = check_symmetric("matrix", matrix)
-    return Factorisation(SuperLu(checked), checked.shape[0])
+    one_of("solver", solver, SOLVERS)
+    n = checked.shape[0]
+    if coordinates is not None:
+        coordinates = floats("coordinates", coordinates, (None,))
+        if coordinates.ndim != 2 or len(coordinates) != n:
+            fail("coordinates", f"shape {coordinates.shape}", f"must be ({n}, 3)")
+    if solver == "CHOLMOD":
+        from toolpoint.vibration.sparse.cholmod import Cholmod
+
+        return Factorisation(Cholmod(checked), n)
+    if solver == "SuperLU" or (solver == "auto" and (n < _SMALL or not _has_compiled())):
+        return Factorisation(SuperLu(checked), n)
+    from toolpoint.vibration.sparse.multifrontal import Multifrontal
+
+    return Factorisation(Multifrontal(checked, coordinates, is_positive), n)
+
+
+def _has_compiled() -> bool:
+    from toolpoint.vibration.sparse import dense_calls
+
+    return dense_calls.addresses() is not None
 
 
 def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:

@@ -21,7 +21,7 @@ from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix
 # Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
 # million nodes, far above rounding.
 _SHIFT = 1e-8
-_TOLERANCE = 1e-9
+_TOLERANCE = 1e-8
 _RIGID = 1e-5
 _GAP = 1e-6
 
@@ -29,6 +29,7 @@ _GAP = 1e-6
 def modes(
     stiffness: SparseMatrix, mass: SparseMatrix, number: int | None = None, *, below: float | None = None,
     shift: float | None = None, is_counted: bool = True, coordinates: FloatArray | None = None,
+    solver: str = "auto",
 ) -> EigenPairs:
     """Return the lowest modes, rigid-body modes included.
 
@@ -44,8 +45,8 @@ def modes(
         s, rad^2/s^2; chosen from the diagonals where left out.
     is_counted : bool
         Whether the modes are counted (one more factorisation); without it nothing says that none is missing.
-    coordinates : (n, 3) floats, optional
-        Passed to `factorise`.
+    coordinates, solver
+        Passed to `factorise`; the count needs a solver of indefinite matrices.
     """
     k, m = check_symmetric("stiffness", stiffness), check_symmetric("mass", mass)
     if k.shape != m.shape:
@@ -53,7 +54,7 @@ def modes(
     if (number is None) == (below is None):
         fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
     s = positive("shift", shift) if shift is not None else default_shift(k, m)
-    search = _Search(k, m, s, factorise(csc_array(k + s * m), coordinates=coordinates), coordinates)
+    search = _Search(k, m, s, factorise(csc_array(k + s * m), coordinates=coordinates, solver=solver), coordinates, solver)
     if search.inverse.negative_pivots:
         fail("stiffness", f"{search.inverse.negative_pivots} negative eigenvalues below {-s:.3g} rad^2/s^2",
              "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
@@ -68,7 +69,7 @@ def count_below(
 ) -> int:
     """Return how many modes lie below a frequency (Hz): the negative pivots of K - (2 pi f)^2 M."""
     square = (2 * np.pi * positive("frequency", frequency)) ** 2
-    return factorise(csc_array(stiffness - square * mass), coordinates=coordinates).negative_pivots
+    return factorise(csc_array(stiffness - square * mass), coordinates=coordinates, is_positive=False).negative_pivots
 
 
 def default_shift(stiffness: csc_array, mass: csc_array) -> float:
@@ -87,6 +88,7 @@ class _Search:
     shift: float
     inverse: Factorisation
     coordinates: FloatArray | None
+    solver: str
 
     def rank(self) -> int:
         """Upper bound of the number of modes: rows that hold mass."""
@@ -118,7 +120,8 @@ class _Search:
                            f"{number} modes of the band were counted, not all found: give another shift")
 
     def _count(self, mu: float) -> int:
-        return factorise(csc_array(self.k - mu * self.m), coordinates=self.coordinates).negative_pivots
+        return factorise(csc_array(self.k - mu * self.m), coordinates=self.coordinates, solver=self.solver,
+                         is_positive=False).negative_pivots
 
     def _pairs(self, basis: _Basis, keep: int, counted: float, status: str) -> EigenPairs:
         squares, vectors, residual = basis.ritz(keep)
@@ -147,43 +150,75 @@ class _Basis:
     def __init__(self, search: _Search, number: int) -> None:
         self._search = search
         n = search.m.shape[0]
-        self._width = min(n, 6 if number > 4 else 3)
         self._random = np.random.default_rng(n)
-        self._vectors: FloatArray = np.zeros((n, 0))
+        self._width = min(n, 6)
+        self._store: FloatArray = np.empty((n, min(n, max(2 * number, 24)) + self._width), order="F")
+        self._filled = 0
+        self._heavy: FloatArray = np.zeros((n, 0))
         self._projected: FloatArray = np.zeros((0, 0))
         self._coupling: FloatArray = np.zeros((0, 0))
-        self._next = self._orthonormal(self._apply(self._random.standard_normal((n, self._width))))[0]
+        self._width = min(n, max(3, self._rigid_count()))
+        self._next = self._orthonormal(self._start())[0]
 
-    def _apply(self, block: FloatArray) -> FloatArray:
-        return self._search.inverse.solve(self._search.m @ block)
+    def _apply(self, heavy: FloatArray) -> FloatArray:
+        """Return the operator's image of a block whose product with M is given."""
+        return self._search.inverse.solve(heavy)
+
+    def _start(self) -> FloatArray:
+        return self._apply(self._search.m @ self._random.standard_normal((self._search.m.shape[0], self._width)))
+
+    def _rigid_count(self) -> int:
+        """Return how many of six vectors one application turns into rigid-body modes: a block must hold them all."""
+        block = self._orthonormal(self._start())[0]
+        values = np.linalg.eigvalsh(self._heavy.T @ self._apply(self._heavy)) if block.shape[1] else np.zeros(0)
+        return int((values * self._search.shift > 0.5).sum())
+
+    @property
+    def _vectors(self) -> FloatArray:
+        return self._store[:, :self._filled]
 
     def _orthonormal(self, block: FloatArray, beside: FloatArray | None = None) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Return the block orthonormal in M and to the basis, its components along the basis, and its triangle."""
-        along: FloatArray = np.zeros((self._vectors.shape[1], block.shape[1]))
+        """Return the block orthonormal in M and to the basis (its product with M kept in `_heavy`), what was taken off along
+        the basis, and its triangle."""
+        along: FloatArray = np.zeros((self._filled, block.shape[1]))
+        # What is left of a block that the basis holds already is rounding, and must not be blown up.
+        rounding = (1e-13**2) * float(np.einsum("ij,ij->j", block, self._search.m @ block).max(initial=0.0))
         for _ in range(2):
             if beside is not None:
                 block = block - beside @ (beside.T @ (self._search.m @ block))
-            part = self._vectors.T @ (self._search.m @ block)
+            heavy = self._search.m @ block
+            part = self._vectors.T @ heavy
             block = block - self._vectors @ part
             along += part
         triangle: FloatArray = np.eye(block.shape[1])
+        heavy = self._search.m @ block
         for _ in range(2):
-            gram = block.T @ (self._search.m @ block)
+            gram = block.T @ heavy
             values, turns = np.linalg.eigh((gram + gram.T) / 2)
-            keep = values > 1e-22 * max(values[-1], 1e-300)
+            keep = values > max(rounding, 1e-22 * values.max(initial=0.0), 1e-300)
             roots = np.sqrt(values[keep])
-            block = block @ (turns[:, keep] / roots)
+            block, heavy = block @ (turns[:, keep] / roots), heavy @ (turns[:, keep] / roots)
             triangle = (roots[:, None] * turns[:, keep].T) @ triangle
+            rounding = 0.0
+        self._heavy = heavy
         return block, along, triangle
 
+    def _keep(self, block: FloatArray) -> None:
+        """Put a block behind the basis; the store doubles when it is full."""
+        end = self._filled + block.shape[1]
+        if end > self._store.shape[1]:
+            larger = np.empty((len(self._store), max(end, 2 * self._store.shape[1])), order="F")
+            larger[:, :self._filled] = self._vectors
+            self._store = larger
+        self._store[:, self._filled:end] = block
+        self._filled = end
+
     def _step(self) -> None:
-        block = self._next
-        self._vectors = np.hstack([self._vectors, block])
-        image = self._apply(block)
-        self._next, along, self._coupling = self._orthonormal(image)
-        size = self._vectors.shape[1]
-        projected: FloatArray = np.zeros((size, size))
+        self._keep(self._next)
+        image = self._apply(self._heavy)
         old = len(self._projected)
+        self._next, along, self._coupling = self._orthonormal(image)
+        projected: FloatArray = np.zeros((self._filled, self._filled))
         projected[:old, :old] = self._projected
         projected[:, old:], projected[old:, :] = along, along.T
         self._projected = (projected + projected.T) / 2
@@ -200,11 +235,11 @@ class _Basis:
 
     def restart(self, number: int) -> None:
         """Go on from a new random block beside the basis, for modes that the first one did not hold."""
-        random = self._apply(self._random.standard_normal((self._search.m.shape[0], self._width)))
         old = self._next
-        fresh = self._orthonormal(random, old)[0]
+        fresh = self._orthonormal(self._start(), old)[0]
         # The images of the last block stay inside the basis and `next`, so residuals keep their meaning.
         self._next = np.hstack([old, fresh])
+        self._heavy = self._search.m @ self._next
         self._coupling = np.vstack([self._coupling, np.zeros((fresh.shape[1], self._coupling.shape[1]))])
         for _ in range(2):
             if self._next.shape[1]:

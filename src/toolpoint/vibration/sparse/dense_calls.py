@@ -1,0 +1,98 @@
+"""BLAS and LAPACK of SciPy called from compiled loops: addresses that are looked up at run time, so that kernels can be kept.
+
+Numbers and letters are passed by their addresses, as Fortran wants them.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from functools import cache
+from typing import Any
+
+import numpy as np
+from llvmlite import ir
+from numba import njit, types
+from numba.extending import intrinsic
+from scipy.linalg import cython_blas, cython_lapack
+
+from toolpoint._check import IndexArray
+
+NAMES = ("dpotrf", "dtrsm", "dsyrk", "dgemm")
+
+
+@cache
+def addresses() -> IndexArray | None:
+    """Return the addresses of the four routines; None where this SciPy keeps them otherwise (64-bit integers)."""
+    name = ctypes.pythonapi.PyCapsule_GetName
+    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    pointer = ctypes.pythonapi.PyCapsule_GetPointer
+    pointer.restype, pointer.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    result = []
+    for routine in NAMES:
+        home: Any = cython_lapack if routine == "dpotrf" else cython_blas
+        capsule = home.__pyx_capi__.get(routine)
+        if capsule is None or b"int *" not in name(capsule):
+            return None
+        result.append(pointer(capsule, name(capsule)))
+    return np.array(result, dtype=np.int64)
+
+
+@intrinsic
+def call(context: Any, address: Any, arguments: Any) -> Any:
+    """Call the routine at an address with a tuple of addresses as its arguments."""
+    def generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
+        byte = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), [byte] * arguments.count)
+        routine = builder.inttoptr(values[0], kind.as_pointer())
+        builder.call(routine, [builder.inttoptr(builder.extract_value(values[1], i), byte) for i in range(arguments.count)])
+        return target.get_dummy_value()
+
+    return types.void(address, arguments), generate
+
+
+@njit(cache=True)
+def scratch():
+    """Return the places that arguments are passed in: integers, letters L N T U R, and the numbers 1, -1, 0."""
+    integers = np.zeros(8, np.int32)
+    letters = np.array([76, 78, 84, 85, 82], np.uint8)
+    numbers = np.array([1.0, -1.0, 0.0])
+    return integers, letters, numbers
+
+
+@njit(cache=True)
+def cholesky(routines, places, n, a, lda):
+    """Factorise the lower triangle at address a in place; return 0, or the first row whose pivot is not positive."""
+    integers, letters, _ = places
+    i, c = integers.ctypes.data, letters.ctypes.data
+    integers[0], integers[1], integers[2] = n, lda, 0
+    call(routines[0], (c, i, a, i + 4, i + 8))
+    return integers[2]
+
+
+@njit(cache=True)
+def solve_triangle(routines, places, right, transposed, unit, m, n, a, lda, b, ldb):
+    """B (m, n) becomes inv(L) B, or B inv(L) from the right, L transposed where asked, with ones on its diagonal or not."""
+    integers, letters, numbers = places
+    i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
+    integers[0], integers[1], integers[2], integers[3] = m, n, lda, ldb
+    call(routines[1], (c + (4 if right else 0), c, c + (2 if transposed else 1), c + (3 if unit else 1), i, i + 4, x, a, i + 8,
+                       b, i + 12))
+
+
+@njit(cache=True)
+def square_update(routines, places, n, k, a, lda, c_address, ldc):
+    """The lower triangle of C (n, n) becomes C - A A^T, A (n, k)."""
+    integers, letters, numbers = places
+    i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
+    integers[0], integers[1], integers[2], integers[3] = n, k, lda, ldc
+    call(routines[2], (c, c + 1, i, i + 4, x + 8, a, i + 8, x, c_address, i + 12))
+
+
+@njit(cache=True)
+def product(routines, places, first, second, m, n, k, a, lda, b, ldb, scale, c_address, ldc):
+    """C (m, n) becomes scale C - op(A) op(B); `first`, `second` say whether A, B are transposed, scale is 1 or 0."""
+    integers, letters, numbers = places
+    i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
+    integers[0], integers[1], integers[2], integers[3], integers[4], integers[5] = m, n, k, lda, ldb, ldc
+    call(routines[3], (c + (2 if first else 1), c + (2 if second else 1), i, i + 4, i + 8, x + 8, a, i + 12, b, i + 16,
+                       x + (0 if scale else 16), c_address, i + 20))

@@ -1,0 +1,208 @@
+"""Compiled loops of the multifrontal factorisation and its solutions.
+
+Each group of columns has a front: its width columns (kept as a part of L) and the contribution to what comes after, which waits
+on a stack until the parent takes it. Source: Duff, Reid, ACM Trans. Math. Softw. 9 (1983); Liu, SIAM Review 34 (1992).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from toolpoint.vibration.sparse.dense_calls import cholesky, product, scratch, solve_triangle, square_update
+
+_PANEL = 64
+_STRIP = 256
+
+
+@njit(cache=True)
+def factorise_groups(low, high, indptr, indices, data, order, place, begins, pointers, rows, parent, starts, factor, diagonal,
+                     stack, state, local, routines, positive, tiny):
+    """Factorise the groups low .. high - 1; return -1, or the first row (in elimination order) without a usable pivot.
+
+    `factor` holds each group's columns (front, width) column by column from `starts`; `diagonal` D of L D L^T (ones for a
+    Cholesky factorisation, `positive`); `stack`, `state` (top, and where each group's contribution lies) go on between calls.
+    """
+    places = scratch()
+    for s in range(low, high):
+        first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
+        front = width + below
+        panel = factor[starts[s]:starts[s + 1]]
+        panel[:] = 0.0
+        for i in range(width):
+            local[first + i] = i
+        for i in range(below):
+            local[rows[pointers[s] + i]] = width + i
+        _gather(indptr, indices, data, order, place, first, width, front, local, panel)
+        top = state[0]
+        rest = stack[top:top + below * below]
+        rest[:] = 0.0
+        _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest)
+        if positive:
+            fault = _cholesky_front(panel, rest, width, below, front, routines, places)
+            diagonal[first:first + width] = 1.0
+        else:
+            fault = _indefinite_front(panel, rest, width, below, front, diagonal[first:first + width], routines, places, tiny)
+        if fault >= 0:
+            return first + fault
+        _push(s, parent, below, stack, state)
+    return -1
+
+
+@njit(cache=True)
+def _gather(indptr, indices, data, order, place, first, width, front, local, panel):
+    for j in range(width):
+        column = order[first + j]
+        for k in range(indptr[column], indptr[column + 1]):
+            row = place[indices[k]]
+            if row >= first + j:
+                panel[j * front + local[row]] += data[k]
+
+
+@njit(cache=True)
+def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest):
+    """Add the contributions of the children, a linked list in `state`: 1 + s first child, 1 + n + s next, 1 + 2 n + s place."""
+    count = begins.size - 1
+    child = state[1 + s]
+    while child >= 0:
+        size = pointers[child + 1] - pointers[child]
+        base = state[1 + 2 * count + child]
+        for j in range(size):
+            column = local[rows[pointers[child] + j]]
+            if column < width:
+                at = column * front
+                for i in range(j, size):
+                    panel[at + local[rows[pointers[child] + i]]] += stack[base + j * size + i]
+            else:
+                at = (column - width) * below - width
+                for i in range(j, size):
+                    rest[at + local[rows[pointers[child] + i]]] += stack[base + j * size + i]
+        child = state[1 + count + child]
+
+
+@njit(cache=True)
+def _push(s, parent, below, stack, state):
+    """Move the new contribution down over those of the children, which are done with, and hand it to the parent."""
+    count = parent.size
+    top = state[0]
+    base = top
+    child = state[1 + s]
+    while child >= 0:
+        base = min(base, state[1 + 2 * count + child])
+        child = state[1 + count + child]
+    if base < top:
+        for i in range(below * below):
+            stack[base + i] = stack[top + i]
+    if parent[s] < 0:
+        state[0] = base
+        return
+    state[1 + 2 * count + s] = base
+    state[1 + count + s] = state[1 + parent[s]]
+    state[1 + parent[s]] = s
+    state[0] = base + below * below
+
+
+@njit(cache=True)
+def _cholesky_front(panel, rest, width, below, front, routines, places):
+    address = panel.ctypes.data
+    fault = cholesky(routines, places, width, address, front)
+    if fault:
+        return fault - 1
+    if below:
+        solve_triangle(routines, places, True, True, False, below, width, address, front, address + 8 * width, front)
+        square_update(routines, places, below, width, address + 8 * width, front, rest.ctypes.data, below)
+    return -1
+
+
+@njit(cache=True)
+def _indefinite_front(panel, rest, width, below, front, diagonal, routines, places, tiny):
+    """L D L^T of the width columns without exchanges, a panel at a time; a pivot below `tiny` ends it."""
+    address = panel.ctypes.data
+    scaled = np.empty(_PANEL * front)
+    for a in range(0, width, _PANEL):
+        b = min(a + _PANEL, width)
+        fault = _indefinite_block(panel, a, b, front, diagonal, tiny)
+        if fault >= 0:
+            return fault
+        under = front - b
+        if under == 0:
+            continue
+        block = address + 8 * (a * front + b)
+        solve_triangle(routines, places, True, True, True, under, b - a, address + 8 * (a * front + a), front, block, front)
+        for j in range(a, b):
+            for i in range(b, front):
+                scaled[(j - a) * under + i - b] = panel[j * front + i]
+                panel[j * front + i] /= diagonal[j]
+        for c in range(b, width, _STRIP):
+            d = min(c + _STRIP, width)
+            product(routines, places, False, True, front - c, d - c, b - a, block + 8 * (c - b), front,
+                    scaled.ctypes.data + 8 * (c - b), under, True, address + 8 * (c * front + c), front)
+    _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places)
+    return -1
+
+
+@njit(cache=True)
+def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places):
+    strip = np.empty(min(_STRIP, max(below, 1)) * width)
+    address, out = panel.ctypes.data, rest.ctypes.data
+    for c in range(0, below, _STRIP):
+        d = min(c + _STRIP, below)
+        for j in range(width):
+            for i in range(c, d):
+                strip[j * (d - c) + i - c] = panel[j * front + width + i] * diagonal[j]
+        product(routines, places, False, True, below - c, d - c, width, address + 8 * (width + c), front, strip.ctypes.data,
+                d - c, True, out + 8 * (c * below + c), below)
+
+
+@njit(cache=True)
+def _indefinite_block(panel, a, b, front, diagonal, tiny):
+    for j in range(a, b):
+        pivot = panel[j * front + j]
+        if abs(pivot) <= tiny:
+            return j
+        diagonal[j] = pivot
+        panel[j * front + j] = 1.0
+        for k in range(j + 1, b):
+            factor = panel[j * front + k] / pivot
+            for i in range(k, b):
+                panel[k * front + i] -= factor * panel[j * front + i]
+        for i in range(j + 1, b):
+            panel[j * front + i] /= pivot
+    return -1
+
+
+@njit(cache=True)
+def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routines, positive):
+    """Solve in place for `right` (k, n), its columns in elimination order: one right side a row."""
+    places = scratch()
+    k, n = right.shape
+    count = begins.size - 1
+    most = 0
+    for s in range(count):
+        most = max(most, pointers[s + 1] - pointers[s])
+    work = np.empty(most * k)
+    x, w = right.ctypes.data, work.ctypes.data
+    for s in range(count):
+        first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
+        panel = factor[starts[s]:starts[s + 1]].ctypes.data
+        solve_triangle(routines, places, False, False, not positive, width, k, panel, width + below, x + 8 * first, n)
+        if below:
+            product(routines, places, False, False, below, k, width, panel + 8 * width, width + below, x + 8 * first, n, False,
+                    w, below)
+            for c in range(k):
+                for i in range(below):
+                    right[c, rows[pointers[s] + i]] += work[c * below + i]
+    for c in range(k):
+        for i in range(n):
+            right[c, i] /= diagonal[i]
+    for s in range(count - 1, -1, -1):
+        first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
+        panel = factor[starts[s]:starts[s + 1]].ctypes.data
+        if below:
+            for c in range(k):
+                for i in range(below):
+                    work[c * below + i] = right[c, rows[pointers[s] + i]]
+            product(routines, places, True, False, width, k, below, panel + 8 * width, width + below, w, below, True,
+                    x + 8 * first, n)
+        solve_triangle(routines, places, False, True, not positive, width, k, panel, width + below, x + 8 * first, n)
+    return work.size

@@ -1,0 +1,247 @@
+"""What a factorisation will hold, before any number is touched: groups of columns with one pattern, and their rows.
+
+Sources: Liu, SIAM J. Matrix Anal. Appl. 11 (1990) (elimination tree, postorder); Ashcraft, Grimes, ACM Trans. Math. Softw. 15
+(1989) (columns joined at the price of some zeros). Compiled; works on vertices of weight (rows that share a pattern).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+
+@njit(cache=True)
+def quotient(indptr, indices, group, count):
+    """Return pointers and neighbours (no loops) of the graph of groups of rows, and the number of rows in each."""
+    weight = np.zeros(count, np.int64)
+    for row in range(group.size):
+        weight[group[row]] += 1
+    first = np.zeros(count + 1, np.int64)
+    for row in range(group.size):
+        first[group[row] + 1] += 1
+    first = np.cumsum(first)
+    members, at = np.empty(group.size, np.int64), first[:-1].copy()
+    for row in range(group.size):
+        members[at[group[row]]] = row
+        at[group[row]] += 1
+    xadj, mark = np.zeros(count + 1, np.int64), np.full(count, -1, np.int64)
+    adj = np.empty(0, np.int64)
+    for fill in range(2):
+        total = 0
+        mark[:] = -1
+        for g in range(count):
+            mark[g] = g
+            for m in range(first[g], first[g + 1]):
+                for k in range(indptr[members[m]], indptr[members[m] + 1]):
+                    u = group[indices[k]]
+                    if mark[u] != g:
+                        mark[u] = g
+                        if fill:
+                            adj[total] = u
+                        total += 1
+            xadj[g + 1] = total
+        if not fill:
+            adj = np.empty(total, np.int64)
+    return xadj, adj, weight
+
+
+@njit(cache=True)
+def twins(xadj, adj, keys):
+    """Return a number for each vertex, the same for vertices with the same closed neighbourhood, by sums of random keys."""
+    n = xadj.size - 1
+    total = keys.copy()
+    for v in range(n):
+        for k in range(xadj[v], xadj[v + 1]):
+            total[v] += keys[adj[k]]
+    order = np.argsort(total)
+    group = np.empty(n, np.int64)
+    count = -1
+    for i in range(n):
+        v = order[i]
+        if i == 0 or total[v] != total[order[i - 1]] or xadj[v + 1] - xadj[v] != xadj[order[i - 1] + 1] - xadj[order[i - 1]]:
+            count += 1
+        group[v] = count
+    return group, count + 1
+
+
+@njit(cache=True)
+def elimination_tree(xadj, adj, order):
+    """Return the parent of each place in the order, -1 for roots."""
+    n = order.size
+    place = np.empty(n, np.int64)
+    place[order] = np.arange(n)
+    parent, ancestor = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    for j in range(n):
+        for k in range(xadj[order[j]], xadj[order[j] + 1]):
+            i = place[adj[k]]
+            while i < j and i >= 0:
+                following = ancestor[i]
+                ancestor[i] = j
+                if following < 0:
+                    parent[i] = j
+                    break
+                if following == j:
+                    break
+                i = following
+    return parent
+
+
+@njit(cache=True)
+def column_weights(xadj, adj, order, parent, weight):
+    """Return the rows of each column of L on and below the diagonal, in weight, by walking every row's subtree."""
+    n = order.size
+    place = np.empty(n, np.int64)
+    place[order] = np.arange(n)
+    rows, mark = weight[order].copy(), np.full(n, -1, np.int64)
+    for i in range(n):
+        mark[i] = i
+        for k in range(xadj[order[i]], xadj[order[i] + 1]):
+            j = place[adj[k]]
+            while 0 <= j < i and mark[j] != i:
+                rows[j] += weight[order[i]]
+                mark[j] = i
+                j = parent[j]
+    return rows
+
+
+@njit(cache=True)
+def postorder(parent, size):
+    """Return the places of a forest children first, the child of the largest size last before its parent."""
+    n = parent.size
+    head, following = np.full(n, -1, np.int64), np.full(n, -1, np.int64)
+    roots = -1
+    # Inserted from the largest to the smallest, so that the list of children begins with the smallest.
+    for v in np.argsort(-size):
+        if parent[v] < 0:
+            following[v] = roots
+            roots = v
+        else:
+            following[v] = head[parent[v]]
+            head[parent[v]] = v
+    order, stack = np.empty(n, np.int64), np.empty(n, np.int64)
+    done = 0
+    while roots >= 0:
+        stack[0], depth = roots, 1
+        roots = following[roots]
+        while depth:
+            v = stack[depth - 1]
+            if head[v] >= 0:
+                stack[depth] = head[v]
+                head[v] = following[head[v]]
+                depth += 1
+            else:
+                depth -= 1
+                order[done] = v
+                done += 1
+    return order
+
+
+@njit(cache=True)
+def supernodes(parent, rows, weight):
+    """Return the first column of each group of columns that are factorised together, and n at the end.
+
+    Columns join where their patterns nest; a group joins its parent's that follows it where few zeros come in.
+    """
+    n = parent.size
+    starts = [0]
+    for j in range(1, n):
+        if not (parent[j - 1] == j and rows[j - 1] - weight[j - 1] == rows[j]):
+            starts.append(j)
+    # Groups waiting to be joined, as stacks of first column, last column, width, zeros.
+    first, last, wide, zero = [0], [0], [0], [0.0]
+    first.pop(), last.pop(), wide.pop(), zero.pop()
+    for i in range(len(starts)):
+        a = starts[i]
+        b = starts[i + 1] if i + 1 < len(starts) else n
+        width, zeros = weight[a:b].sum(), 0.0
+        while len(first) and parent[last[-1]] >= a and parent[last[-1]] < b:
+            # `a` keeps moving down: only the group that ends just before it can join.
+            height = rows[first[-1]]
+            joined = wide[-1] + width
+            extra = wide[-1] * float(joined + rows[b - 1] - weight[b - 1] - height)
+            all_zeros = zeros + zero[-1] + extra
+            share = all_zeros / (joined * (joined / 2.0 + rows[b - 1] - weight[b - 1]))
+            if not (joined <= 24 or (joined <= 64 and share < 0.5) or (joined <= 160 and share < 0.15) or share < 0.06):
+                break
+            a, width, zeros = first.pop(), joined, all_zeros
+            last.pop(), wide.pop(), zero.pop()
+        first.append(a), last.append(b - 1), wide.append(width), zero.append(zeros)
+    return np.array([*first, n])
+
+
+@njit(cache=True)
+def structure(xadj, adj, order, starts):
+    """Return pointers and the vertices (by place) below each group of columns, ascending, and the parent of each group."""
+    n, count = order.size, starts.size - 1
+    place, group = np.empty(n, np.int64), np.empty(n, np.int64)
+    place[order] = np.arange(n)
+    for s in range(count):
+        group[starts[s]:starts[s + 1]] = s
+    head, following = np.full(count, -1, np.int64), np.full(count, -1, np.int64)
+    parent, mark = np.full(count, -1, np.int64), np.full(n, -1, np.int64)
+    pointers, rows, total = np.zeros(count + 1, np.int64), np.empty(16 * n + 64, np.int64), 0
+    for s in range(count):
+        begin = total
+        if total + n > rows.size:
+            rows = np.concatenate((rows, np.empty(max(rows.size // 2, 2 * n), np.int64)))
+        for column in range(starts[s], starts[s + 1]):
+            for k in range(xadj[order[column]], xadj[order[column] + 1]):
+                i = place[adj[k]]
+                if i >= starts[s + 1] and mark[i] != s:
+                    mark[i] = s
+                    rows[total] = i
+                    total += 1
+        child = head[s]
+        while child >= 0:
+            for k in range(pointers[child], pointers[child + 1]):
+                i = rows[k]
+                if i >= starts[s + 1] and mark[i] != s:
+                    mark[i] = s
+                    rows[total] = i
+                    total += 1
+            child = following[child]
+        rows[begin:total] = np.sort(rows[begin:total])
+        pointers[s + 1] = total
+        if total > begin:
+            parent[s] = group[rows[begin]]
+            following[s] = head[parent[s]]
+            head[parent[s]] = s
+    return pointers, rows[:total].copy(), parent
+
+
+@njit(cache=True)
+def expand_rows(pointers, rows, order, weight, starts):
+    """Return structure in single rows: first row of each group, pointers and rows below each group."""
+    n, count = order.size, starts.size - 1
+    first = np.zeros(n + 1, np.int64)
+    for j in range(n):
+        first[j + 1] = first[j] + weight[order[j]]
+    begins, new_pointers = np.empty(count + 1, np.int64), np.zeros(count + 1, np.int64)
+    for s in range(count + 1):
+        begins[s] = first[starts[s]]
+    for s in range(count):
+        size = 0
+        for k in range(pointers[s], pointers[s + 1]):
+            size += first[rows[k] + 1] - first[rows[k]]
+        new_pointers[s + 1] = new_pointers[s] + size
+    new_rows = np.empty(new_pointers[-1], np.int32)
+    at = 0
+    for k in range(rows.size):
+        for row in range(first[rows[k]], first[rows[k] + 1]):
+            new_rows[at] = row
+            at += 1
+    return begins, new_pointers, new_rows
+
+
+@njit(cache=True)
+def stack_size(begins, pointers, parent):
+    """Return the numbers that the stack of waiting contributions holds at most."""
+    waiting, most = 0, 0
+    pending = np.zeros(parent.size, np.int64)
+    for s in range(parent.size):
+        square = (pointers[s + 1] - pointers[s]) ** 2
+        most = max(most, waiting + square)
+        waiting += square - pending[s]
+        if parent[s] >= 0:
+            pending[parent[s]] += square
+    return most
