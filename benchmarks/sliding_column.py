@@ -20,7 +20,7 @@ from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import span
-from toolpoint.substructuring.sliding import SlidingBody, station_loads, tabulate
+from toolpoint.substructuring.sliding import SlidingBody, fit_to_surroundings, station_loads, tabulate
 from toolpoint.vibration.sparse import modes
 
 X, Y, Z, WALL, RAIL = 0.40, 0.44, 1.3, 0.02, 0.03
@@ -86,11 +86,12 @@ def main() -> None:
     stiffness, mass = (csc_array(a[free][:, free]) for a in (model.stiffness(), model.mass()))
     top = Patch([X / 2, Y / 2, Z], [1, 0, 0], [0, 1, 0], 0.12, 0.12).averages(model)
     start = time.perf_counter()
-    stations = station_loads(places(model), LOW, HIGH, BLOCK / 2)
+    stations = station_loads(places(model), LOW, HIGH, BLOCK)
     joint = np.sqrt(np.array([6e8, 5e8, 1e6, 2e6, 2e6, 1e6]))
     loads = csc_array(np.hstack([stations.toarray()[free], top.toarray()[free][:, 2:3]]))
     weights = np.r_[np.tile(joint, stations.shape[1] // 6), np.sqrt(SCREW)]
-    body = LargeBody(stiffness, mass, loads, None, weights, coordinates=model.dof_places[free])
+    repeats = np.r_[np.full(stations.shape[1], stations.shape[1] / 24), 1.0]
+    body = LargeBody(stiffness, mass, loads, None, weights, repeats, model.dof_places[free])
     positions = np.random.default_rng(4).uniform(LOW + 0.02, HIGH - 0.02, given.positions)
     truth = []
     for z in positions:
@@ -100,20 +101,29 @@ def main() -> None:
     print(f"{free.size} DOF, {loads.shape[1]} loads; ten modes {truth.min():.0f}..{truth.max():.0f} Hz, full solutions "
           f"{(time.perf_counter() - start) / given.positions:.1f} s a position", flush=True)
     start = time.perf_counter()
-    shapes = span(body, ActingLoads(float(truth.max()), 1.45, 1))
+    band = float(truth.max())
+    shapes = span(body, ActingLoads(band, 2.2, 1))
     print(f"span {time.perf_counter() - start:.0f} s, {shapes.kept} modes, up to {shapes.largest} shapes", flush=True)
+    start = time.perf_counter()
+    whole = tabulated(shapes.reduced(), model, free, top)
+    print(f"tables {time.perf_counter() - start:.0f} s", flush=True)
+    kept = int((whole.reduction.frequency < 1.45 * band).sum())
     for size in given.sizes:
-        report(shapes.reduced(size), model, free, (around, top), positions=positions, truth=truth)
+        fitted = fit_to_surroundings(whole, around, np.linspace(LOW, HIGH, 28), modes=COUNT, size=size, kept=kept)
+        report(fitted, around, positions=positions, truth=truth)
 
 
-def report(reduction, model, free, rest, *, positions, truth) -> None:
-    """Print worst error, ripple, derivative and time of one size."""
-    around, top = rest
+def tabulated(reduction, model, free, top) -> SlidingBody:
+    """The reduced column with tables of its four blocks."""
     tables = {}
     for k, place in enumerate(places(model)):
         tables[f"block {k + 1}"] = tabulate(reduction.vectors, lambda z, place=place: place(z)[free], LOW, HIGH,
                                             name=f"block {k + 1}")
-    body = SlidingBody(reduction, tables, top.toarray()[free].T @ reduction.vectors)
+    return SlidingBody(reduction, tables, top.toarray()[free].T @ reduction.vectors)
+
+
+def report(body, around, *, positions, truth) -> None:
+    """Print worst error, ripple, derivative and time of one size."""
     solved = np.array([body.frequencies(z, around, COUNT)[0] for z in positions])
     step = 1e-5
     slopes = np.array([body.frequencies(z, around, COUNT)[1] for z in positions])
@@ -129,8 +139,8 @@ def report(reduction, model, free, rest, *, positions, truth) -> None:
     smooth = [k for k in range(COUNT - 1) if apart[k] > 0.03 and (k == 0 or apart[k - 1] > 0.03)]
     fit = [np.polynomial.chebyshev.Chebyshev.fit(way, track[:, k], 20)(way) for k in smooth]
     ripple = max((float(np.max(np.abs(f / track[:, k] - 1))) for f, k in zip(fit, smooth, strict=True)), default=np.nan)
-    error = max(table.error for table in tables.values())
-    print(f"{reduction.size + 6} coordinates: worst {100 * np.max(np.abs(solved / truth - 1)):.4f} %, ripple of modes "
+    error = max(table.error for table in body.tables.values())
+    print(f"{body.reduction.size + 6} coordinates: worst {100 * np.max(np.abs(solved / truth - 1)):.4f} %, ripple of modes "
           f"{[k + 1 for k in smooth]} {100 * ripple:.4f} %, table {error:.1e}, slope against differences {slope_error:.1e}, "
           f"{each:.2f} ms a position", flush=True)
 

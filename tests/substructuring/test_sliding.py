@@ -11,7 +11,7 @@ from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import span
-from toolpoint.substructuring.sliding import MotionTable, SlidingBody, station_loads, tabulate
+from toolpoint.substructuring.sliding import MotionTable, SlidingBody, fit_to_surroundings, station_loads, tabulate
 
 LENGTH, WIDTH, HEIGHT, BLOCK = 0.8, 0.06, 0.05, 0.08
 LOW, HIGH = 0.05, 0.75
@@ -83,3 +83,13 @@ def test_a_carriage_that_leaves_its_rail_is_refused(beam, sliding, around):
         tabulate(np.zeros((beam.size, 1)), lambda z: block(beam, z), LOW, 0.79)
     with pytest.raises(ToolpointError, match="at least 4"):
         MotionTable(np.array([0.0, 1.0]), np.zeros((2, 6, 1)))
+
+
+def test_fitted_to_its_surroundings_it_needs_fewer_coordinates(beam, free, sliding, around):
+    """As good as all its shapes, with half of them; and tables follow the turned coordinates."""
+    small = fit_to_surroundings(sliding, around, np.linspace(LOW, HIGH, 12), modes=6, size=30, kept=8)
+    assert small.reduction.size == 30
+    for z in PLACES:
+        assert small.frequencies(z, around, 6)[0] == pytest.approx(sliding.frequencies(z, around, 6)[0], rel=2e-4)
+    with pytest.raises(ToolpointError, match="must be 8"):
+        fit_to_surroundings(sliding, around, PLACES, modes=6, size=300, kept=8)

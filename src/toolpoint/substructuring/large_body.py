@@ -29,6 +29,8 @@ class LargeBody:
     weights : (l,), optional
         Size of each load where responses are compressed: the square root of the joint's stiffness. Where left out, as large
         as gives equal energies.
+    repeats : (l,), optional
+        How many of the loads stand for the same place, as stations of a sliding one do: together they count as one.
     coordinates : (n, 3), optional
         Where every row is, m: helps the ordering.
     """
@@ -38,6 +40,7 @@ class LargeBody:
     loads: FloatArray
     rigid: FloatArray | None = None
     weights: FloatArray | None = None
+    repeats: FloatArray | None = None
     coordinates: FloatArray | None = None
 
     def __post_init__(self) -> None:
@@ -52,6 +55,8 @@ class LargeBody:
             fail("loads", f"shape {self.loads.shape}", f"must be ({n}, any)", "columns of every place that carries force")
         if self.weights is not None:
             put(self, "weights", floats("weights", self.weights, (self.loads.shape[1],)))
+        if self.repeats is not None:
+            put(self, "repeats", floats("repeats", self.repeats, (self.loads.shape[1],)))
         if self.rigid is not None:
             put(self, "rigid", floats("rigid", self.rigid, (n, None)))
             self._check_rigid(self.rigid)
@@ -98,6 +103,8 @@ class Preparation:
         soft = np.einsum("nl,nl->l", self.responses, self.body.loads)
         if self.body.weights is not None:
             soft = soft + 1 / np.maximum(self.body.weights, 1e-300) ** 2
+        if self.body.repeats is not None:
+            soft = soft * self.body.repeats
         return 1 / np.sqrt(np.maximum(soft, 1e-300))
 
     def elastic_modes(self, below: float) -> EigenPairs:

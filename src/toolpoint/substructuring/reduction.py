@@ -8,7 +8,7 @@ kept with it, all small: :math:`K V = M X a + W t` over stored columns X, and th
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Protocol
 
@@ -108,6 +108,14 @@ class Reduction:
     def frequency(self) -> FloatArray:
         """Square roots of `squares`, Hz: free modes, and above them what responses to loads add."""
         return np.sqrt(np.maximum(self.squares, 0)) / (2 * np.pi)
+
+    def combined(self, mix: FloatArray) -> Reduction:
+        """Return the reduction to combinations (r, k) of its coordinates, made orthogonal anew."""
+        squares, turn = eigh(_even(mix.T @ (self.squares[:, None] * mix)), _even(mix.T @ mix))
+        both, known = mix @ turn, self.residual
+        residual = replace(known, inertial=known.inertial @ both, loads=known.loads @ both, shapes=known.shapes @ both)
+        return replace(self, squares=squares, vectors=self.vectors @ both, participation=self.participation @ both,
+                       residual=residual)
 
     def __repr__(self) -> str:
         reach = f", all free modes to {self.reach:.5g} Hz" if self.reach else ""

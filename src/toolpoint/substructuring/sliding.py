@@ -72,9 +72,10 @@ class MotionTable:
         spline: CubicSpline = self._spline  # type: ignore[attr-defined]
         return np.asarray(spline(np.clip(place, low, high), order))
 
-    def joined(self, more: FloatArray) -> MotionTable:
-        """Return the table with further coordinates (p, 6, k) behind its own."""
-        return MotionTable(self.positions, np.concatenate([self.values, more], axis=2), self.name, self.error)
+    def mixed(self, turn: FloatArray, after: int = 0) -> MotionTable:
+        """Return the table over combinations (r, k) of its coordinates behind the first `after`, which stay."""
+        values = np.concatenate([self.values[:, :, :after], self.values[:, :, after:] @ turn], axis=2)
+        return MotionTable(self.positions, values, self.name, self.error)
 
 
 def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, high: float, *, step: float = 5e-3, name: str = "place",
@@ -154,6 +155,24 @@ class SlidingBody:
 
         surroundings : over the places (sliding ones first), then further coordinates. The derivative is that of simple roots.
         """
+        squares, vectors = self.coupled(position, surroundings, modes)
+        moved = self._place(position, surroundings) @ vectors
+        slope = self.participation(position, 1) @ vectors[:self.fixed.shape[1]]
+        force = surroundings.stiffness @ moved - (surroundings.mass @ moved) * squares
+        omega = np.sqrt(np.maximum(squares, 1e-300))
+        return omega / (2 * np.pi), np.einsum("im,im->m", slope, force[:len(slope)]) / (2 * np.pi * omega)
+
+    def coupled(self, position: float, surroundings: Surroundings, modes: int) -> tuple[FloatArray, FloatArray]:
+        """Return squares (rad^2/s^2) and vectors of the lowest coupled modes, over rigid, elastic and further coordinates."""
+        place = self._place(position, surroundings)
+        n, inner = place.shape[1], self.fixed.shape[1]
+        k, m = place.T @ surroundings.stiffness @ place, place.T @ surroundings.mass @ place
+        elastic = range(inner - self.reduction.size, inner)
+        k[elastic, elastic] += self.reduction.squares
+        m[range(inner), range(inner)] += 1.0
+        return _lowest(k, m, inner, min(count("modes", modes), n))
+
+    def _place(self, position: float, surroundings: Surroundings) -> FloatArray:
         part = self.participation(position)
         places, inner = part.shape
         others = len(surroundings.stiffness) - places
@@ -162,14 +181,54 @@ class SlidingBody:
         n = inner + others
         place = np.zeros((places + others, n))
         place[:places, :inner], place[places:, inner:] = part, np.eye(others)
-        k, m = place.T @ surroundings.stiffness @ place, place.T @ surroundings.mass @ place
-        rigid = inner - self.reduction.size
-        k[range(rigid, inner), range(rigid, inner)] += self.reduction.squares
-        m[range(inner), range(inner)] += 1.0
-        number = min(count("modes", modes), n)
-        squares, vectors = eigh(k, m, subset_by_index=[0, number - 1], check_finite=False)
-        slope = self.participation(position, 1) @ vectors[:inner]
-        moved = place @ vectors
-        force = surroundings.stiffness @ moved - (surroundings.mass @ moved) * squares
-        omega = np.sqrt(np.maximum(squares, 1e-300))
-        return omega / (2 * np.pi), np.einsum("im,im->m", slope, force[:places]) / (2 * np.pi * omega)
+        return place
+
+
+def _lowest(stiffness: FloatArray, mass: FloatArray, inner: int, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest eigenpairs; where the mass beside the body's unit coordinates is a block, as a standard problem."""
+    if mass[:inner, inner:].any() or np.abs(mass[:inner, :inner] - np.eye(inner)).max() > 0:
+        return eigh(stiffness, mass, subset_by_index=[0, number - 1], check_finite=False)
+    outer = np.linalg.inv(np.linalg.cholesky(mass[inner:, inner:])).T
+    scaled = stiffness.copy()
+    scaled[:, inner:] = stiffness[:, inner:] @ outer
+    scaled[inner:] = outer.T @ scaled[inner:]
+    squares, vectors = eigh(scaled, subset_by_index=[0, number - 1], check_finite=False, driver="evr")
+    vectors[inner:] = outer @ vectors[inner:]
+    return squares, vectors
+
+
+def fit_to_surroundings(
+    body: SlidingBody, surroundings: Surroundings, positions: FloatArray, *, modes: int, size: int, kept: int
+) -> SlidingBody:
+    """Return the body with `size` coordinates: its lowest `kept` ones, and what coupled modes at positions need beside them.
+
+    The coupled modes are those of the whole body in its surroundings; combinations are kept by the energy that they store. It
+    suits these surroundings: with other joints or masses, fit again (no large matrix is touched).
+
+    Parameters
+    ----------
+    body : SlidingBody
+        With all shapes of its span.
+    surroundings : as for `SlidingBody.frequencies`
+    positions : (p,) floats, m
+    modes : int
+        How many coupled modes are wanted; half as many more are followed, so that those at the end are good too.
+    size, kept : int
+        `kept` are the free modes that the error estimate rests on.
+    """
+    whole = body.reduction
+    if not kept <= size <= whole.size:
+        fail("size", f"{size}", f"must be {kept} .. {whole.size}")
+    rigid = body.fixed.shape[1] - whole.size
+    parts = [body.coupled(float(z), surroundings, modes + modes // 2) for z in floats("positions", positions)]
+    # A unit vector stores unit energy here, so that every mode counts by the error of its frequency.
+    answers = np.hstack([np.sqrt(whole.squares)[:, None] * vectors[rigid:rigid + whole.size] / np.sqrt(squares)
+                         for squares, vectors in parts])
+    left = np.linalg.svd(answers[kept:], full_matrices=False)[0][:, :size - kept]
+    mix = np.zeros((whole.size, kept + left.shape[1]))
+    mix[:kept, :kept] = np.eye(kept)
+    mix[kept:, kept:] = left / np.sqrt(whole.squares[kept:])[:, None]
+    small = whole.combined(mix)
+    turn = np.linalg.lstsq(whole.vectors, small.vectors, rcond=None)[0]
+    tables = {name: table.mixed(turn, rigid) for name, table in body.tables.items()}
+    return SlidingBody(small, tables, np.hstack([body.fixed[:, :rigid], body.fixed[:, rigid:] @ turn]))
