@@ -1,0 +1,44 @@
+"""The milling accuracy of a machine as a metric of screenings: mean errors of every side and over all of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.machine.model import Machine
+from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, load_words, mill_path
+from toolpoint.studies.accuracy.tool_paths import PathSide
+
+
+@dataclass(frozen=True)
+class AccuracyMetric:
+    """``position error`` (m) and ``rotation error`` (rad), means over the sides, and each side's own."""
+
+    sides: tuple[PathSide, ...]
+    setup: MillingSetup
+    cut: CuttingDescription | None = None
+
+    @property
+    def identity(self) -> str:
+        """What tells this metric from others."""
+        places = [(side.name, side.path.start.tolist(), side.path.end.tolist(), side.place.tolist(),
+                   repr(side.law)) for side in self.sides]
+        return repr((places, self.setup, self.cut))
+
+    @property
+    def loads(self) -> str:
+        """For which loads the errors hold."""
+        return load_words(self.setup.loads, self.setup.regenerative)
+
+    def on_branch(self, branch: str) -> AccuracyMetric:
+        """Return the metric with the arm on another branch."""
+        return replace(self, setup=replace(self.setup, stance=replace(self.setup.stance, branch=branch)))
+
+    def __call__(self, machine: Machine) -> dict[str, float]:
+        """Return the errors of a machine."""
+        result = mill_path(machine, self.sides, self.setup, self.cut)
+        errors = {"position error": result.position_error, "rotation error": result.rotation_error}
+        if len(result.sides) > 1:
+            errors |= {f"position error {side.name}": side.position_error for side in result.sides}
+            errors |= {f"rotation error {side.name}": side.rotation_error for side in result.sides}
+        return errors

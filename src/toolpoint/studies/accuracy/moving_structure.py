@@ -1,0 +1,199 @@
+"""The structure of a machine along a path of its tool: poses, and matrices about every node of the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from toolpoint._check import FloatArray, ToolpointError, fail, positive
+from toolpoint.machine.assemble import assemble, body_coordinates, equations
+from toolpoint.machine.inverse_dynamics import base_reaction
+from toolpoint.machine.model import Machine
+from toolpoint.machine.placement import Placement, place_machine
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.accuracy.tool_paths import PathSide
+from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places
+from toolpoint.studies.machines.tool_point import tool_axes, unify_damping
+from toolpoint.vibration import SecondOrderSystem, damping
+from toolpoint.vibration.varying import VaryingSystem
+
+LOADS = ("cutting", "gravity", "path")
+_WAYS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
+
+
+@dataclass(frozen=True, eq=False)
+class ToolStance:
+    """How the tool stands along a path: direction of its axis (that at the reference pose where left out), turn (rad), branch
+    of an
+    arm, and the pose from which the first one is sought."""
+
+    direction: tuple[float, float, float] | None = None
+    turn: float = 0.0
+    branch: str = ""
+    start: Pose | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class MovingStructure:
+    """Structure along a side.
+
+    system : matrices at nodes, inputs: tip force in cutter axes, then one column for each further load; axes : (N, 3, 3)
+    cutter axes (feed, normal, tool) in machine axes; tips : (N, 3) m; nominal : (N, 6) reaction of the base at rest (gravity),
+    else zero.
+    """
+
+    side: PathSide
+    reach: Reach
+    system: VaryingSystem
+    axes: FloatArray
+    tips: FloatArray
+    nominal: FloatArray
+    loads: tuple[str, ...]
+
+    def load_factors(self, motion: FloatArray) -> FloatArray:
+        """Return the factor of every further load for motions (n, 4: length, speed, acceleration, jerk), (n, w - 3)."""
+        columns = []
+        if "gravity" in self.loads:
+            columns.append(np.ones(len(motion)))
+        if "path" in self.loads:
+            columns += [motion[:, 1] ** 2, motion[:, 2]]
+        return np.ascontiguousarray(np.stack(columns, axis=1)) if columns else np.zeros((len(motion), 0))
+
+
+def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spacing: float = 2e-3,
+                    loads: tuple[str, ...] = ("cutting",),
+                    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)) -> MovingStructure:
+    """Return the structure at nodes of a side, `spacing` (m) apart.
+
+    loads : ``cutting`` alone; with ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too.
+
+    Raises ToolpointError for a path out of reach, beyond limits, or through a singular pose: where on the path, and why.
+    """
+    unknown = [name for name in loads if name not in LOADS]
+    if unknown:
+        fail("loads", repr(unknown[0]), f"must be of {', '.join(LOADS)}")
+    count = max(int(np.ceil(side.length / positive("spacing", spacing))), 4) + 1
+    length = np.linspace(0, side.length, count)
+    reach = reach_places(machine, side.points(length), stance.direction, turn=stance.turn, branch=stance.branch,
+                         start=stance.start,
+                         follow=True)
+    faults = path_faults(machine, reach, list(length))
+    if faults:
+        raise ToolpointError(f"{side.name}: " + "; ".join(faults[:3]))
+    batch = reach.batch()
+    place = place_machine(machine, batch)
+    system, align = _systems(machine, place, batch)
+    axes = _cutter_axes(machine, side, length, batch)
+    point = str(machine.description.tool)
+    tips = place.position(machine.description.points[point])
+    output, momentum = system.output_map @ align, _momentum_map(place, align)
+    columns = [np.swapaxes(output[:, :3], -1, -2) @ axes]
+    if "gravity" in loads:
+        columns.append(_gravity_load(place, align, np.array(gravity))[..., None])
+    if "path" in loads:
+        columns.append(_inertia_loads(machine, place, align, batch, length))
+    turned = (np.swapaxes(align, -1, -2) @ matrix @ align for matrix in (system.mass, _viscous(system), system.stiffness))
+    nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
+                                                                                                                         6))
+    return MovingStructure(side, reach, VaryingSystem(length, *turned, np.concatenate(columns, axis=-1), output, momentum),
+                           axes,
+                           tips, nominal, loads)
+
+
+def _is_rigid(machine: Machine) -> bool:
+    return not any(body.modal_count for body in machine.bodies)
+
+
+def _viscous(system: SecondOrderSystem) -> FloatArray:
+    return np.zeros_like(system.mass) if system.damping is None else system.damping
+
+
+def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -> tuple[SecondOrderSystem, FloatArray]:
+    """Systems at all nodes with viscous damping, and what turns their coordinates so that they are continuous along the
+    path."""
+    description = machine.description
+    point = description.tool if description.table is None else f"{description.tool}-{description.table}"
+    system = assemble(machine, batch, [f"{point}:{way}" for way in _WAYS], modal_damping=False)
+    if system.structural_damping is not None:
+        system = damping.equivalent_viscous(unify_damping(system))
+    if description.damping_ratio is not None:
+        system = damping.modal(system, description.damping_ratio)
+    if system.damping is None or not np.any(system.damping):
+        fail("machine", "no damping", "what rings at the start would never die", "give damping_ratio, or damping to joints")
+    basis = equations(place)[-1]
+    align = np.broadcast_to(np.eye(system.size), (place.poses, system.size, system.size)).copy()
+    if basis is not None:  # null-space bases of neighbouring poses differ by a rotation that means nothing
+        for i in range(1, place.poses):
+            u, _, vt = np.linalg.svd(basis[i].T @ basis[i - 1] @ align[i - 1])
+            align[i] = u @ vt
+    return system, align
+
+
+def _cutter_axes(machine: Machine, side: PathSide, length: FloatArray, batch: dict[str, FloatArray]) -> FloatArray:
+    """Feed, normal and tool axis at the nodes, columns, (N, 3, 3)."""
+    tool = tool_axes(machine, batch, len(length))[:, :, 2]
+    tangent = side.tangents(length)
+    feed = tangent - tool * (tangent * tool).sum(axis=1, keepdims=True)
+    across = np.linalg.norm(feed, axis=1)
+    if across.min() < 0.2:
+        k = int(across.argmin())
+        fail("path", f"{side.name} runs along the tool's axis at {1e3 * length[k]:.4g} mm", "must run across it",
+             "drilling is no milling; turn the tool or the path")
+    feed = feed / across[:, None]
+    return np.stack([feed, np.cross(tool, feed), tool], axis=-1)
+
+
+def _body_maps(place: Placement, align: FloatArray) -> list[tuple[FloatArray, FloatArray]]:
+    """Of every body its own coordinates per coordinate (N, 6 + m, n) and its mass (6 + m, 6 + m)."""
+    basis = equations(place)[-1]
+    turn = align if basis is None else basis @ align
+    return [(body_coordinates(place, link) @ turn, body.mass) for link, body in enumerate(place.machine.bodies)]
+
+
+def _momentum_map(place: Placement, align: FloatArray) -> FloatArray:
+    """Momentum about the machine's origin, machine axes, per velocity, (N, 6, n)."""
+    total = np.zeros((place.poses, 6, align.shape[-1]))
+    for link, (motion, mass) in enumerate(_body_maps(place, align)):
+        back = np.swapaxes(tf.adjoint(tf.inverse(place.frames[:, link])), -1, -2)
+        total += back @ (mass @ motion)[:, :6]
+    return total
+
+
+def _gravity_load(place: Placement, align: FloatArray, gravity: FloatArray) -> FloatArray:
+    load = np.zeros((place.poses, align.shape[-1]))
+    for link, (motion, mass) in enumerate(_body_maps(place, align)):
+        field = np.zeros((place.poses, mass.shape[0]))
+        field[:, :3] = gravity @ place.frames[:, link, :3, :3]
+        load += np.einsum("pan,pa->pn", motion, field @ mass)
+    return load
+
+
+def _inertia_loads(machine: Machine, place: Placement, align: FloatArray, batch: dict[str, FloatArray],
+                   length: FloatArray) -> FloatArray:
+    """Loads of the nominal motion per squared speed and per acceleration along the path, (N, n, 2).
+
+    With twists V = V' s' of the bodies about the fixed origin the wrench is I (V' s'' + V'' s'^2) + V' x* I V' s'^2.
+    """
+    names = [axis.name for axis in machine.chain.driven_axes]
+    rate = CubicSpline(length, np.stack([batch[name] for name in names], axis=1), axis=0)(length, 1)
+    load = np.zeros((place.poses, align.shape[-1], 2))
+    for link, (motion, mass) in enumerate(_body_maps(place, align)):
+        twist = np.einsum("pak,pa->pk", machine.chain.axis_twists(batch, link), rate)
+        bend = CubicSpline(length, twist, axis=0)(length, 1)
+        own = tf.adjoint(tf.inverse(place.frames[:, link]))
+        back = np.swapaxes(own, -1, -2)
+        inertia = back @ mass[:6, :6] @ own
+        speed = (inertia @ bend[..., None])[..., 0] + _carried(twist, (inertia @ twist[..., None])[..., 0])
+        for column, wrench in enumerate((speed, (inertia @ twist[..., None])[..., 0])):
+            # The wrench in the body's own frame acts on its six rigid coordinates.
+            frame = place.frames[:, link]
+            mine = (np.swapaxes(tf.adjoint(frame), -1, -2) @ wrench[..., None])[..., 0]
+            load[:, :, column] -= np.einsum("pan,pa->pn", motion[:, :6], mine)
+    return load
+
+
+def _carried(twist: FloatArray, momentum: FloatArray) -> FloatArray:
+    v, w, f, m = twist[:, :3], twist[:, 3:], momentum[:, :3], momentum[:, 3:]
+    return np.concatenate([np.cross(w, f), np.cross(w, m) + np.cross(v, f)], axis=-1)

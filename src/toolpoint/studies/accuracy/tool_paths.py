@@ -1,0 +1,161 @@
+"""Paths of the tool for milling: squares, lines, arcs, points and programs, placed in space; every side with its motion law."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from toolpoint._check import FloatArray, fail, floats, one_of, positive
+from toolpoint.drives import JerkLimits, Quintic, seven_phase
+from toolpoint.drives.program.path import ARC, LINE, PLANES, Path
+
+LAWS = ("quintic", "jerk-limited")
+_SMOOTH = 1e-3  # rad: a smaller turn between segments is no corner
+_JUMP = 20.0  # times the median distance of points
+
+
+class MotionLaw(Protocol):
+    """Length travelled over time."""
+
+    @property
+    def duration(self) -> float:
+        """s."""
+        ...
+
+    def sample(self, time: FloatArray) -> FloatArray:
+        """Return position, speed, acceleration, jerk at times, (n, 4)."""
+        ...
+
+
+@dataclass(frozen=True, eq=False)
+class PathSide:
+    """A smooth piece of a path from rest to rest: segments of `path` (m) in the frame `place` (4, 4), and its motion law."""
+
+    name: str
+    path: Path
+    place: FloatArray
+    law: MotionLaw
+
+    @property
+    def length(self) -> float:
+        """m."""
+        return float(self.path.lengths.sum())
+
+    def points(self, at: FloatArray) -> FloatArray:
+        """Return places at lengths from the start, m, (n, 3)."""
+        return self.path.at(at) @ self.place[:3, :3].T + self.place[:3, 3]
+
+    def tangents(self, at: FloatArray) -> FloatArray:
+        """Return unit tangents at lengths from the start, (n, 3)."""
+        ends = np.cumsum(self.path.lengths)
+        s = np.clip(np.asarray(at, float), 0.0, ends[-1])
+        k = np.minimum(np.searchsorted(ends, s, side="left"), self.path.count - 1)
+        share = 1 - (ends[k] - s) / self.path.lengths[k]
+        return self.path.tangents(k, share) @ self.place[:3, :3].T
+
+    def __repr__(self) -> str:
+        return f"PathSide({self.name!r}, {1e3 * self.length:.6g} mm, {self.law.duration:.4g} s)"
+
+
+def square(side: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
+           second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
+           ) -> tuple[PathSide, ...]:
+    """Return the four sides of a square (m) in the plane of two directions, begun at its lower left corner along the first."""
+    half = positive("side", side) / 2
+    corners = np.array([[-half, -half], [half, -half], [half, half], [-half, half], [-half, -half]])
+    return along_points(np.column_stack([corners, np.zeros(5)]), place=plane_frame(centre, first, second), feed=feed, law=law,
+                        limits=limits)
+
+
+def line(start: ArrayLike, end: ArrayLike, *, feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
+         ) -> tuple[PathSide, ...]:
+    """Return a straight side between two places (m)."""
+    return along_points(np.stack([floats("start", start, (3,)), floats("end", end, (3,))]), feed=feed, law=law, limits=limits)
+
+
+def arc(radius: float, sweep: float, *, centre: ArrayLike = (0.0, 0.0, 0.0), first: ArrayLike = (1.0, 0.0, 0.0),
+        second: ArrayLike = (0.0, 1.0, 0.0), feed: float = 0.005, law: str = "quintic", limits: JerkLimits | None = None
+        ) -> tuple[PathSide, ...]:
+    """Return an arc (m, rad) about a centre, begun along the first direction, turning towards the second."""
+    r, turn = positive("radius", radius), floats("sweep", sweep)
+    end = r * np.array([np.cos(turn), np.sin(turn), 0.0])
+    path = Path(np.array([ARC]), np.array([[r, 0.0, 0.0]]), end[None], np.zeros((1, 3)), np.array([float(turn)]),
+                np.array([PLANES["xy"]]), np.array([positive("feed", feed)]), np.zeros(1, bool))
+    return sides_of(path, place=plane_frame(centre, first, second), feed=feed, law=law, limits=limits)
+
+
+def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: float = 0.005, law: str = "quintic",
+                 limits: JerkLimits | None = None) -> tuple[PathSide, ...]:
+    """Return straight sides through points (n, 3), m; neighbours in one direction are one side.
+
+    Raises ToolpointError for fewer than two points, repeated ones, and a jump: one far longer than the others.
+    """
+    at = floats("points", points, (None, 3))
+    if len(at) < 2:
+        fail("points", f"{len(at)}", "must be at least two")
+    step = np.linalg.norm(np.diff(at, axis=0), axis=1)
+    if step.min() < 1e-9:
+        fail("points", f"point {int(step.argmin()) + 1} repeats the one before", "must move")
+    if len(step) > 4 and step.max() > _JUMP * np.median(step):
+        k = int(step.argmax())
+        fail("points",
+             f"a jump of {1e3 * step[k]:.4g} mm from point {k} to {k + 1}, the others are {1e3 * np.median(step):.4g} mm apart",
+             "a path must be followed", "add the points between, or give the parts as paths of their own")
+    n = len(step)
+    path = Path(np.full(n, LINE), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
+                np.full(n, float(feed)),
+                np.zeros(n, bool))
+    return sides_of(path, place=place, feed=feed, law=law, limits=limits)
+
+
+def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None = None, law: str = "quintic",
+             limits: JerkLimits | None = None) -> tuple[PathSide, ...]:
+    """Return the smooth pieces of a path of segments (a program's, say): it is cut at corners and stops, each from rest to
+    rest.
+
+    Positioning (G0) is left out: nothing is cut there. feed : m/s, the program's where left out; limits : speed, acceleration
+    and jerk along the path (5 m/s^2 and 100 m/s^3 where left out).
+    """
+    one_of("law", law, LAWS)
+    frame = np.eye(4) if place is None else floats("place", place, (4, 4))
+    cutting = np.flatnonzero(~path.rapid & (path.lengths > 0))
+    if not cutting.size:
+        fail("path", "no segment that cuts", "must have one", "positioning alone (G0) mills nothing")
+    turns = path.turns()
+    groups: list[list[int]] = []
+    for k in cutting:
+        goes_on = groups and groups[-1][-1] == k - 1 and turns[k - 1] < _SMOOTH and not path.stop[k - 1]
+        if goes_on and (feed is not None or path.feed[k] == path.feed[k - 1]):
+            groups[-1].append(int(k))
+        else:
+            groups.append([int(k)])
+    sides = []
+    for number, group in enumerate(groups):
+        part = path.taken(np.array(group))
+        speed = positive("feed", float(part.feed[0]) if feed is None else feed)
+        sides.append(PathSide(f"side {number + 1}", part, frame, _law(law, float(part.lengths.sum()), speed, limits)))
+    return tuple(sides)
+
+
+def _law(law: str, length: float, feed: float, limits: JerkLimits | None) -> MotionLaw:
+    bounds = limits or JerkLimits(feed, 5.0, 100.0)
+    bounds = JerkLimits(min(feed, bounds.speed), bounds.acceleration, bounds.jerk)
+    return Quintic.fastest(length, bounds) if law == "quintic" else seven_phase(length, bounds)
+
+
+def plane_frame(centre: ArrayLike, first: ArrayLike, second: ArrayLike) -> FloatArray:
+    """Return the frame (4, 4) of a plane: its x along the first direction, y towards the second."""
+    a, b = floats("first", first, (3,)), floats("second", second, (3,))
+    x = a / np.linalg.norm(a)
+    y = b - x * float(x @ b)
+    if np.linalg.norm(y) < 1e-9:
+        fail("second", str(b.tolist()), "must not be along the first direction")
+    y = y / np.linalg.norm(y)
+    frame = np.eye(4)
+    frame[:3, :3], frame[:3, 3] = np.column_stack([x, y, np.cross(x, y)]), floats("centre", centre, (3,))
+    return frame
+
+

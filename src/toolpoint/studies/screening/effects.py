@@ -1,0 +1,159 @@
+"""Effects of changes with confidence: one at a time, factorial contrasts, Sobol indices, rank correlation; and their
+ranking."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.stats import rankdata, sobol_indices
+
+from toolpoint._check import FloatArray, fail
+from toolpoint.studies.screening.metrics import is_lower_better, unit_of
+from toolpoint.studies.screening.screen import Screening
+from toolpoint.studies.text_table import text_table
+
+_LEVEL = (2.5, 97.5)
+_RESAMPLES = 400
+
+
+@dataclass(frozen=True)
+class Effect:
+    """What a change does to a metric: its value, 95 % interval, and total effect where the design tells it.
+
+    first : probability that no other change does more for the better (of one-at-a-time designs with draws; not a number else).
+    """
+
+    name: str
+    value: float
+    low: float
+    high: float
+    total: float = float("nan")
+    total_low: float = float("nan")
+    total_high: float = float("nan")
+    first: float = float("nan")
+
+
+@dataclass(frozen=True, eq=False)
+class Ranking:
+    """Effects of all changes on a metric, the best first; `what` says what the numbers are, `doubt` why they may not rank."""
+
+    metric: str
+    what: str
+    effects: tuple[Effect, ...]
+    loads: str
+    doubt: str
+
+    def table(self) -> str:
+        """Return the ranking as text."""
+        has_total = not np.isnan(self.effects[0].total)
+        has_first = not np.isnan(self.effects[0].first)
+        rows = [[e.name, f"{e.value:+.4g}", f"{e.low:+.4g} .. {e.high:+.4g}",
+                 *([f"{e.total:.4g}", f"{e.total_low:.4g} .. {e.total_high:.4g}"] if has_total else []),
+                 *([f"{100 * e.first:.0f} %"] if has_first else [])] for e in self.effects]
+        header = ["change", self.what, "95 %", *(["total", "95 %"] if has_total else []),
+                  *(["ranks first"] if has_first else [])]
+        return "\n".join([text_table(f"{self.metric} {unit_of(self.metric)}".strip(), header, rows), f"loads: {self.loads}",
+                          *([f"doubt: {self.doubt}"] if self.doubt else [])])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the ranking as plain data."""
+        return {"metric": self.metric, "what": self.what, "loads": self.loads, "doubt": self.doubt,
+                "effects": [vars(effect) for effect in self.effects]}
+
+
+def rank_changes(result: Screening, metric: str = "", rng: np.random.Generator | None = None) -> Ranking:
+    """Return the changes in the order of what they do to a metric (the first where left out).
+
+    One at a time: relative change, its interval over the draws of uncertain inputs. Factorial: contrast of the two ends over
+    the mean, its interval from the scatter that the main effects leave. Sobol indices: shares of the variance. Other samples:
+    rank correlation, bootstrapped. rng : of the bootstrap; seed 0 where left out.
+    """
+    name = metric or result.metrics[0]
+    result.metric(name)
+    generator = rng or np.random.default_rng(0)
+    kind = result.design.kind
+    if kind == "one at a time":
+        effects, what, doubt = _alone(result, name)
+    elif "factorial" in kind:
+        effects, what, doubt = _contrasts(result, name)
+    elif kind == "Sobol indices":
+        effects, what, doubt = _indices(result, name, generator)
+    else:
+        effects, what, doubt = _correlations(result, name, generator)
+    sense = 1 if is_lower_better(name) and what == "relative change" else -1
+    key = (lambda e: sense * e.value) if what == "relative change" else (lambda e: -abs(e.value))
+    return Ranking(name, what, tuple(sorted(effects, key=key)), result.loads, doubt)
+
+
+def _alone(result: Screening, name: str) -> tuple[list[Effect], str, str]:
+    values = result.metric(name)
+    change = values[:, 1:] / values[:, :1] - 1
+    sense = -1.0 if is_lower_better(name) else 1.0
+    drawn = change[1:] if len(change) > 1 else change
+    low, high = np.nanpercentile(drawn, _LEVEL, axis=0)
+    best = np.argmax(np.where(np.isnan(drawn), -np.inf, sense * drawn), axis=1)
+    effects = [Effect(label, float(change[0, k]), float(low[k]) if len(change) > 1 else float("nan"),
+                      float(high[k]) if len(change) > 1 else float("nan"),
+                      first=float((best == k).mean()) if len(change) > 1 else float("nan"))
+               for k, label in enumerate(result.design.labels[1:]) if np.isfinite(change[0, k])]
+    unsure = "no uncertain inputs were drawn: nothing tells how sure this order is; give doubts and draws"
+    return effects, "relative change", "" if len(change) > 1 else unsure
+
+
+def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, str]:
+    values, points = result.metric(name)[0], result.design.points
+    ends = points.min(axis=0), points.max(axis=0)
+    columns = (points - (ends[0] + ends[1]) / 2) / np.where(ends[1] > ends[0], ends[1] - ends[0], 1.0)
+    matrix = np.column_stack([np.ones(len(points)), columns])
+    if len(points) <= matrix.shape[1]:
+        fail("design", f"{len(points)} points for {matrix.shape[1]} numbers", "must be more", "take a larger fraction")
+    solution, *_ = np.linalg.lstsq(matrix, values, rcond=None)
+    rest = values - matrix @ solution
+    variance = float(rest @ rest) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
+    mean = float(solution[0])
+    half = 1.96 * np.sqrt(variance) / abs(mean)
+    share = float(rest @ rest) / max(float(((values - values.mean()) ** 2).sum()), 1e-300)
+    effects = [Effect(c, float(e / mean), float(e / mean - h), float(e / mean + h))
+               for c, e, h in zip(result.design.names, solution[1:], half, strict=True)]
+    words = f"{100 * share:.0f} % of the scatter is of pairs of changes or curvature, not of main effects"
+    return effects, "contrast over the mean", "" if share < 0.1 else words
+
+
+def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, str]:
+    values, d = result.metric(name)[0], len(result.design.changes)
+    if np.isnan(values).any():
+        fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them", "narrow the ranges")
+    n = len(values) // (d + 2)
+    parts = values.reshape(d + 2, n)
+    data: dict[str, FloatArray] = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:, None, :]}
+    found_by = sobol_indices(func=data, n=n, rng=rng)
+    interval = found_by.bootstrap(confidence_level=0.95, n_resamples=_RESAMPLES)
+    main, total = interval.first_order.confidence_interval, interval.total_order.confidence_interval
+    effects = [Effect(change, *(float(np.ravel(v)[k]) for v in (found_by.first_order, main.low, main.high, found_by.total_order,
+                                                               total.low, total.high)))
+               for k, change in enumerate(result.design.names)]
+    widest = float(np.max(np.ravel(total.high) - np.ravel(total.low)))
+    return effects, "main effect", "" if widest < 0.2 else (
+        f"intervals of total effects are up to {widest:.2g} wide: take more points")
+
+
+def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, str]:
+    values, points = result.metric(name)[0], result.design.points
+    good = np.flatnonzero(~np.isnan(values))
+
+    def partial(pick: np.ndarray) -> FloatArray:
+        ranks = np.column_stack([rankdata(points[pick, k]) for k in range(points.shape[1])])
+        matrix = np.column_stack([np.ones(len(pick)), (ranks - ranks.mean(0)) / ranks.std(0)])
+        answer = rankdata(values[pick])
+        return np.linalg.lstsq(matrix, (answer - answer.mean()) / answer.std(), rcond=None)[0][1:]
+
+    if len(good) <= points.shape[1] + 2:
+        fail("design", f"{len(good)} points", f"must be more than {points.shape[1] + 2}", "take more points")
+    central = partial(good)
+    drawn = np.array([partial(rng.choice(good, good.size)) for _ in range(_RESAMPLES)])
+    low, high = np.percentile(drawn, _LEVEL, axis=0)
+    effects = [Effect(change, float(central[k]), float(low[k]), float(high[k])) for k, change in enumerate(result.design.names)]
+    return effects, "standardised rank regression", "" if (central**2).sum() > 0.7 else (
+        "ranks explain less than 70 % of the scatter: effects are not monotone or act together; take Sobol indices")

@@ -1,0 +1,95 @@
+"""Frequencies of very many variants: the matrices are affine in stiffness, mass and density, so they are summed, not built.
+
+Exact where every changed parameter enters affinely, which is checked at random points against the full model; refused
+elsewhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from toolpoint._check import FloatArray, count, fail
+from toolpoint.machine.assemble import assemble
+from toolpoint.machine.build import build
+from toolpoint.machine.model import Machine
+from toolpoint.machine.variation import Factor, resting_shares, vary
+from toolpoint.studies.screening.designs import ScreeningDesign
+
+_BLOCK = 2048
+_CHECKS = 5
+_LARGEST = 1e-8
+
+
+def screen_frequencies(machine: Machine, design: ScreeningDesign, modes: int = 4, *, pose: Mapping[str, float] | None = None,
+                       rng: np.random.Generator | None = None, threads: int = 2) -> FloatArray:
+    """Return the lowest natural frequencies (Hz) of all points of a design at one pose, shape (n_points, modes).
+
+    rng : of the check against the full model; seed 0 where left out. Raises ToolpointError where a change is a swap, or where
+    the model is not affine in the changes (inertia of a shape in its size, gravity, loops).
+    """
+    number = count("modes", modes)
+    base, slopes = _affine_parts(machine, design, pose)
+    points = design.points - np.array(resting_shares(design.changes))
+    starts = range(0, len(points), _BLOCK)
+
+    def block(start: int) -> FloatArray:
+        return _lowest(base, slopes, points[start:start + _BLOCK], number)
+
+    generator = rng or np.random.default_rng(0)
+    checked = generator.choice(len(points), min(_CHECKS, len(points)), replace=False)
+    _check(machine, design, pose, checked, _lowest(base, slopes, points[checked], number))
+    with ThreadPoolExecutor(max_workers=threads) as pool:
+        return np.concatenate(list(pool.map(block, starts)))
+
+
+def _matrices(machine: Machine, pose: Mapping[str, float] | None) -> tuple[FloatArray, FloatArray]:
+    labels = [f"{next(iter(machine.description.points))}:+x"] if machine.description.points else None
+    system = assemble(machine, pose, labels, modal_damping=False)
+    return system.mass, system.stiffness
+
+
+def _affine_parts(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None
+                  ) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    """Mass and stiffness at rest, and their slopes per share of every factor, (n_changes, n, n) each."""
+    rest = np.array(resting_shares(design.changes))
+    base = _matrices(machine, pose)
+    mass, stiffness = [], []
+    for k, change in enumerate(design.changes):
+        if not isinstance(change, Factor):
+            fail(f"swap {change.name}", "a swap", "only factors are fast here", "use screen")
+        end = rest.copy()
+        end[k] = 1.0 if rest[k] < 0.5 else 0.0
+        other = _matrices(build(vary(machine.description, design.changes, end)), pose)
+        mass.append((other[0] - base[0]) / (end[k] - rest[k]))
+        stiffness.append((other[1] - base[1]) / (end[k] - rest[k]))
+    return base, (np.array(mass), np.array(stiffness))
+
+
+def _lowest(base: tuple[FloatArray, FloatArray], slopes: tuple[FloatArray, FloatArray], shares: FloatArray,
+            modes: int) -> FloatArray:
+    size = base[0].shape[0]
+    mass, stiffness = ((b.reshape(-1) + shares @ s.reshape(len(s), -1)).reshape(-1, size, size) for b,
+                       s in zip(base, slopes, strict=True))
+    diagonal = np.diagonal(stiffness, axis1=1, axis2=2)
+    if np.count_nonzero(stiffness - diagonal[..., None] * np.eye(size)) == 0:
+        scale = 1 / np.sqrt(diagonal)
+        scaled = scale[:, :, None] * mass * scale[:, None, :]
+    else:
+        inverse = np.linalg.inv(np.linalg.cholesky(stiffness))
+        scaled = inverse @ mass @ np.swapaxes(inverse, -1, -2)
+    values = np.linalg.eigvalsh(scaled)[:, ::-1][:, :modes]
+    return 1 / (2 * np.pi * np.sqrt(values))
+
+
+def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None, checked: FloatArray,
+           fast: FloatArray) -> None:
+    for i, row in zip(checked, fast, strict=True):
+        mass, stiffness = _matrices(build(vary(machine.description, design.changes, design.points[int(i)])), pose)
+        full = _lowest((mass, stiffness), (np.zeros((1, *mass.shape)), np.zeros((1, *mass.shape))), np.zeros((1, 1)),
+                       row.size)[0]
+        if np.abs(row / full - 1).max() > _LARGEST:
+            fail("design", f"differs from the full model by {np.abs(row / full - 1).max():.2g} at point {int(i)}",
+                 "the matrices must be affine in the changes", "use screen")

@@ -1,0 +1,100 @@
+"""What a screening measures of every variant: metrics by name, or any function of a machine."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from toolpoint._check import fail, one_of
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.model import Machine
+from toolpoint.studies.cuts.chatter_map import chatter_map
+from toolpoint.studies.machines.stiffness_map import stiffness_rows
+from toolpoint.studies.machines.tool_point import batch_of, tool_point
+
+Pose = Mapping[str, float]
+_LINES = np.array([0.0, 1.0])
+
+
+class Metric(Protocol):
+    """Answers of a machine by name; `unit` of each, `lower_is_better`, and `loads`: for which loads they hold."""
+
+    def __call__(self, machine: Machine) -> Mapping[str, float]:
+        """Return the answers."""
+        ...
+
+
+@dataclass(frozen=True)
+class NamedMetrics:
+    """Metrics by name at poses, each the worst of all poses.
+
+    names : ``frequency 1``, ``frequency 2`` ... (Hz), ``static stiffness`` and ``dynamic stiffness`` (N/m, softest direction),
+    ``response peak`` (m/N, of any direction), ``depth limit`` (m, lowest over the speeds of the machine's cut).
+    """
+
+    names: tuple[str, ...] = ("frequency 1",)
+    poses: tuple[Pose, ...] = ({},)
+
+    def __post_init__(self) -> None:
+        for name in self.names:
+            one_of("metric", name.rsplit(" ", 1)[0] if name.startswith("frequency ") else name, METRICS)
+            if name.startswith("frequency ") and not name.rsplit(" ", 1)[1].isdigit():
+                fail("metric", repr(name), "must end in the number of a mode", "frequency 1")
+
+    @property
+    def identity(self) -> str:
+        """What tells these metrics from others."""
+        return repr((self.names, self.poses))
+
+    def __call__(self, machine: Machine) -> dict[str, float]:
+        """Return every metric of a machine."""
+        modes = max((int(name.rsplit(" ", 1)[1]) for name in self.names if name.startswith("frequency ")), default=0)
+        result: dict[str, float] = {}
+        if modes:
+            frequency = natural_frequencies(machine, batch_of(machine, self.poses), modes).min(axis=0)
+            result |= {f"frequency {i + 1}": float(f) for i, f in enumerate(frequency)}
+        for name in self.names:
+            if not name.startswith("frequency "):
+                result[name] = METRICS[name](machine, self.poses)
+        return {name: result[name] for name in self.names}
+
+
+def _static(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "static")[:, 3].min())
+
+
+def _dynamic(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    return float(stiffness_rows(tool_point(machine, list(poses), _LINES), "dynamic")[:, 3].min())
+
+
+def _peak(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    return 1 / _dynamic(machine, poses)
+
+
+def _depth(machine: Machine, poses: tuple[Pose, ...]) -> float:
+    chart = chatter_map(machine, list(poses))
+    return float(np.where(np.isnan(chart.limit), chart.depth_max[..., None, None], chart.limit).min())
+
+
+METRICS: dict[str, Callable[[Machine, tuple[Pose, ...]], float]] = {
+    "frequency": lambda machine, poses: float(natural_frequencies(machine, batch_of(machine, poses), 1).min()),
+    "static stiffness": _static, "dynamic stiffness": _dynamic, "response peak": _peak, "depth limit": _depth}
+UNITS = {"frequency": "Hz", "static stiffness": "N/m", "dynamic stiffness": "N/m", "response peak": "m/N", "depth limit": "m",
+         "position error": "m", "rotation error": "rad"}
+LOWER_IS_BETTER = ("response peak", "position error", "rotation error")
+
+
+def unit_of(name: str) -> str:
+    """Return the unit of a metric; empty where it is a function's own."""
+    return next((unit for start, unit in UNITS.items() if name.startswith(start)), "")
+
+
+def is_lower_better(name: str) -> bool:
+    """Whether a smaller value of a metric is the better one."""
+    return name.startswith(LOWER_IS_BETTER)
+
+
+__all__ = ["METRICS", "Metric", "NamedMetrics", "is_lower_better", "unit_of"]

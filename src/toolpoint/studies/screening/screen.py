@@ -1,0 +1,153 @@
+"""Screening: metrics of a machine at all points of a design; serial, processes or Dask, resumable; effects with confidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, count, fail
+from toolpoint.machine.build import build
+from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.model import Machine
+from toolpoint.machine.variation import Change, Factor, branch_of, check_changes, vary
+from toolpoint.studies.execute import Engine, Progress, execute
+from toolpoint.studies.screening.designs import ScreeningDesign
+from toolpoint.studies.screening.metrics import Metric, is_lower_better, unit_of
+from toolpoint.studies.text_table import text_table
+
+
+@dataclass(frozen=True, eq=False)
+class Screening:
+    """Metrics at all points of a design.
+
+    values : (n_draws, n_points, n_metrics), not a number where a variant failed; draws : (n_draws, n_doubts) shares of the
+    uncertain inputs, the first draw the stated ones; loads : for which loads the metrics hold; failures : point to reason.
+    """
+
+    design: ScreeningDesign
+    metrics: tuple[str, ...]
+    values: FloatArray
+    draws: FloatArray
+    loads: str
+    failures: Mapping[int, str]
+    status: str
+
+    @property
+    def stated(self) -> FloatArray:
+        """The metrics with all uncertain inputs as stated, (n_points, n_metrics)."""
+        return self.values[0]
+
+    def metric(self, name: str) -> FloatArray:
+        """Return one metric of all draws and points, (n_draws, n_points)."""
+        if name not in self.metrics:
+            fail("metric", repr(name), f"must be of {', '.join(self.metrics)}")
+        return self.values[..., self.metrics.index(name)]
+
+    def table(self) -> str:
+        """Return every point as text (at most 40), with the change against the first where the design begins with the machine
+        as
+        it is."""
+        base = self.stated[0] if self.design.labels and self.design.labels[0] == "as it is" else None
+        rows = []
+        for i in range(min(len(self.stated), 40)):
+            cells = [f"{v:.6g}" if base is None or i == 0 else f"{v:.6g} ({100 * (v / b - 1):+.2f} %)"
+                     for v, b in zip(self.stated[i], self.stated[0], strict=True)]
+            rows.append([self.design.words(i), *(cells if i not in self.failures else [self.failures[i]] * len(cells))])
+        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics)]
+        return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all values as plain data, None where a variant failed."""
+        values = self.values.astype(object)
+        values[np.isnan(self.values)] = None
+        return {"design": self.design.kind, "changes": list(self.design.names), "points": self.design.points.tolist(),
+                "variants": [self.design.words(i) for i in range(len(self.stated))], "metrics": list(self.metrics),
+                "values": values.tolist(), "loads": self.loads, "failures": {str(k): v for k, v in self.failures.items()},
+                "status": self.status}
+
+    def __repr__(self) -> str:
+        draws = f", {len(self.draws)} draws" if len(self.draws) > 1 else ""
+        return f"Screening({self.design!r}, {len(self.metrics)} metrics{draws}, {len(self.failures)} failed)"
+
+
+@dataclass(frozen=True)
+class _Variant:
+    """Metrics of the variant at a point: shares of the changes, then of the doubts."""
+
+    description: MachineDescription
+    changes: tuple[Change, ...]
+    doubts: tuple[Change, ...]
+    metric: Metric
+
+    @property
+    def identity(self) -> str:
+        return repr((self.description, self.changes, self.doubts, getattr(self.metric, "identity", repr(self.metric))))
+
+    def __call__(self, point: Sequence[float]) -> dict[str, Any]:
+        size = len(self.changes)
+        described = vary(vary(self.description, self.doubts, point[size:]), self.changes, point[:size])
+        metric = self.metric
+        branch = branch_of(self.changes, point[:size])
+        if branch:
+            if not hasattr(metric, "on_branch"):
+                fail("metric", type(metric).__name__, "knows no branches", "screen branches with an accuracy metric")
+            metric = metric.on_branch(branch)
+        answers = metric(build(described))
+        return {"names": np.array(list(answers)), "values": np.array(list(answers.values()), float)}
+
+
+def screen(
+    machine: Machine | MachineDescription, design: ScreeningDesign, metric: Metric, *, doubts: Sequence[Factor] = (),
+    draws: int = 0,
+    rng: np.random.Generator | None = None, engine: Engine | None = None, folder: str | Path | None = None,
+    progress: Progress | None = None, chunk_seconds: float = 1.0,
+) -> Screening:
+    """Return the metrics of a machine's variants.
+
+    Parameters
+    ----------
+    machine : Machine or its description
+    design : ScreeningDesign
+        Which variants.
+    metric : NamedMetrics, an accuracy metric, or any function
+        Takes a Machine, returns a mapping of names to numbers; with Dask it must be importable or picklable.
+    doubts : sequence of Factor, optional
+        Inputs that are uncertain: every draw places them evenly over their range, and all variants see the same draws.
+    draws : int
+        How many draws beside the stated inputs; needs `rng`.
+    engine, folder, progress, chunk_seconds : see `execute.execute`
+    """
+    description = machine.description if isinstance(machine, Machine) else machine
+    check_changes(description, design.changes)
+    if draws and (rng is None or not doubts):
+        fail("draws", str(draws), "needs doubts and a random generator",
+             "give doubts=[Factor(...)], rng=numpy.random.default_rng(1)")
+    if doubts:
+        check_changes(description, doubts)
+    from toolpoint.machine.variation import resting_shares
+
+    rest = np.array(resting_shares(doubts))
+    shares = np.vstack([rest[None], rng.random((count("draws", draws, 0), len(doubts)))]) if rng is not None else rest[None]
+    points = [[*map(float, point), *map(float, draw)] for draw in shares for point in design.points]
+    run = execute(_Variant(description, design.changes, tuple(doubts), metric), points, engine, folder=folder,
+                  progress=progress,
+                  chunk_seconds=chunk_seconds)
+    good = [outcome.values for outcome in run.outcomes if outcome.values is not None]
+    if not good:
+        fail("design", "every variant failed", "the first because: " + run.outcomes[0].failure)
+    names = tuple(map(str, good[0]["names"]))
+    empty = np.full(len(names), np.nan)
+    values: Array = np.array([empty if o.values is None else o.values["values"] for o in run.outcomes])
+    failures = {i % len(design.points): reason for i, reason in run.failures.items()}
+    loads = str(getattr(metric, "loads", "as the metric has them: none but the cut's own, no gravity, no inertia of a path"))
+    return Screening(design, names, values.reshape(len(shares), len(design.points), -1), shares, loads, failures,
+                     "complete" if not failures else f"{len(failures)} variants failed; their reasons stand in the table")
+
+
+def is_better(metric: str, change: float) -> bool:
+    """Whether a change of a metric is for the better."""
+    return change < 0 if is_lower_better(metric) else change > 0

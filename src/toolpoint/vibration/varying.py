@@ -1,0 +1,116 @@
+r"""Systems whose matrices change slowly along a path: exact steps at nodes, blended between them.
+
+:math:`M(s) \ddot u + C(s) \dot u + K(s) u = \sum_j b_j(s) f_j`. At every node of the path the step of length dt is exact for
+inputs held over it; between two nodes the step's matrices are blended linearly in s. They are then continuous in time, so
+nothing recurs with the nodes, which could beat with a periodic input, and the error falls with the square of their distance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import expm
+
+from toolpoint._check import FloatArray, fail, floats, increasing, positive
+
+
+@dataclass(frozen=True, eq=False)
+class VaryingSystem:
+    """Matrices at nodes of a path.
+
+    length : (N,) m, increasing; mass, damping, stiffness : (N, n, n); input_map : (N, n, w), the first three columns the tip's
+    force in the cutter's axes; output_map : (N, 6, n), tip motion in machine axes; momentum_map : (N, 6, n), momentum about
+    the machine's origin per velocity.
+    """
+
+    length: FloatArray
+    mass: FloatArray
+    damping: FloatArray
+    stiffness: FloatArray
+    input_map: FloatArray
+    output_map: FloatArray
+    momentum_map: FloatArray
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "length", increasing("VaryingSystem.length", floats("VaryingSystem.length", self.length, (None,))))
+        nodes, n = self.length.size, self.mass.shape[-1]
+        if nodes < 2:
+            fail("VaryingSystem.length", f"{nodes} nodes", "must be at least two")
+        for name in ("mass", "damping", "stiffness"):
+            put(self, name, floats(f"VaryingSystem.{name}", getattr(self, name), (n, n)))
+        for name in ("input_map", "output_map", "momentum_map"):
+            put(self, name, floats(f"VaryingSystem.{name}", getattr(self, name)))
+
+    @property
+    def size(self) -> int:
+        """Number of coordinates."""
+        return int(self.mass.shape[-1])
+
+    def thinned(self) -> VaryingSystem:
+        """Return the system at every other node (and the last): what its error is judged by."""
+        pick = np.unique(np.append(np.arange(0, self.length.size, 2), self.length.size - 1))
+        return VaryingSystem(self.length[pick], self.mass[pick], self.damping[pick], self.stiffness[pick], self.input_map[pick],
+                             self.output_map[pick], self.momentum_map[pick])
+
+    def blended(self, name: str, at: float) -> FloatArray:
+        """Return one of the matrices at a length, between nodes."""
+        i = int(np.clip(np.searchsorted(self.length, at, side="right") - 1, 0, self.length.size - 2))
+        t = (at - self.length[i]) / (self.length[i + 1] - self.length[i])
+        matrices = getattr(self, name)
+        return matrices[i] + t * (matrices[i + 1] - matrices[i])
+
+
+@dataclass(frozen=True, eq=False)
+class StepNodes:
+    """Exact steps at the nodes, by columns for the kernel: transition, gain, output, momentum, loss and input motion."""
+
+    step: float
+    transition: FloatArray
+    gain: FloatArray
+    reading: FloatArray
+    moving: FloatArray
+    dissipation: FloatArray
+    load_map: FloatArray
+
+
+def step_nodes(system: VaryingSystem, step: float, *, with_energy: bool = False) -> StepNodes:
+    """Return the exact step of every node; with_energy also the quadratic form of the energy lost in it."""
+    dt = positive("step", step)
+    transition, gain, loss = [], [], []
+    for i in range(system.length.size):
+        phi, gamma, form = _exact(system, i, dt, with_energy)
+        transition.append(phi.T)
+        gain.append(gamma.T)
+        loss.append(form)
+    moving = system.momentum_map / dt
+    pack = np.ascontiguousarray
+    return StepNodes(dt, pack(transition), pack(gain), pack(system.output_map), pack(moving), pack(loss),
+                     pack(np.swapaxes(system.input_map, 1, 2)))
+
+
+def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Transition and gain of one node, and the form Q of its loss: [x; f]^T Q [x; f] (Van Loan's integral)."""
+    n, w = system.size, system.input_map.shape[-1]
+    solve = np.linalg.solve(system.mass[i], np.hstack([system.stiffness[i], system.damping[i], system.input_map[i]]))
+    whole = np.zeros((2 * n + w, 2 * n + w))
+    whole[:n, n:2 * n] = np.eye(n)
+    whole[n:2 * n, :n], whole[n:2 * n, n:2 * n], whole[n:2 * n, 2 * n:] = -solve[:, :n], -solve[:, n:2 * n], solve[:, 2 * n:]
+    phi = expm(whole * dt)
+    if not with_energy:
+        return phi[:2 * n, :2 * n], phi[:2 * n, 2 * n:], np.zeros((1, 1))
+    rate = np.zeros_like(whole)
+    rate[n:2 * n, n:2 * n] = system.damping[i]
+    # Van Loan, IEEE Trans. Automatic Control 23 (1978): expm([[-A^T, Q], [0, A]] t) holds the integral of e^(A^T t) Q e^(A t).
+    # Stiff parts would overflow backwards in time, so it is summed over halves: Q(2t) = Q(t) + Phi(t)^T Q(t) Phi(t).
+    halvings = max(0, int(np.ceil(np.log2(max(np.abs(whole).sum(axis=0).max() * dt, 1e-300)))) + 1)
+    small = dt / 2**halvings
+    size = len(whole)
+    block = expm(np.block([[-whole.T, rate], [np.zeros_like(whole), whole]]) * small)
+    part = block[size:, size:]
+    form = part.T @ block[:size, size:]
+    for _ in range(halvings):
+        form = form + part.T @ form @ part
+        part = part @ part
+    return phi[:2 * n, :2 * n], phi[:2 * n, 2 * n:], (form + form.T) / 2
