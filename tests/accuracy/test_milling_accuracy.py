@@ -11,10 +11,11 @@ from toolpoint.cutting import stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.drives import JerkLimits
-from toolpoint.io.yaml import machine_file
+from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
 from toolpoint.machine.inverse_dynamics import base_reaction
+from toolpoint.machine.robot.model import rigid_members, robot_machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
@@ -28,7 +29,7 @@ SETUP = MillingSetup(15000, 0.5e-3, window=0.2, halved=False)
 
 @pytest.fixture(scope="module")
 def robot():
-    return machine_file.read(MACHINES / "milling_robot.yaml")
+    return build(robot_machine(rigid_members(robot_file.read(MACHINES / "milling_robot_datasheet.yaml")), cutting=CUT))
 
 
 @pytest.fixture(scope="module")
@@ -122,7 +123,8 @@ def test_loads_are_stated_and_matter(robot, sides):
 
 
 def test_gravity_alone_is_the_sag_along_the_path(robot, sides):
-    result = mill_side(robot, sides[0], replace(SETUP, window=None, steps=20, spacing=5e-3, loads=("gravity",), with_force=False))
+    result = mill_side(robot, sides[0], replace(SETUP, window=None, steps=20, spacing=5e-3, loads=("gravity",),
+                                                with_force=False))
     sag = []
     for at in (0.0, sides[0].length):
         structure = structure_along(robot, sides[0], ToolStance(), spacing=0.05, loads=("gravity",))
@@ -153,6 +155,15 @@ def test_a_cut_that_grows_without_bound_is_named():
         mill_side(slide(), side, replace(SETUP, speed=1500.0, depth=2e-3, window=None, steps=60, regenerative=True))
 
 
+def test_members_that_bend_balance_and_converge_too(sides):
+    bending = machine_file.read(MACHINES / "milling_robot.yaml")
+    wide, near = (mill_side(bending, sides[0],
+                            replace(SETUP, with_energy=True, spacing=spacing, window=0.1)) for spacing in (2e-3, 1e-3))
+    # The gap is that of blending between nodes: it falls with the square of their distance.
+    assert near.energy.gap < 1e-6 and near.energy.gap < 0.35 * wide.energy.gap
+    assert near.position_error == pytest.approx(wide.position_error, rel=0.01)
+
+
 def test_paths_and_their_laws():
     sides = square(0.1, law="quintic", feed=0.005)
     assert [side.length for side in sides] == pytest.approx([0.1] * 4)
@@ -164,7 +175,8 @@ def test_paths_and_their_laws():
     np.testing.assert_allclose(round_.points(np.array([round_.length / 2])), [[0, 0.05, 0.2]], atol=1e-12)
     np.testing.assert_allclose(round_.tangents(np.array([0.0])), [[0, 1, 0]], atol=1e-9)
     limits = JerkLimits(0.005, 0.5, 5.0)
-    assert line([0, 0, 0], [0.1, 0, 0], law="jerk-limited", limits=limits)[0].law.duration == pytest.approx(20 + 2 * (0.005 / 5) ** 0.5)
+    assert line([0, 0, 0], [0.1, 0, 0], law="jerk-limited",
+                limits=limits)[0].law.duration == pytest.approx(20 + 2 * (0.005 / 5) ** 0.5)
 
 
 def test_program_becomes_sides(tmp_path):
@@ -176,13 +188,15 @@ def test_program_becomes_sides(tmp_path):
 
 
 @pytest.mark.parametrize(("call", "words"), [
-    (lambda robot: mill_path(robot, square(0.2, centre=(1.2, 0, 0.1), first=(0, 1, 0), second=(0, 0, 1)), SETUP), "out of reach"),
+    (lambda robot: mill_path(robot, square(0.2, centre=(1.2, 0, 0.1), first=(0, 1, 0), second=(0, 0, 1)), SETUP),
+     "out of reach"),
     (lambda robot: mill_path(robot, line([0.72, -0.002, 0.325], [0.72, 0.002, 0.325]), replace(
         SETUP, spacing=1e-4, stance=ToolStance(branch="front up no flip"))), "singular"),
     (lambda robot: mill_path(robot, line([0.6, 0, 0.1], [0.7, 0, 0.1]), SETUP), "along the tool's axis"),
     (lambda robot: mill_path(robot, square(0.02, centre=(0.69, 0, 0.1), first=(0, 1, 0), second=(0, 0, 1)), SETUP,
                              CuttingDescription.of(diameter=0.006, teeth=2, direction="slot")), "oefficient"),
-    (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, loads=("wind",))), "must be of cutting"),
+    (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, loads=("wind",))),
+     "must be of cutting"),
     (lambda robot: along_points([[0, 0, 0], [1e-3, 0, 0], [2e-3, 0, 0], [3e-3, 0, 0], [4e-3, 0, 0], [0.5, 0, 0]]), "a jump of"),
     (lambda robot: along_points([[0, 0, 0], [0, 0, 0]]), "repeats"),
     (lambda robot: mill_path(robot, square(0.2, centre=(0.69, 0, 0.1)), replace(

@@ -92,7 +92,7 @@ def vary(description: MachineDescription, changes: Sequence[Change], shares: Seq
     for change, share in zip(changes, shares, strict=True):
         if isinstance(change, Factor):
             number = change.level(share)
-            operations = [(change.kind, path, number) for path in _paths(description, change)]
+            operations: list[tuple[str, str, float]] = [(change.kind, path, number) for path in _paths(description, change)]
         else:
             option = list(change.options.values())[change.index(share)]
             operations = [(kind, path, number) for kind, part in (("set", option.values), ("scale", option.scale),

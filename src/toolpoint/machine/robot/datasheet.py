@@ -18,6 +18,7 @@ PositiveTorque = Annotated[float, Quantity("moment", "N*m", above=0)]
 PositiveTurning = Annotated[float, Quantity("angular speed", "rad/s", above=0)]
 PositiveSpeed = Annotated[float, Quantity("spindle speed", "rpm", above=0)]
 SmallInertia = Annotated[float, Quantity("moment of inertia", "kg*m^2", above=0)]
+PositiveModulus = Annotated[float, Quantity("pressure", "Pa", above=0)]
 PositiveShare = Annotated[float, Quantity("ratio", "1", above=0)]
 Gravity = Annotated[float, Quantity("acceleration", "m/s^2", least=0)]
 StopTime = Annotated[float, Quantity("time", "s", above=0)]
@@ -90,7 +91,9 @@ class MotorPlace:
 class RobotMember:
     """A part of a link (0 is the base, 1 the first that moves): a box, a cylinder or a mesh in the machine frame at rest.
 
-    fill : share of the calibrated density, below 1 for a hollow casting; mass : in its place, where it is known.
+    fill : share of the calibrated density, below 1 for a hollow casting; mass : in its place, where it is known. elastic :
+    whether it bends as a beam along `along` (a box or a cylinder, the first member of its link), hollow with a `wall` (m), of
+    a `modulus` (Pa, Poisson's ratio 0.33) and a loss factor.
     """
 
     link: int
@@ -103,6 +106,10 @@ class RobotMember:
     bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
     mesh: str = ""
     mesh_unit: PositivePlace = 1.0
+    elastic: bool = False
+    wall: PositivePlace | None = None
+    modulus: PositiveModulus = 70e9
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=0.5)] = 0.005
     fill: PositiveShare = 1.0
     mass: PositiveWeight | None = None
     source: str = ""
@@ -216,6 +223,8 @@ def _shape_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
         yield (*key, "size"), "a box needs three sizes"
     if member.kind == "cylinder" and (member.diameter is None or member.length is None):
         yield (*key, "diameter"), "a cylinder needs diameter and length"
+    if member.elastic and member.kind == "mesh":
+        yield (*key, "elastic"), "a mesh; only boxes and cylinders bend here"
     if member.kind == "mesh" and not member.mesh:
         yield (*key, "mesh"), "missing; the STL file beside this one"
 

@@ -17,10 +17,16 @@ from toolpoint.machine.build import mass_properties
 from toolpoint.machine.frames import describe_frame, frame
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
+from toolpoint.machine.robot.lumped_beam import beam_springs, split
 from toolpoint.spatial import transform as tf
 
 REDUCER_LENGTH = 0.4  # of its diameter, as a cylinder of uniform density (chosen)
 Meshes = Mapping[str, d.MeshDescription]
+
+
+def rigid_members(sheet: RobotDatasheet) -> RobotDatasheet:
+    """Return the datasheet with all members rigid."""
+    return replace(sheet, members={name: replace(part, elastic=False) for name, part in sheet.members.items()})
 
 
 def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None = None, meshes: Meshes | None = None,
@@ -48,7 +54,7 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
     rows = arm_rows(sheet)
     joints, links = arm_frames(rows)
     density = calibrate_density(sheet, meshes)
-    parts = _Gathered(sheet, density, dict(meshes or {}))
+    parts = _Gathered(sheet, density, dict(meshes or {}), links[-1])
     parts.add_links(joints, dict(loads or {}))
     parts.add_masses(joints)
     tip = parts.add_payload(links[-1])
@@ -115,8 +121,10 @@ def _body(name: str, member: RobotMember, density: float, meshes: Meshes) -> d.B
 class _Gathered:
     """Bodies and joints of the machine while they are gathered."""
 
-    def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes) -> None:
-        self.sheet, self.density, self.meshes = sheet, density, meshes
+    def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes, flange: FloatArray) -> None:
+        self.sheet, self.density, self.meshes, self.flange = sheet, density, meshes, flange
+        self.ends: list[str] = []  # of every link, the body that carries the next joint
+        self.cuts: list[tuple[int, float, float] | None] = []  # of an elastic one: direction, sense and place of its middle
         self.bodies: dict[str, d.BodyDescription] = {}
         self.joints: dict[str, d.JointDescription] = {}
 
@@ -129,18 +137,40 @@ class _Gathered:
             if not members:
                 fail("members", f"none of link {number}", "every link needs at least one", "a small one will do")
             link = f"link{number}"
-            for name, part in members.items():
-                body = _body(name, part, self.density, self.meshes)
-                if link not in self.bodies:
-                    self.bodies[link] = replace(body, source=f"{name}: {body.source}")
-                else:
-                    self._fix(name, link, body)
+            (name, first), *others = members.items()
+            outward = (frames[number] if number < len(frames) else self.flange)[:3, 3] - np.array(first.at)
+            self._add_link(link, name, first, outward)
+            for other, part in others:
+                self._fix(other, self._half(number, np.array(part.at)), _body(other, part, self.density, self.meshes))
             if number == 0:
                 self.joints["fixing"] = d.JointDescription("ground", link, source="chosen: rigid floor")
             else:
                 axis = self.sheet.axes[number - 1]
                 self.joints[f"joint_{axis.name}"] = _reducer_joint(
-                    f"link{number - 1}", link, frames[number - 1], reducers[axis.name], loads.get(axis.name, 0.0))
+                    self.ends[number - 1], link, frames[number - 1], reducers[axis.name], loads.get(axis.name, 0.0))
+
+    def _add_link(self, link: str, name: str, member: RobotMember, outward: FloatArray) -> None:
+        """Add the body of a link, or its two halves on the springs of a beam."""
+        if not member.elastic:
+            self.bodies[link] = replace(_body(name, member, self.density, self.meshes), source=f"{name}: {member.source}")
+            self.ends.append(link)
+            self.cuts.append(None)
+            return
+        along = "xyz".index(member.along)
+        sense = 1.0 if outward[along] >= 0 else -1.0
+        for body, part in zip((link, f"{link}_end"), split(member, sense), strict=True):
+            self.bodies[body] = replace(_body(name, part, self.density, self.meshes), source=f"half of {name}: {member.source}")
+        self.joints[f"member_{name}"] = d.JointDescription(
+            link, f"{link}_end", d.FrameDescription(_vector(np.array(member.at))), beam_springs(name, member),
+            loss_factor=member.loss_factor, source=f"computed: a beam of {member.modulus / 1e9:g} GPa")
+        self.ends.append(f"{link}_end")
+        self.cuts.append((along, sense, member.at[along]))
+
+    def _half(self, number: int, at: FloatArray) -> str:
+        """The body of a link that holds something at a place: the half on whose side it is."""
+        cut = self.cuts[number]
+        beyond = cut is not None and (at[cut[0]] - cut[2]) * cut[1] > 0
+        return self.ends[number] if beyond else f"link{number}"
 
     def _fix(self, name: str, link: str, body: d.BodyDescription) -> None:
         self.bodies[name] = body
@@ -152,14 +182,14 @@ class _Gathered:
             axis = next(axis for axis in self.sheet.axes if axis.name == place.axis)
             motor = self.sheet.motors[axis.motor]
             shape = d.ShapeDescription("cylinder", diameter=motor.diameter, length=motor.length, axis=place.along)
-            self._fix(f"motor_{axis.name}", f"link{place.link}", d.BodyDescription(
+            self._fix(f"motor_{axis.name}", self._half(place.link, np.array(place.at)), d.BodyDescription(
                 mass=motor.mass, centre=_vector(np.array(place.at)), shape=shape,
                 source=f"mass {motor.source}; place {place.source}"))
         for number, (row, part) in enumerate(zip(compute_gearing(self.sheet), reducers_of(self.sheet).values(), strict=True)):
             if part.mass is None or part.diameter is None:
                 continue
             shape = d.ShapeDescription("cylinder", diameter=part.diameter, length=REDUCER_LENGTH * part.diameter)
-            self._fix(f"reducer_{row.axis}", f"link{number}", d.BodyDescription(
+            self._fix(f"reducer_{row.axis}", self._half(number, frames[number][:3, 3]), d.BodyDescription(
                 mass=part.mass, shape=shape, frame=describe_frame(frames[number]), source=f"{row.reducer}: {part.source}"))
 
     def add_payload(self, flange: FloatArray) -> FloatArray:
@@ -170,7 +200,7 @@ class _Gathered:
             mass=load.mass, shape=d.ShapeDescription("cylinder", diameter=load.diameter, length=load.length),
             frame=describe_frame(middle), source=load.source)
         # Points of the payload are in the machine frame like all others: its own frame would hide the tip's place.
-        self._fix("payload", f"link{len(self.sheet.axes)}", _in_machine_frame(body))
+        self._fix("payload", self.ends[-1], _in_machine_frame(body))
         return flange[:3, 3] + load.tip * flange[:3, 2]
 
 

@@ -8,8 +8,11 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.cutting import MillingProblem
+from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of
 from toolpoint.cutting.cut.coefficients import edge_matrix
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import edge_field, rigid_forces
+from toolpoint.vibration import Dof, Modes
 
 _FINE = 8  # angles in a step over which forces are averaged
 _FEEDS = 17  # of a cutter with run-out, whose chips vanish tooth by tooth
@@ -34,6 +37,13 @@ class CuttingTable:
     def mean(self) -> FloatArray:
         """Mean force at the largest feed, N, (3,)."""
         return self.table[-1].mean(axis=0)
+
+
+def cutting_problem(cut: CuttingDescription) -> MillingProblem:
+    """Return tool, arc and coefficients of a described cut as a problem whose dynamics (one mode) play no part."""
+    shape = np.full((2, 1), 1e-3)
+    still = Modes(np.array([100.0]), np.array([0.05]), shape, (Dof("tip", "+x"), Dof("tip", "+y")))
+    return MillingProblem(tool_of(cut), engagement_of(cut), coefficients_of(cut), still, feed_per_tooth=cut.feed_per_tooth)
 
 
 def cutting_table(problem: MillingProblem, *, speed: float, depth: float, largest_feed: float,

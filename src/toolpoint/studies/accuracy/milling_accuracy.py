@@ -16,10 +16,9 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine.model import Machine
-from toolpoint.studies.accuracy.cutting_table import CuttingTable, check_regeneration, cutting_table
+from toolpoint.studies.accuracy.cutting_table import CuttingTable, check_regeneration, cutting_problem, cutting_table
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import PathSide
-from toolpoint.studies.machines.tool_point import pose_problem, tool_point
 from toolpoint.vibration.varying import StepNodes, VaryingSystem, step_nodes
 
 Progress = Callable[[int, int], None]
@@ -226,13 +225,12 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, cut: Cuttin
     described = cut or machine.description.cutting
     if described is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
-    structure = structure_along(machine, side, setup.stance, spacing=setup.spacing, loads=setup.loads, gravity=setup.gravity)
-    pose = structure.reach.poses[0]
-    assert pose is not None
-    problem = pose_problem(tool_point(machine, [pose], np.array([0.0, 1.0])), described, 0)
+    problem = cutting_problem(described)
+    tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
+    structure = structure_along(machine, side, setup.stance, spacing=setup.spacing, loads=setup.loads, gravity=setup.gravity,
+                                reference=1 / tooth)
     if setup.regenerative:
         check_regeneration(problem)
-    tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
     table = cutting_table(problem, speed=setup.speed, depth=setup.depth, largest_feed=top * tooth, steps=setup.steps)
     fine = _run(structure, structure.system, setup, table, progress)

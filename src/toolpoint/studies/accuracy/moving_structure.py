@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.interpolate import CubicSpline
@@ -15,9 +15,9 @@ from toolpoint.machine.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places
-from toolpoint.studies.machines.tool_point import tool_axes, unify_damping
+from toolpoint.studies.machines.tool_point import tool_axes
 from toolpoint.vibration import SecondOrderSystem, damping
-from toolpoint.vibration.varying import VaryingSystem
+from toolpoint.vibration.varying import VaryingSystem, reduce_system
 
 LOADS = ("cutting", "gravity", "path")
 _WAYS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
@@ -54,7 +54,7 @@ class MovingStructure:
 
     def load_factors(self, motion: FloatArray) -> FloatArray:
         """Return the factor of every further load for motions (n, 4: length, speed, acceleration, jerk), (n, w - 3)."""
-        columns = []
+        columns: list[FloatArray] = []
         if "gravity" in self.loads:
             columns.append(np.ones(len(motion)))
         if "path" in self.loads:
@@ -64,7 +64,7 @@ class MovingStructure:
 
 def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spacing: float = 2e-3,
                     loads: tuple[str, ...] = ("cutting",),
-                    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)) -> MovingStructure:
+                    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665), reference: float = 500.0) -> MovingStructure:
     """Return the structure at nodes of a side, `spacing` (m) apart.
 
     loads : ``cutting`` alone; with ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too.
@@ -75,31 +75,31 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
     if unknown:
         fail("loads", repr(unknown[0]), f"must be of {', '.join(LOADS)}")
     count = max(int(np.ceil(side.length / positive("spacing", spacing))), 4) + 1
-    length = np.linspace(0, side.length, count)
-    reach = reach_places(machine, side.points(length), stance.direction, turn=stance.turn, branch=stance.branch,
+    length: FloatArray = np.asarray(np.linspace(0, side.length, count))
+    reach = reach_places(machine, side.points(np.array(length)), stance.direction, turn=stance.turn, branch=stance.branch,
                          start=stance.start,
                          follow=True)
-    faults = path_faults(machine, reach, list(length))
+    faults = path_faults(machine, reach, length.tolist())
     if faults:
         raise ToolpointError(f"{side.name}: " + "; ".join(faults[:3]))
     batch = reach.batch()
     place = place_machine(machine, batch)
-    system, align = _systems(machine, place, batch)
+    system, align = _systems(machine, place, batch, reference)
     axes = _cutter_axes(machine, side, length, batch)
     point = str(machine.description.tool)
     tips = place.position(machine.description.points[point])
     output, momentum = system.output_map @ align, _momentum_map(place, align)
-    columns = [np.swapaxes(output[:, :3], -1, -2) @ axes]
+    columns: list[FloatArray] = [np.swapaxes(output[:, :3], -1, -2) @ axes]
     if "gravity" in loads:
         columns.append(_gravity_load(place, align, np.array(gravity))[..., None])
     if "path" in loads:
         columns.append(_inertia_loads(machine, place, align, batch, length))
-    turned = (np.swapaxes(align, -1, -2) @ matrix @ align for matrix in (system.mass, _viscous(system), system.stiffness))
+    mass, viscous, stiffness = (np.swapaxes(align, -1, -2) @ matrix @ align
+                                for matrix in (system.mass, _viscous(system), system.stiffness))
+    whole = VaryingSystem(length, mass, viscous, stiffness, np.concatenate(columns, axis=-1), output, momentum)
     nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
                                                                                                                          6))
-    return MovingStructure(side, reach, VaryingSystem(length, *turned, np.concatenate(columns, axis=-1), output, momentum),
-                           axes,
-                           tips, nominal, loads)
+    return MovingStructure(side, reach, reduce_system(whole), axes, tips, nominal, loads)
 
 
 def _is_rigid(machine: Machine) -> bool:
@@ -110,14 +110,17 @@ def _viscous(system: SecondOrderSystem) -> FloatArray:
     return np.zeros_like(system.mass) if system.damping is None else system.damping
 
 
-def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray]) -> tuple[SecondOrderSystem, FloatArray]:
+def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray], reference: float) -> tuple[SecondOrderSystem,
+                                                                                                          FloatArray]:
     """Systems at all nodes with viscous damping, and what turns their coordinates so that they are continuous along the
     path."""
     description = machine.description
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, batch, [f"{point}:{way}" for way in _WAYS], modal_damping=False)
     if system.structural_damping is not None:
-        system = damping.equivalent_viscous(unify_damping(system))
+        # A viscous matrix that loses as much at the reference frequency: smooth along the path.
+        viscous = _viscous(system) + system.structural_damping / (2 * np.pi * reference)
+        system = replace(system, damping=viscous, structural_damping=None)
     if description.damping_ratio is not None:
         system = damping.modal(system, description.damping_ratio)
     if system.damping is None or not np.any(system.damping):
@@ -182,9 +185,9 @@ def _inertia_loads(machine: Machine, place: Placement, align: FloatArray, batch:
     for link, (motion, mass) in enumerate(_body_maps(place, align)):
         twist = np.einsum("pak,pa->pk", machine.chain.axis_twists(batch, link), rate)
         bend = CubicSpline(length, twist, axis=0)(length, 1)
-        own = tf.adjoint(tf.inverse(place.frames[:, link]))
-        back = np.swapaxes(own, -1, -2)
-        inertia = back @ mass[:6, :6] @ own
+        inward = tf.adjoint(tf.inverse(place.frames[:, link]))
+        back = np.swapaxes(inward, -1, -2)
+        inertia = back @ mass[:6, :6] @ inward
         speed = (inertia @ bend[..., None])[..., 0] + _carried(twist, (inertia @ twist[..., None])[..., 0])
         for column, wrench in enumerate((speed, (inertia @ twist[..., None])[..., 0])):
             # The wrench in the body's own frame acts on its six rigid coordinates.

@@ -25,6 +25,7 @@ from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
 from toolpoint.vibration.gyroscopic import is_gyroscopic
 
+_FASTEST = 1e4  # Hz
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
 
@@ -95,11 +96,20 @@ def tool_point(
 
 
 def _modes(system: SecondOrderSystem, ratio: float | None) -> Modes:
-    """Real modes with the described damping; of a machine with spinning bodies the complex ones of the whole."""
+    """Real modes with the described damping; with spinning bodies, or where a mode is overdamped, the complex ones of the
+    whole."""
     if is_gyroscopic(system):
         return eigen.solve_damped(system if ratio is None else damping.modal(system, ratio))
     modes = eigen.solve_undamped(system)
+    if ratio is None and (modes.damping_ratio >= 1).any():  # heavy dampers of single joints: real modes cannot carry them
+        return _slow_part(eigen.solve_damped(system))
     return modes if ratio is None else modes.with_damping(ratio)
+
+
+def _slow_part(modes: Modes) -> Modes:
+    """Return the modes up to the last that is below 10 kHz at any pose: dampers of light parts have real poles far beyond."""
+    below = (modes.frequency < _FASTEST).any(axis=tuple(range(modes.frequency.ndim - 1)))
+    return modes.selected(list(range(int(np.flatnonzero(below).max(initial=0)) + 1)))
 
 
 def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) -> Callable[[float], Modes] | None:

@@ -17,6 +17,7 @@ from toolpoint.machine.inverse_dynamics import axis_mass_matrix
 from toolpoint.machine.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
+from toolpoint.machine.robot.model import rigid_members, robot_machine
 from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretch_arm
 from toolpoint.studies.text_table import text_table
 
@@ -29,7 +30,8 @@ class DatasheetStudy:
 
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
-    differences : what does not follow or does not agree, a line each; origins : what every number rests on.
+    rigid : the same with all members rigid; differences : what does not follow or does not agree, a line each; origins : what
+    every number rests on.
     """
 
     sheet: RobotDatasheet
@@ -41,6 +43,7 @@ class DatasheetStudy:
     holding: FloatArray
     inertia: FloatArray
     frequency: FloatArray
+    rigid: FloatArray
     differences: tuple[str, ...]
     origins: tuple[tuple[str, str, str], ...]
 
@@ -58,7 +61,9 @@ class DatasheetStudy:
                                                  f"{p.horizontal_moment:.1f}", f"{p.horizontal_force:.1f}"]
                                                 for name, p in self._manual()), *(load.row() for load in self.stops)])
         origins = text_table("What the numbers rest on", ["part", "numbers", "origin"], [list(row) for row in self.origins])
-        modes = "Natural frequencies at the reference pose: " + ", ".join(f"{f:.2f}" for f in self.frequency) + " Hz"
+        modes = "Natural frequencies at the reference pose: " + ", ".join(
+            f"{f:.2f} ({100 * (r / f - 1):+.1f} % with rigid members)" for f, r in zip(self.frequency, self.rigid,
+                                                                                       strict=True)) + " Hz"
         return "\n".join([gearing, loads, modes, "Differences:", *(f"- {line}" for line in self.differences), origins])
 
     def _manual(self) -> list[tuple[str, Any]]:
@@ -72,7 +77,7 @@ class DatasheetStudy:
                             for r in self.gearing],
                 "still": vars(self.still), "stops": [vars(load) for load in self.stops], "pose": dict(self.pose),
                 "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
-                "frequency_hz": self.frequency.tolist(),
+                "frequency_hz": self.frequency.tolist(), "rigid_frequency_hz": self.rigid.tolist(),
                 "differences": list(self.differences), "origins": [list(row) for row in self.origins]}
 
     def __repr__(self) -> str:
@@ -82,13 +87,16 @@ class DatasheetStudy:
 def study_datasheet(sheet: RobotDatasheet, description: MachineDescription) -> DatasheetStudy:
     """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it."""
     machine = build(description)
+    rigid = build(robot_machine(rigid_members(sheet), meshes={
+        name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}))
     gearing = compute_gearing(sheet)
     pose = stretch_arm(machine)
     still = base_load(machine, "at rest", pose, sheet)
     stops = tuple(stop_loads(machine, sheet, pose))
     inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])
     return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(machine, sheet, pose), inertia,
-                          natural_frequencies(machine, {}, 6)[0], tuple(_differences(sheet, machine, gearing, pose, still)),
+                          natural_frequencies(machine, {}, 4)[0], natural_frequencies(rigid, {}, 4)[0],
+                          tuple(_differences(sheet, machine, gearing, pose, still)),
                           tuple(_origins(sheet, description)))
 
 

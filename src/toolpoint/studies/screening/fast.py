@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from toolpoint._check import FloatArray, count, fail
+from toolpoint._check import FloatArray, IndexArray, count, fail
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.build import build
 from toolpoint.machine.model import Machine
@@ -62,7 +62,7 @@ def _affine_parts(machine: Machine, design: ScreeningDesign, pose: Mapping[str, 
             fail(f"swap {change.name}", "a swap", "only factors are fast here", "use screen")
         end = rest.copy()
         end[k] = 1.0 if rest[k] < 0.5 else 0.0
-        other = _matrices(build(vary(machine.description, design.changes, end)), pose)
+        other = _matrices(build(vary(machine.description, design.changes, list(map(float, end)))), pose)
         mass.append((other[0] - base[0]) / (end[k] - rest[k]))
         stiffness.append((other[1] - base[1]) / (end[k] - rest[k]))
     return base, (np.array(mass), np.array(stiffness))
@@ -84,10 +84,11 @@ def _lowest(base: tuple[FloatArray, FloatArray], slopes: tuple[FloatArray, Float
     return 1 / (2 * np.pi * np.sqrt(values))
 
 
-def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None, checked: FloatArray,
+def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None, checked: IndexArray,
            fast: FloatArray) -> None:
     for i, row in zip(checked, fast, strict=True):
-        mass, stiffness = _matrices(build(vary(machine.description, design.changes, design.points[int(i)])), pose)
+        mass, stiffness = _matrices(build(vary(machine.description, design.changes, list(map(float, design.points[int(i)])))),
+                                    pose)
         full = _lowest((mass, stiffness), (np.zeros((1, *mass.shape)), np.zeros((1, *mass.shape))), np.zeros((1, 1)),
                        row.size)[0]
         if np.abs(row / full - 1).max() > _LARGEST:
