@@ -1,7 +1,8 @@
 r"""Systems whose matrices change slowly along a path: exact steps at nodes, blended between them.
 
 :math:`M(s) \ddot u + C(s) \dot u + K(s) u = \sum_j b_j(s) f_j`. At every node of the path the step of length dt is exact for
-inputs held over it; between two nodes the step's matrices are blended linearly in s. They are then continuous in time, so
+inputs held over it: :math:`x_{k+1} = x_s + \Phi (x_k - x_s)` about the static deflection x_s of the inputs; between two nodes
+the transition and the static deflections are blended linearly in s. They are then continuous in time, so
 nothing recurs with the nodes, which could beat with a periodic input, and the error falls with the square of their distance.
 """
 
@@ -88,11 +89,13 @@ def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30) -> 
 
 @dataclass(frozen=True, eq=False)
 class StepNodes:
-    """Exact steps at the nodes, by columns for the kernel: transition, gain, output, momentum, loss and input motion."""
+    """Exact steps at the nodes, by columns for the kernel: transition, static deflection to unit inputs, output, momentum,
+    loss and
+    input motion."""
 
     step: float
     transition: FloatArray
-    gain: FloatArray
+    deflection: FloatArray
     reading: FloatArray
     moving: FloatArray
     dissipation: FloatArray
@@ -102,20 +105,20 @@ class StepNodes:
 def step_nodes(system: VaryingSystem, step: float, *, with_energy: bool = False) -> StepNodes:
     """Return the exact step of every node; with_energy also the quadratic form of the energy lost in it."""
     dt = positive("step", step)
-    transition, gain, loss = [], [], []
+    transition, loss = [], []
     for i in range(system.length.size):
-        phi, gamma, form = _exact(system, i, dt, with_energy)
+        phi, form = _exact(system, i, dt, with_energy)
         transition.append(phi.T)
-        gain.append(gamma.T)
         loss.append(form)
+    still = np.swapaxes(np.linalg.solve(system.stiffness, system.input_map), 1, 2)
     moving = system.momentum_map / dt
     pack = np.ascontiguousarray
-    return StepNodes(dt, pack(transition), pack(gain), pack(system.output_map), pack(moving), pack(loss),
+    return StepNodes(dt, pack(transition), pack(still), pack(system.output_map), pack(moving), pack(loss),
                      pack(np.swapaxes(system.input_map, 1, 2)))
 
 
-def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Transition and gain of one node, and the form Q of its loss: [x; f]^T Q [x; f] (Van Loan's integral)."""
+def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple[FloatArray, FloatArray]:
+    """Transition of one node, and the form Q of its loss: [x; f]^T Q [x; f] (Van Loan's integral)."""
     n, w = system.size, system.input_map.shape[-1]
     solve = np.linalg.solve(system.mass[i], np.hstack([system.stiffness[i], system.damping[i], system.input_map[i]]))
     whole = np.zeros((2 * n + w, 2 * n + w))
@@ -123,7 +126,7 @@ def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple
     whole[n:2 * n, :n], whole[n:2 * n, n:2 * n], whole[n:2 * n, 2 * n:] = -solve[:, :n], -solve[:, n:2 * n], solve[:, 2 * n:]
     phi = expm(whole * dt)
     if not with_energy:
-        return phi[:2 * n, :2 * n], phi[:2 * n, 2 * n:], np.zeros((1, 1))
+        return phi[:2 * n, :2 * n], np.zeros((1, 1))
     rate = np.zeros_like(whole)
     rate[n:2 * n, n:2 * n] = system.damping[i]
     # Van Loan, IEEE Trans. Automatic Control 23 (1978): expm([[-A^T, Q], [0, A]] t) holds the integral of e^(A^T t) Q e^(A t).
@@ -137,4 +140,4 @@ def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple
     for _ in range(halvings):
         form = form + part.T @ form @ part
         part = part @ part
-    return phi[:2 * n, :2 * n], phi[:2 * n, 2 * n:], (form + form.T) / 2
+    return phi[:2 * n, :2 * n], (form + form.T) / 2

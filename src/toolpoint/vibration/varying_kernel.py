@@ -7,24 +7,26 @@ from numba import njit
 
 
 @njit(cache=True, fastmath=True)
-def advance(transition, gain, reading, moving, dissipation, load_map, node, share, table, feed, phase, loads, regeneration,
+def advance(transition, deflection, reading, moving, dissipation, load_map, node, share, table, feed, phase, loads,
+            regeneration,
             state,
             delayed, out, base, totals, mass, stiffness, depth, keep, first):  # pragma: no cover - compiled
     """Advance a block of steps; all matrices are stored by columns, at nodes along the path, and blended between two of them.
 
-    transition (N, z, z), gain (N, w, z), reading (N, 6, n): tip motion; moving (N, 6, n): momentum of the base per velocity;
-    load_map (N, 3, n): tip motion in cutter axes; table (F, m, 3): mean force of every step over a grid of feeds; loads (k, w
-    - 3); regeneration (m, 3, 3); delayed: tip in cutter axes over the last period; totals: work of the inputs, energy lost,
-    sum of the sizes of the work, energy gained.
+    transition (N, z, z), deflection (N, w, n): static, to unit inputs, reading (N, 6, n): tip motion; moving (N, 6, n):
+    momentum of the base per velocity; load_map (N, 3, n): tip motion in cutter axes; table (F, m, 3): mean force of every step
+    over a grid of feeds; loads (k, w - 3); regeneration (m, 3, 3); delayed: tip in cutter axes over the last period; totals:
+    work of the inputs, energy lost, sum of the sizes of the work, energy gained.
     """
     size = state.size
     half = size // 2
-    width = gain.shape[1]
+    width = deflection.shape[1]
     steps = share.size
     period = table.shape[1]
     feeds = table.shape[0]
     inputs = np.zeros(width)
     after = np.zeros(size)
+    still = np.zeros(half)
     extended = np.zeros(size + width)
     kept = 0
     for k in range(steps):
@@ -56,17 +58,20 @@ def advance(transition, gain, reading, moving, dissipation, load_map, node, shar
                     inputs[a] -= depth * regeneration[place, a, b] * (middle - past)
             for a in range(3):
                 delayed[slot, a] = now[a]
-        for r in range(size):
-            after[r] = 0.0
-        for j in range(size):
-            x = state[j]
-            for r in range(size):
-                after[r] += (transition[i, j, r] + t * (transition[i + 1, j, r] - transition[i, j, r])) * x
+        # About the static deflection of the held inputs, which is blended as such: the transition acts on the rest alone.
+        for r in range(half):
+            still[r] = 0.0
         for j in range(width):
             x = inputs[j]
             if x != 0.0:
-                for r in range(size):
-                    after[r] += (gain[i, j, r] + t * (gain[i + 1, j, r] - gain[i, j, r])) * x
+                for r in range(half):
+                    still[r] += (deflection[i, j, r] + t * (deflection[i + 1, j, r] - deflection[i, j, r])) * x
+        for r in range(size):
+            after[r] = still[r] if r < half else 0.0
+        for j in range(size):
+            x = state[j] - still[j] if j < half else state[j]
+            for r in range(size):
+                after[r] += (transition[i, j, r] + t * (transition[i + 1, j, r] - transition[i, j, r])) * x
         if totals.size > 0:
             _account(dissipation, load_map, mass, stiffness, i, t, inputs, state, after, extended, totals)
         if (first + k) % keep == 0:

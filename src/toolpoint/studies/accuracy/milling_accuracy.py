@@ -267,7 +267,8 @@ def _run(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup,
     for at in range(0, steps, _BLOCK):
         motion = law.sample(begin + (np.arange(at, min(at + _BLOCK, steps)) + 0.5) * dt)
         node, share = _between(system.length, motion[:, 0])
-        kept += advance(nodes.transition, nodes.gain, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map, node,
+        kept += advance(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
+                        node,
                         share,
                         table, np.clip(motion[:, 1] * dt * cut.per_tooth / cut.largest_feed, 0.0, 1.0), at,
                         structure.load_factors(motion), cut.regeneration, state, delayed, out[kept:],
@@ -312,19 +313,20 @@ def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: St
     share = float(np.clip(motion[1] * cut.step * cut.per_tooth / cut.largest_feed, 0, 1))
     force = table[0] + share * (table[-1] - table[0])
     loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
-                                                                                             nodes.gain.shape[1] - 3))],
+                                                                                             nodes.deflection.shape[1] - 3))],
                            axis=1)
     node, part = (v[0] for v in _between(system.length, motion[:1]))
 
     def blend(values: FloatArray) -> FloatArray:
         return values[node] + part * (values[node + 1] - values[node])
 
-    phi, gain = blend(nodes.transition).T, blend(nodes.gain).T
+    phi, still = blend(nodes.transition).T, np.zeros((len(nodes.transition[0]), loads.shape[1]))
+    still[:system.size] = blend(nodes.deflection).T
 
     def revolve(state: FloatArray) -> FloatArray:
         states = [state]
         for row in loads:
-            states.append(phi @ states[-1] + gain @ row)
+            states.append(still @ row + phi @ (states[-1] - still @ row))
         return np.array(states)
 
     end = revolve(np.zeros(len(phi)))[-1]
