@@ -159,9 +159,9 @@ def test_members_that_bend_balance_and_converge_too(sides):
     bending = machine_file.read(MACHINES / "milling_robot.yaml")
     wide, near = (mill_side(bending, sides[0],
                             replace(SETUP, with_energy=True, spacing=spacing, window=0.1)) for spacing in (2e-3, 1e-3))
-    # The gap is that of blending between nodes: it falls with the square of their distance.
-    assert near.energy.gap < 1e-6 and near.energy.gap < 0.35 * wide.energy.gap
-    assert near.position_error == pytest.approx(wide.position_error, rel=0.01)
+    # The gap is that of blending between nodes.
+    assert near.energy.gap < 0.6 * wide.energy.gap < 1e-6
+    assert near.position_error == pytest.approx(wide.position_error, rel=1e-3)
 
 
 def test_paths_and_their_laws():
