@@ -7,11 +7,12 @@ from scipy.sparse import csc_array
 
 from toolpoint import ToolpointError
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid, Patch
+from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import span
-from toolpoint.substructuring.sliding import MotionTable, SlidingBody, fit_to_surroundings, station_loads, tabulate
+from toolpoint.substructuring.sliding import SlidingBody, fit_to_surroundings, station_loads, tabulate
 
 LENGTH, WIDTH, HEIGHT, BLOCK = 0.8, 0.06, 0.05, 0.08
 LOW, HIGH = 0.05, 0.75

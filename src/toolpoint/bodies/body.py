@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, symmetric
+from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, positive, symmetric
 from toolpoint.bodies.inertia import MassProperties
+from toolpoint.spatial.motion_table import MotionTable
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,15 +26,35 @@ class Interface:
         In the body's frame, m.
     participation : (6, n_modal) floats, optional
         Twist (v, w) of the place, in the body's axes and about the place, per modal coordinate; none for a rigid body.
+    slide : MotionTable, optional
+        In place of `participation` where the place slides along the body: `position` is then the one at 0 of the table.
+    along : (3,) floats, optional
+        Direction of the slide, in the body's axes.
     """
 
     position: FloatArray
     participation: FloatArray | None = None
+    slide: MotionTable | None = None
+    along: FloatArray | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "position", floats("Interface.position", self.position, (3,)))
         if self.participation is not None:
             object.__setattr__(self, "participation", floats("Interface.participation", self.participation, (6, None)))
+        if (self.slide is None) != (self.along is None) or (self.slide is not None and self.participation is not None):
+            fail("Interface.slide", "without `along`, or beside `participation`", "must have its direction, and stand alone")
+        if self.along is not None:
+            along = floats("Interface.along", self.along, (3,))
+            object.__setattr__(self, "along", along / positive("length of Interface.along", float(np.linalg.norm(along))))
+
+    def slid_to(self, place: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return positions (P, 3) on the body and participation (P, 6, n_modal) where places (P, 3) of the body are nearest.
+
+        Raises ToolpointError where a place is beyond the way.
+        """
+        assert self.slide is not None and self.along is not None
+        way = (place - self.position) @ self.along
+        return self.position + way[:, None] * self.along, self.slide.at(way)
 
 
 @dataclass(frozen=True, eq=False)
@@ -47,12 +68,15 @@ class Body:
     stiffness, damping : (n_modal, n_modal) floats, optional
         Of the modal coordinates.
     interfaces : mapping of name to Interface
+    notes : sequence of str
+        What a reduced body leaves out, and up to where it is good.
     """
 
     mass: FloatArray
     stiffness: FloatArray = LEFT_OUT
     damping: FloatArray = LEFT_OUT
     interfaces: Mapping[str, Interface] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -67,6 +91,8 @@ class Body:
             put(self, name, symmetric(f"Body.{name}", floats(f"Body.{name}", zero if value is None else value,
                                                              (modal, modal))))
         for name, place in self.interfaces.items():
+            if place.slide is not None and place.slide.values.shape[2] != modal:
+                fail(f"Body.interfaces[{name!r}]", f"{place.slide.values.shape[2]} modal columns", f"must be {modal}")
             if place.participation is not None and place.participation.shape[1] != modal:
                 fail(f"Body.interfaces[{name!r}]", f"{place.participation.shape[1]} modal columns", f"must be {modal}")
         put(self, "interfaces", dict(self.interfaces))
@@ -91,6 +117,8 @@ class Body:
         if interface is None or interface not in self.interfaces:
             known = ", ".join(self.interfaces) or "none"
             fail("interface", repr(interface), f"an elastic body needs one of its interfaces ({known})")
+        if self.interfaces[interface].slide is not None:
+            fail("interface", repr(interface), "slides: it can be held by a joint only", "a joint's place says where it is")
         value = self.interfaces[interface].participation
         return np.zeros((6, self.modal_count)) if value is None else value
 

@@ -81,7 +81,8 @@ def equations(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray, Flo
 
 def _notes(machine: Machine) -> tuple[str, ...]:
     ratio = machine.description.damping_ratio
-    return () if ratio is None else (f"modal damping ratio {ratio:g} for all modes, as the description says",)
+    bodies = [f"{name}: {note}" for name, body in zip(machine.body_names, machine.bodies, strict=True) for note in body.notes]
+    return (*bodies, *(() if ratio is None else (f"modal damping ratio {ratio:g} for all modes, as the description says",)))
 
 
 def _all_points(machine: Machine) -> tuple[Dof, ...]:

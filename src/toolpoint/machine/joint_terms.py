@@ -46,7 +46,8 @@ def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:
 
 def loop_motion(place: Placement, loop: LoopJoint) -> FloatArray:
     """Return the motion of child relative to parent in a loop joint's frame per coordinate, shape (P, 6, n)."""
-    difference = place.jacobian(loop.child, loop.child_interface) - place.jacobian(loop.parent, loop.parent_interface)
+    at = loop_frame(place, loop)[:, :3, 3]
+    difference = place.jacobian(loop.child, loop.child_interface, at) - place.jacobian(loop.parent, loop.parent_interface, at)
     motion = tf.adjoint(tf.inverse(loop_frame(place, loop))) @ difference
     directions = loop_directions(place, loop)
     return motion if directions is None else np.linalg.solve(directions, motion)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail, suggestion
+from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail, suggestion
 from toolpoint.kinematics import Pose, Step
 from toolpoint.machine.description import PointDescription
 from toolpoint.machine.model import Machine
@@ -38,8 +38,11 @@ class Placement:
         """Number of poses."""
         return int(self.frames.shape[0])
 
-    def jacobian(self, link: int, interface: str | None = None) -> FloatArray:
-        """Return the Jacobian of a body, or of an interface of an elastic one, shape (P, 6, n); zero for the ground."""
+    def jacobian(self, link: int, interface: str | None = None, at: FloatArray | None = None) -> FloatArray:
+        """Return the Jacobian of a body, or of an interface of an elastic one, shape (P, 6, n); zero for the ground.
+
+        at : (P, 3), place of the joint that holds a sliding interface, machine frame.
+        """
         n = self.machine.size
         if link < 0:
             return np.zeros((self.poses, 6, n))
@@ -47,14 +50,27 @@ class Placement:
         if body.modal_count == 0:
             return self.jacobians[:, link]
         result = self.jacobians[:, link].copy()
-        result[:, :, list(self.machine.modal_columns[link])] += self._participation(link, interface)
+        result[:, :, list(self.machine.modal_columns[link])] += self._participation(link, interface, at)
         return result
 
-    def _participation(self, link: int, interface: str | None) -> FloatArray:
+    def _participation(self, link: int, interface: str | None, at: FloatArray | None = None) -> FloatArray:
         body = self.machine.bodies[link]
+        if interface is not None and at is not None and interface in body.interfaces and body.interfaces[interface].slide:
+            return self._sliding(link, interface, at)
         columns = body.participation(interface)
         place = np.zeros(3) if interface is None else body.interfaces[interface].position
         return tf.adjoint(self.frames[:, link] @ tf.transform(None, place)) @ columns
+
+    def _sliding(self, link: int, interface: str, at: FloatArray) -> FloatArray:
+        """Return the motion of a sliding interface at the joint's place, per modal coordinate of its body, machine axes."""
+        place = tf.move(tf.inverse(self.frames[:, link]), at[:, None])[:, 0]
+        try:
+            here, columns = self.machine.bodies[link].interfaces[interface].slid_to(place)
+        except ToolpointError as error:
+            raise ToolpointError(f"body {self.machine.body_names[link]}, interface {interface}: {error}") from None
+        local = np.zeros((self.poses, 4, 4))
+        local[:], local[:, :3, 3] = np.eye(4), here
+        return tf.adjoint(self.frames[:, link] @ local) @ columns
 
     def position(self, point: PointDescription) -> FloatArray:
         """Return where a point is, machine frame, m, shape (P, 3)."""
@@ -101,7 +117,7 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
             joint_frames[:, i, :3, 3] = (base @ motions[:, i])[:, :3, 3]
         above, below = machine.interfaces[i]
         if parent >= 0:
-            jacobians[:, i] = result.jacobian(parent, above)
+            jacobians[:, i] = result.jacobian(parent, above, joint_frames[:, i, :3, 3])
         if machine.joints[i].freedoms:
             twists = tf.adjoint(joint_frames[:, i]) @ machine.joints[i].basis
             for way in machine.passive_turns[i]:
@@ -110,5 +126,5 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
             jacobians[:, i][:, :, list(joint_columns[i])] += twists
         if machine.bodies[i].modal_count:
             # The joint holds the interface; the body's own frame moves back by what the interface moves in the body.
-            jacobians[:, i][:, :, list(modal_columns[i])] -= result._participation(i, below)
+            jacobians[:, i][:, :, list(modal_columns[i])] -= result._participation(i, below, joint_frames[:, i, :3, 3])
     return result

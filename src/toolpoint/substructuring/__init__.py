@@ -8,7 +8,7 @@ from toolpoint.substructuring.methods import ActingLoads, CraigBampton, Residual
 from toolpoint.substructuring.receptance import PlaneReceptance, couple_tool
 from toolpoint.substructuring.reduction import Reduction, reduce
 from toolpoint.substructuring.shaft import ContactDescription, SegmentDescription, ShaftDescription
-from toolpoint.substructuring.sliding import MotionTable, SlidingBody
+from toolpoint.substructuring.sliding import SlidingBody, fit_to_surroundings, tabulate
 from toolpoint.substructuring.virtual_point import VirtualPoint, reduce_to_points
 
 __all__ = [
@@ -17,7 +17,6 @@ __all__ = [
     "CoupledModes",
     "CraigBampton",
     "LargeBody",
-    "MotionTable",
     "PlaneReceptance",
     "Reduction",
     "ResidualFlexibility",
@@ -32,8 +31,10 @@ __all__ = [
     "couple_responses",
     "couple_tool",
     "decouple_responses",
+    "fit_to_surroundings",
     "join_elastically",
     "reduce",
     "reduce_automatically",
     "reduce_to_points",
+    "tabulate",
 ]

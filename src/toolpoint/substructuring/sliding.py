@@ -12,70 +12,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
-from toolpoint._check import FloatArray, count, fail, floats, increasing, positive
+from toolpoint._check import FloatArray, count, fail, floats, positive
+from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.reduction import Reduction
 
 SlidingWeights = Callable[[float], "csc_array | FloatArray"]
-
-
-@dataclass(frozen=True, eq=False)
-class MotionTable:
-    """Motion of a sliding place per coordinate, at any position on its way.
-
-    Parameters
-    ----------
-    positions : (p,) floats
-        m, increasing.
-    values : (p, 6, r) floats
-        Twist (v, w) of the place about itself per coordinate.
-    name : str
-        Of the place, for messages.
-    error : float
-        Largest deviation of the spline from the mesh between entries, over the largest value; 0 where it was not asked for.
-    """
-
-    positions: FloatArray
-    values: FloatArray
-    name: str = "place"
-    error: float = 0.0
-
-    def __post_init__(self) -> None:
-        put = object.__setattr__
-        put(self, "positions", increasing("positions", floats("positions", self.positions)))
-        put(self, "values", floats("values", self.values, (self.positions.size, None, None)))
-        if self.positions.size < 4:
-            fail("positions", f"{self.positions.size}", "must be at least 4 for a smooth table", "make the step smaller")
-        put(self, "_spline", CubicSpline(self.positions, self.values, axis=0, extrapolate=False))
-
-    @property
-    def span(self) -> tuple[float, float]:
-        """First and last position, m."""
-        return float(self.positions[0]), float(self.positions[-1])
-
-    def at(self, position: float | FloatArray, order: int = 0) -> FloatArray:
-        """Return the motion (..., 6, r) at positions, or its derivative by position of this order (0, 1, 2).
-
-        Raises ToolpointError beyond the way: nothing is extrapolated.
-        """
-        place = floats("position", position)
-        low, high = self.span
-        slack = 1e-12 * (high - low)
-        if place.size and (place.min() < low - slack or place.max() > high + slack):
-            worst = place.min() if place.min() < low else place.max()
-            fail(self.name, f"position {worst:.6g} m", f"must be within its way, {low:.6g} .. {high:.6g} m",
-                 "a carriage would leave its rail there: narrow the limits of the axis, or lengthen the rail")
-        spline: CubicSpline = self._spline  # type: ignore[attr-defined]
-        return np.asarray(spline(np.clip(place, low, high), order))
-
-    def mixed(self, turn: FloatArray, after: int = 0) -> MotionTable:
-        """Return the table over combinations (r, k) of its coordinates behind the first `after`, which stay."""
-        values = np.concatenate([self.values[:, :, :after], self.values[:, :, after:] @ turn], axis=2)
-        return MotionTable(self.positions, values, self.name, self.error)
 
 
 def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, high: float, *, step: float = 5e-3, name: str = "place",
