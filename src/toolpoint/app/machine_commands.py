@@ -69,15 +69,30 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 @click.argument("machine", type=PATH)
 @POSE
 @click.option("--count", type=click.IntRange(1), default=12, show_default=True, help="How many of the lowest modes.")
+@click.option("--mass", "mass_file", type=PATH, help="Mass matrix, where MACHINE is a file of a stiffness matrix alone.")
 @JSON
-def modes(machine: Path, pose: dict[str, float] | None, count: int, as_json: bool) -> None:
-    """Natural frequencies of a machine file at a pose."""
+def modes(machine: Path, pose: dict[str, float] | None, count: int, mass_file: Path | None, as_json: bool) -> None:
+    """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
+    from toolpoint.io import matrix_files
+
+    if mass_file is not None or machine.suffix.lower() in matrix_files.SUFFIXES:
+        _show_matrix_modes(machine, mass_file, count, as_json)
+        return
     from toolpoint.app.poses import machine_at
     from toolpoint.studies.machines.machine_modes import solve_modes
 
     with frame(None, as_json) as run:
         result = solve_modes(machine_at(machine, pose), pose, count)
     run.show(result)
+
+
+def _show_matrix_modes(stiffness: Path, mass: Path | None, count: int, as_json: bool) -> None:
+    from toolpoint.io import read_matrices
+    from toolpoint.studies import solve_matrix_modes
+
+    with frame(None, as_json) as run:
+        result = solve_matrix_modes(read_matrices(stiffness, mass), count)
+    run.show(result, result.notes)
 
 
 @click.command()

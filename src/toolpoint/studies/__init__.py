@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+    from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -75,6 +76,7 @@ __all__ = [
     "search_regions",
     "separate_dynamics",
     "simulate_cut",
+    "solve_matrix_modes",
     "solve_modes",
     "study_datasheet",
     "study_joints",
@@ -101,6 +103,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "cuts.turning_study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty",),
     "machines.campbell": ("map_speeds",),
+    "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.machine_responses": ("study_responses_of_machine",),

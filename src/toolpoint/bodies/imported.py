@@ -1,0 +1,89 @@
+"""ImportedMatrices: stiffness and mass that another finite-element program assembled, with labels of its rows."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csc_array
+
+from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint.vibration import Dof, Modes
+from toolpoint.vibration.dof import check_labels
+from toolpoint.vibration.sparse import modes
+from toolpoint.vibration.sparse.factorisation import check_symmetric
+
+_MASS_SPREAD = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class ImportedMatrices:
+    """Stiffness and mass of a body, symmetric, both triangles stored, in SI units.
+
+    Parameters
+    ----------
+    stiffness, mass : (n, n) sparse arrays
+        N/m and kg (rotations: N m/rad and kg m^2).
+    dofs : sequence of Dof
+        Label of every row.
+    coordinates : mapping of point to (3,) floats, optional
+        m.
+    notes : sequence of str
+        What was left out, and doubts.
+
+    Raises ToolpointError for matrices that are not square, of one size, finite and symmetric.
+    """
+
+    stiffness: csc_array
+    mass: csc_array
+    dofs: tuple[Dof, ...]
+    coordinates: Mapping[str | int, FloatArray] = field(default_factory=dict)
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        put = object.__setattr__
+        put(self, "stiffness", check_symmetric("ImportedMatrices.stiffness", self.stiffness))
+        put(self, "mass", check_symmetric("ImportedMatrices.mass", self.mass))
+        if self.mass.shape != self.stiffness.shape:
+            fail("ImportedMatrices.mass", f"shape {self.mass.shape}", f"must be that of the stiffness, {self.stiffness.shape}")
+        put(self, "dofs", check_labels("ImportedMatrices.dofs", self.dofs, self.stiffness.shape[0]))
+        put(self, "notes", (*self.notes, *self._doubts()))
+
+    def _doubts(self) -> tuple[str, ...]:
+        """Say what looks wrong: a mass that differs by direction, no mass at all in many rows, entries far from SI."""
+        notes = []
+        total = self.directional_mass
+        known = total[total > 0]
+        if len(known) and np.ptp(known) > _MASS_SPREAD * known.max():
+            notes.append("mass differs by direction: " + ", ".join(f"{m:.6g}" for m in total) + " kg along x, y, z: held rows "
+                         "were left out, or rows are labelled wrongly")
+        massless = int((self.mass.diagonal() <= 0).sum())
+        if massless:
+            notes.append(f"{massless} of {len(self.dofs)} rows have no mass")
+        for note in notes:
+            warnings.warn(note, ToolpointWarning, stacklevel=4)
+        return tuple(notes)
+
+    @property
+    def directional_mass(self) -> FloatArray:
+        """Total mass along x, y and z, kg; 0 where no row has the direction."""
+        totals = np.zeros(3)
+        for axis, name in enumerate(("+x", "+y", "+z")):
+            motion = np.array([dof.direction == name for dof in self.dofs], dtype=float)
+            totals[axis] = float(motion @ (self.mass @ motion))
+        return totals
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return len(self.dofs)
+
+    def modes(self, number: int | None = None, *, below: float | None = None) -> Modes:
+        """Return the lowest modes, counted so that none is missing, undamped; number or band (Hz) as in `sparse.modes`."""
+        pairs = modes(self.stiffness, self.mass, number, below=below)
+        return Modes(pairs.frequency, np.zeros(pairs.count), pairs.vectors, self.dofs, notes=(*self.notes, pairs.status))
+
+    def __repr__(self) -> str:
+        return f"ImportedMatrices({self.size} rows, {self.directional_mass.max():.6g} kg)"

@@ -1,0 +1,169 @@
+"""Nastran DMIG cards (.pch, .bdf): matrices by grid point and direction, in small, large and free fields."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array, triu
+
+from toolpoint._check import ToolpointError
+from toolpoint.io.door import door
+from toolpoint.io.matrices.labelled_matrix import DIRECTIONS, LabelledMatrix, node_dof
+from toolpoint.vibration import Dof
+
+_SYMMETRIC = 6
+_RECTANGULAR = (2, 9)
+Entry = tuple[tuple[int, int], tuple[int, int], complex]
+
+
+@door("DMIG file")
+def read(path: Path) -> list[LabelledMatrix]:
+    """Return every matrix of the file; symmetric ones whole. Rows and columns are those that hold an entry, by label."""
+    heads: dict[str, tuple[int, int]] = {}
+    entries: dict[str, list[Entry]] = {}
+    for line, card in logical_cards(path, "DMIG"):
+        name = card[1].strip()
+        if card[2].strip() == "0":
+            heads[name] = (_integer(path, line, card[3]), _integer(path, line, card[4]))
+            entries.setdefault(name, [])
+        elif name not in heads:
+            raise ToolpointError(f"{path}:{line}: column of {name!r} before its header card; must begin with DMIG {name} 0 ...")
+        else:
+            entries[name] += list(_entries(path, line, card, heads[name][1] in (3, 4)))
+    if not heads:
+        raise ToolpointError(f"{path}: no DMIG card; must hold matrices as DMIG (PARAM,EXTOUT,DMIGPCH writes them)")
+    return [_matrix(path, name, heads[name][0], entries[name], heads[name][1] in (3, 4)) for name in heads]
+
+
+def logical_cards(path: Path, keyword: str) -> Iterator[tuple[int, list[str]]]:
+    """Yield line number and fields (8 data fields a line of small fields, 4 of large ones) of every card of a kind."""
+    card: list[str] = []
+    start, keep = 0, False
+    for number, raw in enumerate(Path(path).read_text(encoding="latin-1").splitlines(), 1):
+        line = raw.split("$")[0].rstrip()
+        if not line:
+            continue
+        fields, is_more = _split(line)
+        if is_more:
+            card += fields if keep else []
+            continue
+        if keep:
+            yield start, card
+        keep = fields[0].strip().rstrip("*").upper() == keyword
+        card, start = fields, number
+    if keep:
+        yield start, card
+
+
+def _split(line: str) -> tuple[list[str], bool]:
+    """Return the fields of a line, with the keyword where it begins a card, and whether it goes on with the card before."""
+    if "," in line:
+        fields = line.split(",")
+        is_more = fields[0].strip() == "" or fields[0].startswith(("+", "*"))
+        data = fields[1:5] if "*" in fields[0] else (fields[1:9] + [""] * 8)[:8]
+        return (data if is_more else [fields[0], *data]), is_more
+    head = line[:8]
+    is_more = head.strip() == "" or head.startswith(("+", "*"))
+    width = 16 if "*" in head else 8
+    data = [line[k:k + width] for k in range(8, 72, width)]
+    return (data if is_more else [head, *data]), is_more
+
+
+def _at(card: Sequence[str], place: int) -> str:
+    return card[place].strip() if place < len(card) else ""
+
+
+def _entries(path: Path, line: int, card: list[str], is_complex: bool) -> Iterator[Entry]:
+    column = (_integer(path, line, card[2]), _integer(path, line, _at(card, 3) or "0"))
+    for k in range(5, len(card), 4):
+        if not _at(card, k):
+            continue
+        row = (_integer(path, line, card[k]), _integer(path, line, _at(card, k + 1) or "0"))
+        value = complex(_real(path, line, _at(card, k + 2)), _real(path, line, _at(card, k + 3) or "0") if is_complex else 0.0)
+        yield row, column, value
+
+
+def _integer(path: Path, line: int, word: str) -> int:
+    try:
+        return int(word)
+    except ValueError:
+        raise ToolpointError(f"{path}:{line}: {word.strip()!r}; must be a whole number") from None
+
+
+def _real(path: Path, line: int, word: str) -> float:
+    text = word.upper().replace("D", "E")
+    text = re.sub(r"(?<=[0-9.])([+-]\d+)$", r"E\1", text) if "E" not in text else text
+    try:
+        value = float(text)
+    except ValueError:
+        raise ToolpointError(f"{path}:{line}: {word!r}; must be a number") from None
+    if not np.isfinite(value):
+        raise ToolpointError(f"{path}:{line}: {word!r}; must be finite")
+    return value
+
+
+def _matrix(path: Path, name: str, form: int, entries: list[Entry], is_complex: bool) -> LabelledMatrix:
+    row_keys = sorted({row for row, _, _ in entries})
+    column_keys = sorted({column for _, column, _ in entries})
+    if form not in _RECTANGULAR:
+        row_keys = column_keys = sorted({*row_keys, *column_keys})
+    i = _positions(row_keys, [e[0] for e in entries])
+    j = _positions(column_keys, [e[1] for e in entries])
+    data = np.array([value for _, _, value in entries], dtype=complex)
+    matrix = csc_array(coo_array((data if is_complex else data.real, (i, j)), shape=(len(row_keys), len(column_keys))))
+    if form == _SYMMETRIC:
+        off = np.array(i) != np.array(j)
+        pairs = set(zip(i, j, strict=True))
+        if any((b, a) in pairs for a, b, o in zip(i, j, off, strict=True) if o):
+            raise ToolpointError(f"{path}: {name}: symmetric (form 6), and both triangles are given; must be one of them")
+        matrix = csc_array(matrix + coo_array(((data if is_complex else data.real)[off], (np.array(j)[off], np.array(i)[off])),
+                                              shape=matrix.shape))
+    return LabelledMatrix(name, matrix, tuple(node_dof(*k) for k in row_keys) if _labels_differ(row_keys) else (),
+                          tuple(node_dof(*k) for k in column_keys) if _labels_differ(column_keys) else ())
+
+
+def _positions(keys: list[tuple[int, int]], places: list[tuple[int, int]]) -> list[int]:
+    table = {key: k for k, key in enumerate(keys)}
+    return [table[place] for place in places]
+
+
+def _labels_differ(keys: list[tuple[int, int]]) -> bool:
+    """Whether the keys can be labels: columns of a rectangular matrix are often numbered by one point and no direction."""
+    return all(node > 0 and 0 <= direction <= 6 for node, direction in keys)
+
+
+def write(path: Path, matrices: Sequence[LabelledMatrix]) -> None:
+    """Write matrices as large-field DMIG cards with 16 characters a number: what is written has at most 10 or 11 digits."""
+    lines = []
+    for item in matrices:
+        whole = csc_array(item.matrix)
+        is_symmetric = whole.shape[0] == whole.shape[1] and abs(whole - whole.T).max() == 0
+        is_complex = whole.dtype.kind == "c"
+        form = _SYMMETRIC if is_symmetric else 1 if item.rows == item.columns else _RECTANGULAR[1]
+        tail = f"{'':24s}{whole.shape[1]:8d}" if form == _RECTANGULAR[1] else ""
+        lines.append(f"DMIG    {item.name[:8]:8s}{0:8d}{form:8d}{4 if is_complex else 2:8d}{0:8d}{tail}")
+        part = csc_array(triu(whole).T) if is_symmetric else whole
+        lines += _cards(item, csc_array(part), is_complex)
+    Path(path).write_text("\n".join(lines) + "\n", encoding="ascii")
+
+
+def _cards(item: LabelledMatrix, part: csc_array, is_complex: bool) -> Iterator[str]:
+    rows = item.rows or tuple(Dof(k + 1, "+x") for k in range(part.shape[0]))
+    columns = item.columns or tuple(Dof(k + 1, "+x") for k in range(part.shape[1]))
+    part.sort_indices()
+    for j in range(part.shape[1]):
+        where = slice(part.indptr[j], part.indptr[j + 1])
+        if where.start == where.stop:
+            continue
+        yield f"DMIG*   {item.name[:8]:16s}{columns[j].point:16d}{DIRECTIONS.index(columns[j].direction) + 1:16d}"
+        for i, value in zip(part.indices[where], part.data[where], strict=True):
+            imaginary = _sixteen(value.imag) if is_complex else ""
+            yield f"*       {rows[i].point:16d}{DIRECTIONS.index(rows[i].direction) + 1:16d}{_sixteen(value.real)}{imaginary}"
+
+
+def _sixteen(value: float) -> str:
+    """Return a number in 16 characters with as many digits as fit."""
+    return f"{value:16.9E}".replace("E", "D")

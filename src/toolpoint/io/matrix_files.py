@@ -1,0 +1,97 @@
+"""The one way in for matrices: any format by its suffix and content, stiffness and mass from one file or two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+from scipy.sparse import coo_array, csc_array
+
+from toolpoint._check import ToolpointError
+from toolpoint.bodies.imported import ImportedMatrices
+from toolpoint.io.door import check_regular
+from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4
+from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
+from toolpoint.vibration import Dof
+
+Reader = Callable[[Path], list[LabelledMatrix]]
+_BY_SUFFIX: dict[str, Reader] = {
+    ".full": ansys_full.read, ".op4": op4.read, ".pch": dmig.read, ".bdf": dmig.read, ".dat": dmig.read, ".nas": dmig.read,
+    ".hb": harwell_boeing.read, ".rsa": harwell_boeing.read, ".rua": harwell_boeing.read, ".psa": harwell_boeing.read,
+    ".mm": matrix_market.read}
+SUFFIXES = (".mtx", *_BY_SUFFIX)
+
+
+def read_labelled(path: str | Path) -> list[LabelledMatrix]:
+    """Return all matrices of a file; an .mtx file is Matrix Market where it says so, else Abaqus."""
+    source = Path(path)
+    check_regular(source)
+    if source.suffix.lower() == ".mtx":
+        with source.open("rb") as stream:
+            is_market = stream.read(14).lower() == b"%%matrixmarket"
+        return matrix_market.read(source) if is_market else abaqus_mtx.read(source)
+    reader = _BY_SUFFIX.get(source.suffix.lower())
+    if reader is None:
+        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(SUFFIXES)}")
+    return reader(source)
+
+
+def read_matrices(
+    stiffness: str | Path, mass: str | Path | None = None, *, names: tuple[str, str] | None = None
+) -> ImportedMatrices:
+    """Return stiffness and mass from one file that holds both, or from two.
+
+    Parameters
+    ----------
+    stiffness, mass : path
+        Files; with `mass` left out the first must hold both.
+    names : (str, str), optional
+        Names of stiffness and mass where a file holds several matrices; else the only one, or those whose names begin with K
+        and M (or hold STIF, MASS).
+    """
+    first = read_labelled(stiffness)
+    second = first if mass is None else read_labelled(mass)
+    k = _chosen(stiffness, first, names[0] if names else None, ("K", "STIF"))
+    m = _chosen(mass or stiffness, second, names[1] if names else None, ("M",))
+    if m is k:
+        raise ToolpointError(f"{stiffness}: holds {k.name} alone; must hold mass too (or give the mass as a second file)")
+    k, m, notes = _matched(stiffness, k, m)
+    return ImportedMatrices(k.matrix, m.matrix, k.rows or _numbered(k.matrix.shape[0]), notes=notes)
+
+
+def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | None, marks: tuple[str, ...]) -> LabelledMatrix:
+    known = ", ".join(m.name for m in matrices)
+    if name is not None:
+        fitting = [m for m in matrices if m.name.upper() == name.upper()]
+    else:
+        fitting = list(matrices) if len(matrices) == 1 else [m for m in matrices if m.name.upper().startswith(marks)]
+    if len(fitting) != 1:
+        raise ToolpointError(f"{path}: {len(fitting)} matrices for {name or ' or '.join(marks) + '...'} among {known}; must be "
+                             "one (give both names)")
+    return fitting[0]
+
+
+def _matched(path: str | Path, k: LabelledMatrix, m: LabelledMatrix) -> tuple[LabelledMatrix, LabelledMatrix, tuple[str, ...]]:
+    """Return both with the same rows: those of the stiffness; what one file leaves out is held or has no mass."""
+    notes = tuple(dict.fromkeys((*k.notes, *m.notes)))
+    if k.matrix.shape == m.matrix.shape and (k.rows == m.rows or not (k.rows and m.rows)):
+        return k, m, notes
+    if not k.rows or not m.rows:
+        raise ToolpointError(f"{path}: stiffness {k.matrix.shape}, mass {m.matrix.shape}; must be of one size, "
+                             "as rows have no labels")
+    place = {dof: i for i, dof in enumerate(m.rows)}
+    missing = [dof for dof in m.rows if dof not in set(k.rows)]
+    if missing:
+        raise ToolpointError(f"{path}: mass has {len(missing)} rows without stiffness, the first {missing[0]}; take "
+                             "both of one model")
+    inner = np.array([place.get(dof, -1) for dof in k.rows])
+    wide = m.matrix.tocoo()
+    back = np.full(len(m.rows), -1)
+    back[inner[inner >= 0]] = np.flatnonzero(inner >= 0)
+    i, j = (back[c] for c in wide.coords)
+    return k, LabelledMatrix(m.name, csc_array(coo_array((wide.data, (i, j)), shape=k.matrix.shape)), k.rows, k.rows), notes
+
+
+def _numbered(size: int) -> tuple[Dof, ...]:
+    return tuple(Dof(i + 1, "+x") for i in range(size))

@@ -1,0 +1,1 @@
+"""Studies of finite-element bodies and of machines made of them."""

@@ -1,0 +1,39 @@
+"""Natural frequencies of matrices that another program assembled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from toolpoint.bodies.imported import ImportedMatrices
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Modes
+
+
+@dataclass(frozen=True, eq=False)
+class MatrixModes:
+    """The lowest modes of imported matrices, with what was checked."""
+
+    matrices: ImportedMatrices
+    modes: Modes
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What was left out, doubts, and whether all modes were found."""
+        return self.modes.notes
+
+    def table(self) -> str:
+        """Return mass and frequencies as text; rigid-body modes are named."""
+        rows = [[str(i + 1), f"{f:.6f}", "rigid body" if f == 0 else ""] for i, f in enumerate(self.modes.frequency)]
+        mass = ", ".join(f"{m:.9g}" for m in self.matrices.directional_mass)
+        return text_table(f"{self.matrices.size} rows, mass along x, y, z: {mass} kg", ["mode", "frequency Hz", ""], rows)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return frequencies (Hz), mass by direction (kg) and notes as plain data."""
+        return {"frequency_hz": self.modes.frequency.tolist(), "rigid_modes": int(self.modes.is_rigid.sum()),
+                "mass_kg": self.matrices.directional_mass.tolist(), "rows": self.matrices.size, "notes": list(self.notes)}
+
+
+def solve_matrix_modes(matrices: ImportedMatrices, count: int = 12) -> MatrixModes:
+    """Return the lowest modes of imported matrices, counted so that none is missing."""
+    return MatrixModes(matrices, matrices.modes(count))

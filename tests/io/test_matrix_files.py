@@ -1,0 +1,193 @@
+"""Matrix files: the samples, bit for bit there and back in every variant, and damaged files."""
+
+import numpy as np
+import pytest
+from scipy.sparse import csc_array
+
+from toolpoint import ToolpointError, ToolpointWarning
+from toolpoint.io import matrix_files, read_matrices
+from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4, op4_writer
+from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
+from toolpoint.vibration import Dof
+
+
+def sample(name="KAA", seed=1, shape=(12, 12), is_complex=False, is_symmetric=True):
+    rng = np.random.default_rng(seed)
+    dense = rng.standard_normal(shape) * 10.0 ** rng.integers(-9, 9, shape) * (rng.random(shape) < 0.4)
+    if is_complex:
+        dense = dense + 1j * rng.standard_normal(shape) * (dense != 0)
+    if is_symmetric:
+        dense = np.triu(dense) + np.triu(dense, 1).T + np.eye(shape[0])
+    dofs = tuple(Dof(k // 3 + 1, "xyz"[k % 3]) for k in range(shape[0]))
+    return LabelledMatrix(name, csc_array(dense), dofs, dofs if is_symmetric else ())
+
+
+def same(a, b):
+    return a.shape == b.shape and a.dtype == b.dtype and (a.toarray() == b.toarray()).all()
+
+
+@pytest.mark.parametrize("storage", op4_writer.STORAGES)
+@pytest.mark.parametrize("options", [
+    {"is_text": True}, {"order": "<"}, {"order": ">"}, {"order": "<", "integers": 8}, {"order": ">", "integers": 8}], ids=str)
+@pytest.mark.parametrize("is_single", [False, True])
+def test_op4_is_read_back_bit_for_bit(tmp_path, storage, options, is_single):
+    written = [sample(), sample("RECT", 2, (30, 7), is_complex=True, is_symmetric=False)]
+    if is_single:
+        written = [LabelledMatrix(m.name, csc_array(m.matrix.astype("c8" if m.matrix.dtype.kind == "c" else "f4").astype(
+            m.matrix.dtype))) for m in written]
+    op4_writer.write(tmp_path / "a.op4", written, storage=storage, is_single=is_single, **options)
+    back = op4.read(tmp_path / "a.op4")
+    assert [m.name for m in back] == ["KAA", "RECT"]
+    assert all(same(a.matrix, b.matrix) for a, b in zip(written, back, strict=True))
+
+
+@pytest.mark.parametrize("layout", ["coordinate", "array"])
+@pytest.mark.parametrize("symmetry", ["general", "symmetric"])
+@pytest.mark.parametrize("is_complex", [False, True])
+def test_matrix_market_is_read_back_bit_for_bit(tmp_path, layout, symmetry, is_complex):
+    item = sample(is_complex=is_complex)
+    matrix_market.write(tmp_path / "a.mtx", item, symmetry=symmetry, layout=layout)
+    assert same(matrix_files.read_labelled(tmp_path / "a.mtx")[0].matrix, item.matrix)
+
+
+@pytest.mark.parametrize("layout", ["matrix input", "coordinate"])
+def test_abaqus_is_read_back_bit_for_bit(tmp_path, layout):
+    item = sample()
+    abaqus_mtx.write(tmp_path / "a.mtx", item, layout=layout)
+    back = matrix_files.read_labelled(tmp_path / "a.mtx")[0]
+    assert same(back.matrix, item.matrix) and (back.rows == item.rows if layout == "matrix input" else back.rows == ())
+
+
+def test_abaqus_held_rows_are_left_out_and_noted(tmp_path):
+    (tmp_path / "k.mtx").write_text("1,1, 1,1, 2.0\n1,1, 1,2, -1.0\n1,2, 1,2, 1e36\n")
+    back = abaqus_mtx.read(tmp_path / "k.mtx")[0]
+    assert back.matrix.toarray().tolist() == [[2.0]] and "1 held rows" in back.notes[0]
+
+
+@pytest.mark.parametrize("symmetry", ["unsymmetric", "symmetric"])
+def test_harwell_boeing_is_read_back_bit_for_bit(tmp_path, symmetry):
+    item = sample()
+    harwell_boeing.write(tmp_path / "a.hb", item, symmetry=symmetry)
+    assert same(harwell_boeing.read(tmp_path / "a.hb")[0].matrix, item.matrix)
+
+
+def test_dmig_is_read_back_to_the_digits_of_its_fields(tmp_path):
+    """Sixteen characters hold ten digits of a signed number with its exponent: the format's own limit."""
+    items = [sample(), sample("CPLX", 3, is_complex=True, is_symmetric=False)]
+    items[1] = LabelledMatrix("CPLX", items[1].matrix, items[0].rows, items[0].rows)
+    dmig.write(tmp_path / "a.pch", items)
+    back = dmig.read(tmp_path / "a.pch")
+    for a, b in zip(items, back, strict=True):
+        assert a.name == b.name
+        rows = [a.rows.index(dof) for dof in b.rows]
+        assert np.allclose(a.matrix.toarray()[np.ix_(rows, rows)], b.matrix.toarray(), rtol=1e-9, atol=0)
+    dmig.write(tmp_path / "b.pch", back)
+    assert all(same(a.matrix, b.matrix) for a, b in zip(back, dmig.read(tmp_path / "b.pch"), strict=True))
+
+
+def test_dmig_in_small_and_free_fields(tmp_path):
+    (tmp_path / "a.bdf").write_text("DMIG,STIF,0,6,2,0\nDMIG,STIF,1,1,,1,1,2.5+3\n,2,1,-1.D0\n"
+                                    "DMIG    STIF    2       1               2       1       3.\nENDDATA\n")
+    back = dmig.read(tmp_path / "a.bdf")[0]
+    assert back.matrix.toarray().tolist() == [[2500.0, -1.0], [-1.0, 3.0]] and back.rows == (Dof(1, "+x"), Dof(2, "+x"))
+
+
+def test_the_op4_samples_hold_the_same_matrices_in_three_variants(measured):
+    """One set of matrices in text and in two binary forms: text to its 10 digits, single precision to its 7."""
+    folder = measured / "matrices"
+    exact = op4.read(folder / "double_nonbigmat_be_i64.op4")
+    for name, digits in (("double_bigmat_ascii.op4", 1e-9), ("single_dense_le.op4", 1e-7)):
+        for a, b in zip(exact, op4.read(folder / name), strict=True):
+            assert np.allclose(a.matrix.toarray(), b.matrix.toarray(), rtol=digits, atol=0)
+
+
+def test_the_dmig_sample(measured):
+    """What the file is made to hold: the identity over 21 rows, and a pattern whose column numbers are its values."""
+    items = {m.name: m.matrix.toarray() for m in dmig.read(measured / "matrices" / "matrix_factory.pch")}
+    assert (items["IDENT"] == np.eye(21)).all()
+    assert (items["PATRN"] == np.arange(1, 22)).all(axis=1).all() or (items["PATRN"] == np.arange(1, 22)[:, None]).all()
+    assert items["CMPLX"].dtype.kind == "c"
+
+
+def test_the_full_sample(measured):
+    """Mass and frequencies that came with the file (README of the data): a free body of 345 rows, upper triangle stored."""
+    body = read_matrices(measured / "matrices" / "sparse.full")
+    assert np.allclose(body.directional_mass, 77.96604704575776, rtol=1e-14)
+    modes = body.modes(12)
+    assert (modes.frequency[:6] == 0).all() and modes.frequency.size == 13
+    printed = [116.733109, 116.733109, 230.605375, 279.987386, 313.302135, 322.573947]
+    assert np.allclose(modes.frequency[6:12], printed, rtol=6e-8)
+
+
+def test_modes_of_two_files(tmp_path):
+    """A chain of three masses on springs to the ground: k = [2 -1 0; ...], m = 1: 2 - 2 cos(pi j / 4)."""
+    k = csc_array(np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]]))
+    matrix_market.write(tmp_path / "k.mtx", LabelledMatrix("k", k))
+    matrix_market.write(tmp_path / "m.mtx", LabelledMatrix("m", csc_array(np.eye(3))))
+    modes = read_matrices(tmp_path / "k.mtx", tmp_path / "m.mtx").modes(3)
+    assert np.allclose(modes.omega**2, 2 - 2 * np.cos(np.pi * np.arange(1, 4) / 4), rtol=1e-12)
+    with pytest.raises(ToolpointError, match="holds k alone; must hold mass too"):
+        read_matrices(tmp_path / "k.mtx")
+
+
+def test_unsymmetric_imported_stiffness_is_refused(tmp_path):
+    matrix_market.write(tmp_path / "k.mtx", LabelledMatrix("k", csc_array(np.array([[2.0, -1], [0, 2]]))))
+    matrix_market.write(tmp_path / "m.mtx", LabelledMatrix("m", csc_array(np.eye(2))))
+    with pytest.raises(ToolpointError, match=r"ImportedMatrices.stiffness: unsymmetric by 1"):
+        read_matrices(tmp_path / "k.mtx", tmp_path / "m.mtx")
+
+
+def test_mass_that_differs_by_direction_is_doubted(tmp_path):
+    dofs = (Dof(1, "+x"), Dof(1, "+y"))
+    items = [LabelledMatrix(name, csc_array(np.diag(d)), dofs, dofs) for name, d in (("KAA", [4.0, 5]), ("MAA", [1.0, 2]))]
+    dmig.write(tmp_path / "a.pch", items)
+    with pytest.warns(ToolpointWarning, match="mass differs by direction: 1, 2, 0 kg"):
+        assert read_matrices(tmp_path / "a.pch").notes
+
+
+def files_of_every_format(folder):
+    """One small file of every format, with its reader."""
+    item = sample()
+    matrix_market.write(folder / "market.mtx", item)
+    abaqus_mtx.write(folder / "abaqus.mtx", item)
+    op4_writer.write(folder / "binary.op4", [item])
+    op4_writer.write(folder / "text.op4", [item], is_text=True, storage="sparse")
+    harwell_boeing.write(folder / "hb.hb", item)
+    dmig.write(folder / "dmig.pch", [item])
+    return {"market.mtx": matrix_market.read, "abaqus.mtx": abaqus_mtx.read, "binary.op4": op4.read, "text.op4": op4.read,
+            "hb.hb": harwell_boeing.read, "dmig.pch": dmig.read}
+
+
+def damaged(raw, rng, turn):
+    """Cut the file, blot a run of bytes, or drop one; the first twelve are cuts, which no reader may take for whole."""
+    at = int(rng.integers(1, len(raw) - 40))
+    if turn < 12:
+        return raw[:at]
+    if turn < 16:
+        return raw[:at] + bytes(rng.integers(0, 256, 40, dtype=np.uint8)) + raw[at + 40:]
+    return raw[:at] + raw[at + int(rng.integers(1, 30)):]
+
+
+def refusal(reader, path):
+    """The words of the reader's own error, none where it reads; any other exception passes."""
+    try:
+        reader(path)
+    except ToolpointError as error:
+        return str(error)
+    return ""
+
+
+@pytest.mark.parametrize("name", ["market.mtx", "abaqus.mtx", "binary.op4", "text.op4", "hb.hb", "dmig.pch", "sparse.full"])
+def test_twenty_damaged_files_of_each_format(tmp_path, name, request):
+    """A reader answers with its own error that names the file, or reads what is still a matrix; never anything else."""
+    readers = files_of_every_format(tmp_path)
+    if name == "sparse.full":
+        readers[name] = ansys_full.read
+        (tmp_path / name).write_bytes((request.getfixturevalue("measured") / "matrices" / name).read_bytes()[:160000])
+    raw, rng, refused = (tmp_path / name).read_bytes(), np.random.default_rng(5), 0
+    for turn in range(20):
+        path = tmp_path / ("x" + name)
+        path.write_bytes(damaged(raw, rng, turn))
+        refused += path.name in refusal(readers[name], path)
+    # A line less of a format that does not say how many there are is a matrix still.
+    assert refused >= {"abaqus.mtx": 8, "dmig.pch": 8}.get(name, 15)
