@@ -25,7 +25,7 @@ _STIFFNESS, _MASS, _NODES, _DOFS, _SCALED = (18, 19), (26, 27), 32, (35, 36), 16
 
 
 @dataclass(frozen=True, eq=False)
-class _Words:
+class _FullWords:
     path: Path
     words: np.ndarray
 
@@ -70,7 +70,7 @@ def read(path: Path) -> list[LabelledMatrix]:
     if words[0] != 100 or words[2] != 4:
         raise ToolpointError(f"{path}: begins with words {words[0]}, {words[2]}; must be 100 and file number 4 of a "
                              "little-endian .full file (write one with WRFULL or a modal analysis)")
-    source = _Words(Path(path), words)
+    source = _FullWords(Path(path), words)
     header, following = source.record(_HEADER)
     _check_header(path, header)
     dofs, free, notes = _labels(source, header, following)
@@ -90,7 +90,7 @@ def _check_header(path: Path, header: np.ndarray) -> None:
         raise ToolpointError(f"{path}: {header[_ROWS]} rows of {header[_NODES]} nodes; the header is damaged")
 
 
-def _labels(source: _Words, header: np.ndarray, at: int) -> tuple[tuple[Dof, ...], np.ndarray, tuple[str, ...]]:
+def _labels(source: _FullWords, header: np.ndarray, at: int) -> tuple[tuple[Dof, ...], np.ndarray, tuple[str, ...]]:
     """Return labels of the free rows, their numbers, and notes."""
     _, at = source.record(at)
     nodes, _ = source.record(at)
@@ -114,7 +114,7 @@ def _long(header: np.ndarray, places: tuple[int, int]) -> int:
     return (int(header[places[0]]) & 0xFFFFFFFF) | (int(header[places[1]]) << 32)
 
 
-def _matrix(source: _Words, header: np.ndarray, pointer: tuple[int, int], free: np.ndarray) -> csc_array:
+def _matrix(source: _FullWords, header: np.ndarray, pointer: tuple[int, int], free: np.ndarray) -> csc_array:
     """Read rows of the upper triangle: a record of columns (from 1, the row itself last), then a record of values."""
     size, at = int(header[_ROWS]), _long(header, pointer)
     i, j, values = [], [], []

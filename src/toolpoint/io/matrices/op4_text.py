@@ -13,7 +13,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.matrices.labelled_matrix import gather
 
 
-class _Lines:
+class _Op4Lines:
     def __init__(self, path: Path, raw: bytes) -> None:
         self.path, self.at = path, 0
         self.lines = [line for line in raw.decode("latin-1").splitlines() if line.strip()]
@@ -39,7 +39,7 @@ class _Lines:
 
 def text_matrices(path: Path, raw: bytes) -> Iterator[tuple[str, csc_array]]:
     """Yield name and matrix of every matrix of a text file."""
-    lines = _Lines(path, raw)
+    lines = _Op4Lines(path, raw)
     while lines.at < len(lines.lines):
         head = lines.next()
         columns, rows, _, kind = lines.integers(4, head[:32])
@@ -50,7 +50,7 @@ def text_matrices(path: Path, raw: bytes) -> Iterator[tuple[str, csc_array]]:
         yield head[32:40].strip(), _matrix(lines, columns, rows, kind, int(match[1]), int(match[2]))
 
 
-def _matrix(lines: _Lines, columns: int, rows: int, kind: int, each: int, width: int) -> csc_array:
+def _matrix(lines: _Op4Lines, columns: int, rows: int, kind: int, each: int, width: int) -> csc_array:
     i, j, values = [], [], []
     words = {1: 1, 2: 2, 3: 2, 4: 4}[kind]
     while True:
@@ -74,7 +74,7 @@ def _matrix(lines: _Lines, columns: int, rows: int, kind: int, each: int, width:
     return gather(lines.path, i, j, values, (abs(rows), columns), kind)
 
 
-def _string(lines: _Lines, is_big: bool) -> tuple[int, int, int]:
+def _string(lines: _Op4Lines, is_big: bool) -> tuple[int, int, int]:
     """Return words of values, first row, and words with the head of a string."""
     if is_big:
         size, row = lines.integers(2)
@@ -83,7 +83,7 @@ def _string(lines: _Lines, is_big: bool) -> tuple[int, int, int]:
     return (head >> 16) - 1, head & 0xFFFF, head >> 16
 
 
-def _dense(lines: _Lines, count: int, kind: int, each: int, width: int) -> np.ndarray:
+def _dense(lines: _Op4Lines, count: int, kind: int, each: int, width: int) -> np.ndarray:
     """Return a dense column; some writers count numbers, some words of 4 bytes: the lines that follow tell."""
     number_lines = 0
     while lines.at + number_lines < len(lines.lines) and re.search(r"[.EeDd]", lines.lines[lines.at + number_lines]):
@@ -93,7 +93,7 @@ def _dense(lines: _Lines, count: int, kind: int, each: int, width: int) -> np.nd
     return _numbers(lines, short if is_words else count, each, width)
 
 
-def _numbers(lines: _Lines, count: int, each: int, width: int) -> np.ndarray:
+def _numbers(lines: _Op4Lines, count: int, each: int, width: int) -> np.ndarray:
     result: list[float] = []
     while len(result) < count:
         line = lines.next()
