@@ -34,7 +34,7 @@ def robot(datasheet: Path, written: Path | None, output: Path, as_json: bool) ->
     run.show(result, written={"Machine file": written})
 
 
-def _numbers(text: str, option: str, count: int, angle: bool = False) -> list[float]:
+def numbers_of(text: str, option: str, count: int, angle: bool = False) -> list[float]:
     """Numbers of a text like ``600mm,0,300mm``: m, or rad, where no unit is written."""
     from toolpoint.io.quantities import units
 
@@ -63,7 +63,7 @@ def direction_of(text: str | None, option: str) -> list[float] | None:
     word = text.strip().lower()
     if word.lstrip("+-") in ("x", "y", "z"):
         return [(-1.0 if word[0] == "-" else 1.0) * (axis == word[-1]) for axis in "xyz"]
-    return _numbers(text, option, 3)
+    return numbers_of(text, option, 3)
 
 
 DIRECTION = click.option("--direction", metavar="-x",
@@ -85,8 +85,8 @@ def reach(machine: Path, tip: str, direction: str | None, turn: str, count: int,
     from toolpoint.studies.robots.reach_study import study_reach
 
     with frame(None, as_json) as run:
-        result = study_reach(machine_file.read(machine), _numbers(tip, "--tip", 3), direction_of(direction, "--direction"),
-                             turn=_numbers(turn, "--turn", 1, True)[0], modes=count)
+        result = study_reach(machine_file.read(machine), numbers_of(tip, "--tip", 3), direction_of(direction, "--direction"),
+                             turn=numbers_of(turn, "--turn", 1, True)[0], modes=count)
     run.show(result)
 
 
@@ -123,11 +123,11 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
 
     built = machine_file.read(machine)
     along = {name: np.linspace(first, last, number) for name, first, last, number in (line_of(t, "--along") for t in lines)}
-    grid = place_grid(along, _numbers(origin, "--origin", 3))
+    grid = place_grid(along, numbers_of(origin, "--origin", 3))
     feeds = tuple(float(v) for v in np.pi * np.arange(feed_directions) / feed_directions)
     asked = PlaceQuantity(quantity, count, feeds)
-    way, turned = direction_of(direction, "--direction"), _numbers(turn, "--turn", 1, True)[0]
-    size = _numbers(length, "--length", 1)[0]
+    way, turned = direction_of(direction, "--direction"), numbers_of(turn, "--turn", 1, True)[0]
+    size = numbers_of(length, "--length", 1)[0]
     with frame(None if as_json else output, as_json, steps=3) as run:
         run.step("map over places")
         result = map_places(built, grid, asked, direction=way, turn=turned, branch=branch, point=point)

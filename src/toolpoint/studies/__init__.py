@@ -6,6 +6,10 @@ import importlib
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from toolpoint.machine.variation import Factor, Option, Swap
+    from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
+    from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
+    from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
     from toolpoint.studies.cuts.calibration import CuttingTest, calibrate
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
     from toolpoint.studies.cuts.lobes_study import chart_lobes
@@ -32,6 +36,11 @@ if TYPE_CHECKING:
     from toolpoint.studies.robots.reach_study import study_reach
     from toolpoint.studies.robots.regions import plane_directions, search_regions
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
+    from toolpoint.studies.screening.designs import one_at_a_time
+    from toolpoint.studies.screening.effects import rank_changes
+    from toolpoint.studies.screening.metrics import NamedMetrics
+    from toolpoint.studies.screening.planned import run_plan
+    from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
@@ -42,11 +51,19 @@ if TYPE_CHECKING:
     from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
+    "AccuracyMetric",
     "CuttingTest",
+    "Factor",
     "Measurement",
+    "MillingSetup",
+    "NamedMetrics",
+    "Option",
     "PlaceQuantity",
+    "Swap",
     "TurningCut",
     "Uncertainty",
+    "along_points",
+    "arc",
     "bases_from_gauge",
     "bases_of_machine",
     "bases_of_responses",
@@ -59,6 +76,7 @@ __all__ = [
     "film_machine",
     "gather_test",
     "judge_servo_data",
+    "line",
     "machine_dynamics",
     "map_chatter",
     "map_frequencies",
@@ -66,18 +84,25 @@ __all__ = [
     "map_servo",
     "map_speeds",
     "map_stiffness",
+    "mill_path",
     "modal_dynamics",
+    "one_at_a_time",
     "place_grid",
     "plane_directions",
+    "rank_changes",
     "rank_interfaces",
     "rank_tests",
     "response_dynamics",
     "run_drives",
+    "run_plan",
+    "screen",
     "search_regions",
     "separate_dynamics",
+    "sides_of",
     "simulate_cut",
     "solve_matrix_modes",
     "solve_modes",
+    "square",
     "study_datasheet",
     "study_joints",
     "study_machine",
@@ -112,11 +137,19 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "update_machine"),
+    "accuracy.accuracy_metric": ("AccuracyMetric",),
+    "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
+    "accuracy.tool_paths": ("along_points", "arc", "line", "sides_of", "square"),
     "robots.datasheet_study": ("study_datasheet",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_reach",),
     "robots.regions": ("plane_directions", "search_regions"),
     "robots.turns": ("choose_turns", "compare_branches"),
+    "screening.designs": ("one_at_a_time",),
+    "screening.effects": ("rank_changes",),
+    "screening.metrics": ("NamedMetrics",),
+    "screening.planned": ("run_plan",),
+    "screening.screen": ("screen",),
     "servos.drive_experiment": ("run_drives",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
@@ -126,6 +159,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "video.virtual_update": ("update_from_virtual_videos",),
     "video.virtual_video": ("film_machine",),
 }
+_CHANGES = ("Factor", "Option", "Swap")  # plain data of the machine's room, exported here beside what uses it
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
     "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map"),
@@ -133,6 +167,8 @@ _HOME = {name: (module, name) for module, names in _NAMES.items() for name in na
 
 
 def __getattr__(name: str) -> Any:
+    if name in _CHANGES:
+        return getattr(importlib.import_module("toolpoint.machine.variation"), name)
     if name in _HOME:
         module, verb = _HOME[name]
         return getattr(importlib.import_module(f"toolpoint.studies.{module}"), verb)

@@ -228,7 +228,8 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, cut: Cuttin
     problem = cutting_problem(described)
     tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
     structure = structure_along(machine, side, setup.stance, spacing=setup.spacing, loads=setup.loads, gravity=setup.gravity,
-                                reference=1 / tooth)
+                                reference=1 / tooth,
+                                span=_places_of(side, setup, tooth))
     if setup.regenerative:
         check_regeneration(problem)
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
@@ -297,6 +298,14 @@ def _span(duration: float, window: float | None, tooth: float) -> tuple[float, f
         return 0.0, duration
     size = max(np.floor(min(positive("window", window), duration) / tooth), 1.0) * tooth
     return (duration - size) / 2, (duration + size) / 2
+
+
+def _places_of(side: PathSide, setup: MillingSetup, tooth: float) -> tuple[float, float] | None:
+    """The part of a side that a window needs, m."""
+    if setup.window is None:
+        return None
+    ends = side.law.sample(np.array(_span(side.law.duration, setup.window, tooth)))[:, 0]
+    return float(ends[0]), float(ends[1])
 
 
 def _between(length: FloatArray, at: FloatArray) -> tuple[np.ndarray, FloatArray]:

@@ -64,7 +64,8 @@ class MovingStructure:
 
 def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spacing: float = 2e-3,
                     loads: tuple[str, ...] = ("cutting",),
-                    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665), reference: float = 500.0) -> MovingStructure:
+                    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665), reference: float = 500.0,
+                    span: tuple[float, float] | None = None) -> MovingStructure:
     """Return the structure at nodes of a side, `spacing` (m) apart.
 
     loads : ``cutting`` alone; with ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too.
@@ -74,8 +75,8 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
     unknown = [name for name in loads if name not in LOADS]
     if unknown:
         fail("loads", repr(unknown[0]), f"must be of {', '.join(LOADS)}")
-    count = max(int(np.ceil(side.length / positive("spacing", spacing))), 4) + 1
-    length: FloatArray = np.asarray(np.linspace(0, side.length, count))
+    length = _nodes(side.length, positive("spacing", spacing), span)
+    count = length.size
     reach = reach_places(machine, side.points(np.array(length)), stance.direction, turn=stance.turn, branch=stance.branch,
                          start=stance.start,
                          follow=True)
@@ -100,6 +101,14 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
     nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
                                                                                                                          6))
     return MovingStructure(side, reach, reduce_system(whole), axes, tips, nominal, loads)
+
+
+def _nodes(whole: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:
+    """Nodes of a side, at the same places whatever part of it is needed; at least five."""
+    count = max(int(np.ceil(whole / spacing)), 4)
+    first, last = (0, count) if span is None else (int(span[0] / whole * count), int(np.ceil(span[1] / whole * count)))
+    last = min(max(last, first + 4), count)
+    return np.asarray(whole * np.arange(min(first, last - 4), last + 1) / count)
 
 
 def _is_rigid(machine: Machine) -> bool:

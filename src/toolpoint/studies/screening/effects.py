@@ -49,7 +49,7 @@ class Ranking:
         """Return the ranking as text."""
         has_total = not np.isnan(self.effects[0].total)
         has_first = not np.isnan(self.effects[0].first)
-        rows = [[e.name, f"{e.value:+.4g}", f"{e.low:+.4g} .. {e.high:+.4g}",
+        rows = [[e.name, f"{e.value:+.4g}", "not known" if np.isnan(e.low) else f"{e.low:+.4g} .. {e.high:+.4g}",
                  *([f"{e.total:.4g}", f"{e.total_low:.4g} .. {e.total_high:.4g}"] if has_total else []),
                  *([f"{100 * e.first:.0f} %"] if has_first else [])] for e in self.effects]
         header = ["change", self.what, "95 %", *(["total", "95 %"] if has_total else []),

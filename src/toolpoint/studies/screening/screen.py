@@ -19,6 +19,8 @@ from toolpoint.studies.screening.designs import ScreeningDesign
 from toolpoint.studies.screening.metrics import Metric, is_lower_better, unit_of
 from toolpoint.studies.text_table import text_table
 
+_SHOWN = 4  # metrics in the table; all are in the data
+
 
 @dataclass(frozen=True, eq=False)
 class Screening:
@@ -57,7 +59,8 @@ class Screening:
             cells = [f"{v:.6g}" if base is None or i == 0 else f"{v:.6g} ({100 * (v / b - 1):+.2f} %)"
                      for v, b in zip(self.stated[i], self.stated[0], strict=True)]
             rows.append([self.design.words(i), *(cells if i not in self.failures else [self.failures[i]] * len(cells))])
-        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics)]
+        rows = [[cell for k, cell in enumerate(row) if k <= _SHOWN] for row in rows]
+        header = ["variant", *(f"{name} {unit_of(name)}".strip() for name in self.metrics[:_SHOWN])]
         return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status])
 
     def to_dict(self) -> dict[str, Any]:

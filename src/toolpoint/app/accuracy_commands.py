@@ -1,0 +1,116 @@
+"""Commands about what to change: accuracy, screen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from toolpoint._check import ToolpointError
+from toolpoint.app.frame import frame
+from toolpoint.app.options import JSON, OUTPUT, PATH
+from toolpoint.app.robot_commands import DIRECTION, TURN, direction_of, numbers_of
+
+LOADS = ("cutting", "gravity", "path")
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@click.option("--square", "side", metavar="200mm", help="A square of this side.")
+@click.option("--line", "ends", multiple=True, metavar="X,Y,Z", help="A line: twice, its start and end.")
+@click.option("--points", type=PATH, help="A CSV of places x,y,z (m) along which the tool goes.")
+@click.option("--program", type=PATH, help="A G-code program; its zero lies at --centre, its plane is --plane.")
+@click.option("--centre", default="0,0,0", show_default=True, help="Centre of the square, or zero of the program.")
+@click.option("--plane", default="x,y", show_default=True, metavar="FIRST,SECOND", help="Directions of the plane, as y,z.")
+@click.option("--feed", default=300.0, show_default=True, help="Feed, mm/min.")
+@click.option("--law", type=click.Choice(["quintic", "jerk-limited"]), default="quintic", show_default=True, help="Motion law.")
+@click.option("--speed", type=float, required=True, help="Spindle speed, rev/min.")
+@click.option("--depth", type=float, required=True, help="Depth of cut, mm.")
+@click.option("--loads", default="cutting", show_default=True, metavar="cutting,gravity,path",
+              help="Which loads count: the cut, gravity's changing sag, inertia of the path.")
+@click.option("--regenerative", is_flag=True, help="The vibration feeds back on the chip.")
+@click.option("--window", type=float, help="Only so many seconds of the middle of every side.")
+@click.option("--branch", default="", help="Branch of an arm, as 'front up no flip'.")
+@DIRECTION
+@TURN
+@OUTPUT
+@JSON
+def accuracy(machine: Path, output: Path, as_json: bool, **options: Any) -> None:
+    """Milling accuracy along a path: flexible against rigid run with the cut at the moving tool, error spheres, spectra."""
+    from toolpoint.io.yaml import machine_file
+    from toolpoint.pages.accuracy import accuracy_page
+    from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
+    from toolpoint.studies.accuracy.moving_structure import ToolStance
+
+    built = machine_file.read(machine)
+    way = direction_of(options["direction"], "--direction")
+    stance = ToolStance(None if way is None else (way[0], way[1], way[2]), numbers_of(options["turn"], "--turn", 1, True)[0],
+                        options["branch"])
+    setup = MillingSetup(options["speed"], 1e-3 * options["depth"], tuple(options["loads"].split(",")), options["regenerative"],
+                         window=options["window"], stance=stance)
+    sides = _sides(options)
+    with frame(None if as_json else output, as_json) as run, run.progress("thousandths of the path") as progress:
+        result = mill_path(built, sides, setup, progress=progress)
+        if not as_json:
+            cut = built.description.cutting
+            run.save(accuracy_page(result, 1 if cut is None else cut.tool.teeth, run.warnings))
+    run.show(result)
+
+
+def _sides(options: dict[str, Any]) -> Any:
+    """The path of the options: exactly one of square, line, points and program."""
+    import numpy as np
+
+    from toolpoint.io import read_path
+    from toolpoint.studies.accuracy import tool_paths
+
+    given = [name for name in ("side", "ends", "points", "program") if options[name]]
+    if len(given) != 1:
+        raise ToolpointError("accuracy: give exactly one of --square, --line (twice), --points and --program")
+    centre, feed = numbers_of(options["centre"], "--centre", 3), options["feed"] / 60e3
+    words = options["plane"].split(",")
+    if len(words) != 2:
+        raise ToolpointError(f"--plane: {options['plane']!r}; must be two directions, as y,z")
+    first, second = (direction_of(word, "--plane") for word in words)
+    assert first is not None and second is not None
+    more: dict[str, Any] = {"feed": feed, "law": options["law"]}
+    if given == ["side"]:
+        return tool_paths.square(numbers_of(options["side"], "--square", 1)[0], centre=centre, first=first, second=second,
+                                 **more)
+    if given == ["ends"]:
+        if len(options["ends"]) != 2:
+            raise ToolpointError("--line: must be given twice, the start and the end")
+        return tool_paths.line(*(numbers_of(end, "--line", 3) for end in options["ends"]), **more)
+    place = tool_paths.plane_frame(centre, first, second)
+    if given == ["points"]:
+        try:
+            rows = np.loadtxt(options["points"], delimiter=",", ndmin=2)
+        except ValueError as error:
+            raise ToolpointError(f"{options['points']}: not lines of x,y,z ({error})") from None
+        return tool_paths.along_points(rows, place=place, **more)
+    return tool_paths.sides_of(read_path(options["program"]), place=place, law=options["law"])
+
+
+@click.command()
+@click.argument("plan", type=PATH)
+@click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
+@click.option("--scheduler", metavar="tcp://HOST:8786", help="A running Dask scheduler instead, in a network that you trust.")
+@click.option("--folder", type=PATH, help="Keep finished parts here and resume from them.")
+@OUTPUT
+@JSON
+def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None, output: Path, as_json: bool) -> None:
+    """Design changes screened by a plan (YAML): every variant's metrics, effects and their ranking with confidence."""
+    from toolpoint.io.yaml import machine_file, plan_file
+    from toolpoint.pages.screening import screening_page
+    from toolpoint.studies.execute import Dask, Serial
+    from toolpoint.studies.screening.planned import run_plan
+
+    planned = plan_file.read(plan)
+    built = machine_file.read(plan.parent / planned.machine)
+    engine = Dask(workers, scheduler) if workers or scheduler else Serial()
+    with frame(None if as_json else output, as_json) as run, run.progress("variants", folder) as progress:
+        result = run_plan(planned, built, engine=engine, folder=folder, progress=progress)
+        if not as_json:
+            run.save(screening_page(result, plan.stem, run.warnings))
+    run.show(result)

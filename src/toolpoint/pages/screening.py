@@ -1,0 +1,39 @@
+"""The page of a screening: every variant, a scatter of two metrics, and rankings with confidence."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint.pages.remarks import with_remarks
+from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot.figures.screening import effect_bars, variant_scatter
+from toolpoint.studies.screening.metrics import unit_of
+from toolpoint.studies.screening.planned import PlannedScreening
+
+_MOST = 60
+
+
+def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] = ()) -> Report:
+    """Return the page of a planned screening."""
+    screening = result.screening
+    report = Report(f"Screening: {name}", repr(screening), subtitle=f"Loads: {screening.loads}")
+    labels = [screening.design.words(i) for i in range(len(screening.stated))]
+    has_base = bool(screening.design.labels) and screening.design.labels[0] == "as it is"
+    if len(screening.metrics) > 1:
+        names = [f"{m}, {unit_of(m)}" for m in screening.metrics[:2]]
+        report = report.with_section("Variants", Chart(variant_scatter(
+            screening.stated[:, 0], screening.stated[:, 1], labels=labels, names=(names[0], names[1]),
+            base=0 if has_base else None)))
+    for ranking in result.rankings:
+        effects = ranking.effects
+        chart = effect_bars([e.name for e in effects], *(np.array([getattr(e, key) for e in effects]) for key in ("value",
+                                                                                                                  "low",
+                                                                                                                  "high")),
+                            title=ranking.what)
+        doubt = [Notes([ranking.doubt], "warning", "How sure")] if ranking.doubt else []
+        report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
+    rows = [[i, label, *map(float, row)] for i, (label, row) in enumerate(zip(labels[:_MOST], screening.stated, strict=False))]
+    report = report.with_section("All variants", Table(["number", "variant", *screening.metrics], rows, digits=6))
+    return with_remarks(report, [screening.status, *screening.failures.values(), *warnings])

@@ -1,0 +1,65 @@
+"""Figures of screenings: two metrics of all variants against each other, and effects with their intervals; errors along a
+path."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import plotly.graph_objects as go
+
+from toolpoint._check import FloatArray
+from toolpoint.plot.figures.theme import COLOURS, figure, plain
+
+
+def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], names: tuple[str, str],
+                    base: int | None = 0) -> go.Figure:
+    """Return all variants as points of two metrics; `base` is the machine as it is."""
+    chart = figure("", 460)
+    numbers = [str(i) if len(labels) <= 40 else "" for i in range(len(labels))]
+    rest = [i for i in range(len(labels)) if i != base]
+    chart.add_scatter(x=x[rest], y=y[rest], mode="markers+text", text=[numbers[i] for i in rest], textposition="top center",
+                      name="variants", marker={"size": 8, "color": COLOURS[0]}, customdata=[plain(labels[i]) for i in rest],
+                      hovertemplate="%{customdata}<br>%{x:.5g}, %{y:.5g}<extra></extra>")
+    if base is not None:
+        chart.add_scatter(x=[x[base]], y=[y[base]], mode="markers", name=plain(labels[base]),
+                          marker={"size": 13, "color": COLOURS[2], "symbol": "diamond"})
+    chart.update_xaxes(title_text=plain(names[0]))
+    chart.update_yaxes(title_text=plain(names[1]))
+    return chart
+
+
+def effect_bars(names: Sequence[str], values: FloatArray, low: FloatArray, high: FloatArray, *, title: str) -> go.Figure:
+    """Return effects as bars with their 95 % intervals, the first on top."""
+    chart = figure("", max(240, 34 * len(names) + 120))
+    known = np.isfinite(low) & np.isfinite(high)
+    chart.add_bar(x=values, y=[plain(name) for name in names], orientation="h", marker={"color": COLOURS[0]},
+                  error_x={"type": "data", "symmetric": False, "array": np.where(known, high - values, 0.0),
+                           "arrayminus": np.where(known, values - low, 0.0)}, name="effect")
+    chart.update_yaxes(autorange="reversed")
+    chart.update_xaxes(title_text=plain(title))
+    return chart
+
+
+def error_curves(length: FloatArray, values: FloatArray, *, names: Sequence[str], quantity: str) -> go.Figure:
+    """Return errors over the way along a side: (n,) mm and (n, k)."""
+    chart = figure("", 380)
+    for k, name in enumerate(names):
+        chart.add_scatter(x=length, y=values[:, k], name=plain(name), mode="lines",
+                          line={"width": 1, "color": COLOURS[k % len(COLOURS)]})
+    chart.update_xaxes(title_text="Way along the side, mm")
+    chart.update_yaxes(title_text=plain(quantity))
+    return chart
+
+
+def error_spectrum(frequency: FloatArray, amplitude: FloatArray, *, names: Sequence[str], quantity: str,
+                   tooth: float) -> go.Figure:
+    """Return amplitudes over frequency with the tooth-passing line marked."""
+    chart = figure("", 380)
+    for k, name in enumerate(names):
+        chart.add_scatter(x=frequency, y=amplitude[:, k], name=plain(name), mode="lines",
+                          line={"width": 1, "color": COLOURS[k % len(COLOURS)]})
+    chart.add_vline(x=tooth, line={"dash": "dot", "width": 1}, annotation_text="tooth passing")
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text=plain(quantity), type="log")
+    return chart

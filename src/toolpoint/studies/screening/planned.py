@@ -1,0 +1,103 @@
+"""A screening by its plan, and the machine files' way to it: design, metrics and path from plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint.machine.model import Machine
+from toolpoint.machine.screening_plan import MilledSquare, ScreeningPlan
+from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
+from toolpoint.studies.accuracy.milling_accuracy import MillingSetup
+from toolpoint.studies.accuracy.moving_structure import ToolStance
+from toolpoint.studies.accuracy.tool_paths import square
+from toolpoint.studies.execute import Engine, Progress
+from toolpoint.studies.screening import designs
+from toolpoint.studies.screening.designs import ScreeningDesign
+from toolpoint.studies.screening.effects import Ranking, rank_changes
+from toolpoint.studies.screening.metrics import NamedMetrics
+from toolpoint.studies.screening.screen import Screening, screen
+
+_RANKED = 2  # metrics whose ranking is shown
+
+
+@dataclass(frozen=True)
+class JoinedMetrics:
+    """Named metrics and the accuracy of milling a path, as one."""
+
+    named: NamedMetrics | None
+    accuracy: AccuracyMetric | None
+
+    @property
+    def identity(self) -> str:
+        """What tells these metrics from others."""
+        return repr((self.named, None if self.accuracy is None else self.accuracy.identity))
+
+    @property
+    def loads(self) -> str:
+        """For which loads they hold."""
+        words = [] if self.named is None else ["named metrics: no load but the cut's own"]
+        return "; ".join([*words, *([] if self.accuracy is None else ["errors: " + self.accuracy.loads])])
+
+    def on_branch(self, branch: str) -> JoinedMetrics:
+        """Return the metrics with the arm on another branch."""
+        return JoinedMetrics(self.named, None if self.accuracy is None else self.accuracy.on_branch(branch))
+
+    def __call__(self, machine: Machine) -> Mapping[str, float]:
+        """Return all answers of a machine."""
+        return {**({} if self.named is None else self.named(machine)),
+                **({} if self.accuracy is None else self.accuracy(machine))}
+
+
+@dataclass(frozen=True, eq=False)
+class PlannedScreening:
+    """A screening with the rankings of its first metrics."""
+
+    plan: ScreeningPlan
+    screening: Screening
+    rankings: tuple[Ranking, ...]
+
+    def table(self) -> str:
+        """Return the screening and its rankings as text."""
+        return "\n".join([self.screening.table(), *(ranking.table() for ranking in self.rankings)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the screening and its rankings as plain data."""
+        return {"screening": self.screening.to_dict(), "rankings": [ranking.to_dict() for ranking in self.rankings]}
+
+
+def accuracy_of(part: MilledSquare) -> AccuracyMetric:
+    """Return the accuracy of milling a square as a metric."""
+    sides = square(part.side, centre=part.centre, first=part.first, second=part.second, feed=part.feed, law=part.law)
+    setup = MillingSetup(part.speed, part.depth, tuple(part.loads), part.regenerative, window=part.window, halved=False,
+                         stance=ToolStance(branch=part.branch))
+    return AccuracyMetric(tuple(sides[number - 1] for number in part.sides), setup)
+
+
+def design_of(plan: ScreeningPlan) -> ScreeningDesign:
+    """Return the design of a plan; samples with its seed."""
+    rng = np.random.default_rng(plan.seed)
+    if plan.design == "one at a time":
+        return designs.one_at_a_time(plan.changes)
+    if plan.design == "full factorial":
+        return designs.full_factorial(plan.changes, plan.levels)
+    if plan.design == "fractional factorial":
+        return designs.fractional_factorial(plan.changes)
+    sample = {"latin hypercube": designs.latin_hypercube, "sobol sequence": designs.sobol_sequence,
+              "sobol indices": designs.sobol_pairs}[plan.design]
+    return sample(plan.changes, plan.points, rng)
+
+
+def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = None, folder: str | Path | None = None,
+             progress: Progress | None = None) -> PlannedScreening:
+    """Return the screening of a plan on its machine, with rankings; arguments as for `screen`."""
+    metric = JoinedMetrics(NamedMetrics(plan.metrics, (dict(plan.pose),)) if plan.metrics else None,
+                           None if plan.square is None else accuracy_of(plan.square))
+    result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
+                    rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
+                    progress=progress)
+    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]))
