@@ -26,7 +26,7 @@ from toolpoint.vibration.sparse import modes
 X, Y, Z, WALL, RAIL = 0.40, 0.44, 1.3, 0.02, 0.03
 BLOCK, APART = 0.07, 0.26  # length of a block, distance of the upper from the lower blocks, m
 CARRIAGE, SCREW = 320.0, 1.6e8
-LOW, HIGH = 0.19, 1.11  # way of the carriage's centre, m
+LOW, HIGH = 0.28, 1.07  # way of the carriage's centre, m
 COUNT = 10
 
 
@@ -86,7 +86,7 @@ def main() -> None:
     stiffness, mass = (csc_array(a[free][:, free]) for a in (model.stiffness(), model.mass()))
     top = Patch([X / 2, Y / 2, Z], [1, 0, 0], [0, 1, 0], 0.12, 0.12).averages(model)
     start = time.perf_counter()
-    stations = station_loads(places(model), LOW, HIGH, BLOCK)
+    stations = station_loads(places(model), LOW, HIGH, BLOCK / 3.5)
     joint = np.sqrt(np.array([6e8, 5e8, 1e6, 2e6, 2e6, 1e6]))
     loads = csc_array(np.hstack([stations.toarray()[free], top.toarray()[free][:, 2:3]]))
     weights = np.r_[np.tile(joint, stations.shape[1] // 6), np.sqrt(SCREW)]
@@ -109,7 +109,7 @@ def main() -> None:
     print(f"tables {time.perf_counter() - start:.0f} s", flush=True)
     kept = int((whole.reduction.frequency < 1.45 * band).sum())
     for size in given.sizes:
-        fitted = fit_to_surroundings(whole, around, np.linspace(LOW, HIGH, 28), modes=COUNT, size=size, kept=kept)
+        fitted = fit_to_surroundings(whole, around, np.linspace(LOW, HIGH, 41), modes=COUNT, size=size, kept=kept)
         report(fitted, around, positions=positions, truth=truth)
 
 

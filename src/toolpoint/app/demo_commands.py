@@ -73,11 +73,14 @@ def run_machining_centre(output: Path) -> None:
 
 
 def run_three_rps_head(output: Path) -> None:
-    """Show the 3-RPS head: modes at tilted poses, responses, lobes, and frequencies and stiffness over tilt and azimuth."""
+    """Show the 3-RPS head with rigid limbs, then (in a folder or file of its own) with elastic ones that slide through their
+    frames: modes at tilted poses, responses, lobes, and frequencies and stiffness over tilt and azimuth."""
     import numpy as np
 
-    azimuth = np.radians(np.linspace(0, 360, 25))
-    _run_over_workspace(output, "three_rps_head.yaml", {"tilt": np.radians(np.linspace(0, 30, 7)), "azimuth": azimuth})
+    azimuth, tilt = np.radians(np.linspace(0, 360, 25)), np.radians(np.linspace(0, 30, 7))
+    _run_over_workspace(output, "three_rps_head.yaml", {"tilt": tilt, "azimuth": azimuth})
+    elastic = output.with_name(f"{output.stem}-elastic{output.suffix}") if output.suffix else output / "elastic"
+    _run_over_workspace(elastic, "three_rps_elastic_head.yaml", {"tilt": tilt[::2], "azimuth": azimuth[::2]})
 
 
 def run_gantry(output: Path) -> None:

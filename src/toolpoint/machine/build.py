@@ -21,6 +21,7 @@ from toolpoint.machine.description import (
     MachineDescription,
     ShapeDescription,
 )
+from toolpoint.machine.elastic_body import build_elastic
 from toolpoint.machine.frames import frame
 from toolpoint.machine.model import LoopJoint, Machine
 
@@ -53,6 +54,11 @@ def mass_properties(body: BodyDescription) -> MassProperties:
 
     Raises ToolpointError for a body with too little or contradicting data.
     """
+    if body.elastic is not None:
+        given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
+        if given:
+            fail(given[0], "given beside elastic", "must come from one source", "remove it: finite elements have their mass")
+        return body.elastic.model.mass_properties
     if body.mesh is not None or body.shape is not None:
         if body.inertia is not None:
             fail("inertia", "given beside a shape or a mesh", "must come from one source", "remove one of them")
@@ -146,7 +152,8 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
     """
-    given = dict(bodies or {})
+    given = {name: _named(f"bodies.{name}", build_elastic, body.elastic) for name, body in description.bodies.items()
+             if body.elastic is not None and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
@@ -164,7 +171,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         np.array([frame(description.bodies[n].frame) for n in names]).reshape(-1, 4, 4),
         tuple(order), tuple(laws[name] for name in order),
         tuple(j.elastic_at == "child" for j in tree),
-        tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=given))
+        tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=bodies))
 
 
 def _named(path: str, make: Callable[[Any], Any], part: Any) -> Any:

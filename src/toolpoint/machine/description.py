@@ -14,6 +14,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint.joints.law import LawDescription
+from toolpoint.machine.elastic_description import ElasticDescription
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription
@@ -96,6 +97,7 @@ class BodyDescription:
     draw_at: Vector | None = None
     source: str = ""
     spin: SpinDescription | None = None
+    elastic: ElasticDescription | None = None
 
 
 @dataclass(frozen=True)
@@ -298,7 +300,8 @@ def parameters(machine: MachineDescription) -> Iterator[str]:
 
 def _numbers(part: Any) -> Iterator[str]:
     if is_dataclass(part):
-        items = [(f.name, getattr(part, f.name)) for f in fields(part)]
+        # What laws and finite elements make of their numbers is no polynomial: they are changed by path, not listed.
+        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", "elastic")]
     elif isinstance(part, Mapping):
         items = list(part.items())
     elif isinstance(part, tuple):

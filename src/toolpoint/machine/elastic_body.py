@@ -1,9 +1,13 @@
-"""A finite-element model -> a body of a machine: reduced, with interfaces that stand or slide."""
+"""A finite-element model -> a body of a machine: reduced, with interfaces that stand or slide; kept on disk by content."""
 
 from __future__ import annotations
 
+import hashlib
+import os
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csc_array, hstack
@@ -11,6 +15,7 @@ from scipy.sparse import csc_array, hstack
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.solid import Patch, SolidModel
+from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import SURE, ActingLoads
@@ -91,3 +96,85 @@ def _note(reduction: Reduction, size: int) -> str:
     sure = f"natural frequencies to {reduction.reach / SURE:.4g} Hz can be relied on" if reduction.reach else (
         "which free modes are among the shapes is not known")
     return f"elastic, reduced from {size} to {reduction.size} coordinates by {reduction.method}; {sure}"
+
+
+def build_elastic(description: ElasticDescription) -> Body:
+    """Return the reduced body of a description; it is kept in memory and on disk, by the content of description and program.
+
+    The folder is ``$TOOLPOINT_CACHE``, else ``toolpoint`` in the user's cache folder; a folder that cannot be written is left.
+    """
+    return _kept(repr(description), _Key(description))
+
+
+class _Key:
+    """A description as an argument of the memory cache: all are equal, the text beside it tells them apart."""
+
+    def __init__(self, description: ElasticDescription) -> None:
+        self.description = description
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Key)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+@lru_cache(maxsize=64)
+def _kept(text: str, key: _Key) -> Body:
+    name = hashlib.sha256(f"{_program()} {text}".encode()).hexdigest()[:32]
+    path = cache_folder() / f"body-{name}.npz"
+    if path.is_file():
+        try:
+            return read_body(path)
+        except (OSError, ValueError, KeyError):
+            path.unlink(missing_ok=True)  # a file that a full disk cut off
+    places = {name: SlidingPatch(part.patch, np.array(part.along), *part.slide) if part.slide else part.patch
+              for name, part in key.description.interfaces.items()}
+    body = reduce_solid(key.description.model, places, band=key.description.band, size=key.description.size)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_body(body, path)
+    except OSError:
+        pass
+    return body
+
+
+@lru_cache(maxsize=1)
+def _program() -> str:
+    """Return a digest of all sources that make a body: what another program kept is not taken."""
+    root = Path(__file__).resolve().parents[1]
+    rooms = ("bodies", "substructuring", "vibration/sparse", "machine")
+    files = [path for room in rooms for path in (root / room).rglob("*.py")]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
+
+
+def cache_folder() -> Path:
+    """Return where reduced bodies are kept."""
+    given = os.environ.get("TOOLPOINT_CACHE")
+    return Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "toolpoint"
+
+
+def write_body(body: Body, path: Path) -> None:
+    """Write a body as plain arrays (.npz); the file appears whole or not at all."""
+    data: dict[str, FloatArray] = {"mass": body.mass, "stiffness": body.stiffness, "damping": body.damping}
+    data |= {"names": np.array(list(body.interfaces)), "notes": np.array(list(body.notes))}
+    for i, place in enumerate(body.interfaces.values()):
+        data[f"position{i}"] = place.position
+        if place.slide is not None and place.along is not None:
+            data |= {f"along{i}": place.along, f"way{i}": place.slide.positions, f"values{i}": place.slide.values}
+        elif place.participation is not None:
+            data[f"participation{i}"] = place.participation
+    part = path.with_suffix(f".{os.getpid()}.tmp.npz")
+    np.savez(part, **data)  # type: ignore[arg-type]
+    part.replace(path)
+
+
+def read_body(path: Path) -> Body:
+    """Read a body that `write_body` wrote."""
+    with np.load(path, allow_pickle=False) as data:
+        places = {}
+        for i, name in enumerate(data["names"].tolist()):
+            table = MotionTable(data[f"way{i}"], data[f"values{i}"], name) if f"way{i}" in data else None
+            part = data.get(f"participation{i}")
+            places[name] = Interface(data[f"position{i}"], part, table, data[f"along{i}"] if table is not None else None)
+        return Body(data["mass"], data["stiffness"], data["damping"], places, tuple(data["notes"].tolist()))

@@ -37,6 +37,7 @@ from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.chain import axis_faults
+from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.machine.model import Machine
 
 _SECTIONS: dict[str, type[BaseModel]] = {
@@ -112,7 +113,8 @@ def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
         d.FrameDescription(part.frame.at, part.frame.rotation),
         _as(d.ShapeDescription, part.draw), part.draw_at, part.source,
         None if part.spin is None else d.SpinDescription(part.spin.speed * math.pi / 30,
-                                                         direction_of("spin.axis", part.spin.axis)))
+                                                         direction_of("spin.axis", part.spin.axis)),
+        None if part.elastic is None else describe(ElasticDescription, part.elastic))
     mass_properties(body)
     return body
 

@@ -17,6 +17,7 @@ from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description import InertiaDescription
+from toolpoint.machine.elastic_description import ElasticDescription
 
 VERSION = 1
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
@@ -76,6 +77,7 @@ class BodyModel(Part):
     draw_at: Annotated[tuple[float, float, float], Vector(units.LENGTH)] | None = None
     source: str = ""
     spin: SpinModel | None = None
+    elastic: model_of(ElasticDescription) | None = None  # type: ignore[valid-type]
 
 
 class StiffnessModel(Part):
