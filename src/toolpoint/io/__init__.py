@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from toolpoint.io.geometry_files import read as read_geometry
     from toolpoint.io.hdf5 import write as write_nouns
     from toolpoint.io.matrix_files import read_matrices
+    from toolpoint.io.mesh_files import read_mesh
     from toolpoint.io.mode_files import read as read_modes
     from toolpoint.io.program.controller_records import read as read_servo_data
     from toolpoint.io.program.gcode import read as read_program
@@ -24,16 +25,15 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.shaft_file import read as read_shaft
 
 __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_matrices",
-           "read_modes",
-           "read_path", "read_program", "read_record", "read_robot_machine", "read_servo_data", "read_shaft", "write_machine",
-           "write_nouns"]
+           "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_robot_machine", "read_servo_data",
+           "read_shaft", "write_machine", "write_nouns"]
 
 _HOME = {
     "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
     "read_components": ("yaml.component_file", "read"), "read_drives": ("yaml.drive_file", "read"),
     "read_frf": ("frf_files", "read"), "read_geometry": ("geometry_files", "read"),
     "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),
-    "read_matrices": ("matrix_files", "read_matrices"),
+    "read_mesh": ("mesh_files", "read_mesh"), "read_matrices": ("matrix_files", "read_matrices"),
     "read_path": ("program.gcode", "read_path"), "read_program": ("program.gcode", "read"),
     "read_servo_data": ("program.controller_records", "read"),
     "read_record": ("record_files", "read"), "read_shaft": ("yaml.shaft_file", "read"),

@@ -99,12 +99,18 @@ class _Search:
         basis.grow_to(number)
         if not is_counted:
             return self._pairs(basis, number, 0.0, "modes not counted: ask for a count to be sure that none is missing")
+        missing, mu = 0, np.inf
         for _ in range(4):
-            keep, mu = _cut(basis.squares(), number, self.rank())
+            squares = basis.squares()
+            if len(squares) < number:
+                basis.restart(number)
+                continue
+            keep, mu = _cut(squares, number, self.rank())
             missing = self._count(mu) - keep if np.isfinite(mu) else 0
             if missing == 0:
                 return self._pairs(basis, keep, np.sqrt(max(mu, 0.0)) / (2 * np.pi), "all modes found, by count")
             basis.restart(number + max(missing, 0))
+        number = min(number, len(basis.squares()))
         return self._pairs(basis, number, 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
                                                "found: give another shift")
 
@@ -165,7 +171,11 @@ class _Basis:
         return self._search.inverse.solve(heavy)
 
     def _start(self) -> FloatArray:
-        return self._apply(self._search.m @ self._random.standard_normal((self._search.m.shape[0], self._width)))
+        """Return the image of random vectors that hold nothing of the basis: rigid-body modes would drown all else."""
+        block = self._random.standard_normal((self._search.m.shape[0], self._width))
+        for _ in range(2):
+            block = block - self._vectors @ (self._vectors.T @ (self._search.m @ block))
+        return self._apply(self._search.m @ block)
 
     def _rigid_count(self) -> int:
         """Return how many of six vectors one application turns into rigid-body modes: a block must hold them all."""
@@ -226,7 +236,11 @@ class _Basis:
     def grow_to(self, number: int) -> None:
         """Add blocks until so many modes are converged, with one more behind them where there is one."""
         n = self._search.m.shape[0]
-        while self._next.shape[1] and self._vectors.shape[1] < n:
+        while self._filled < n:
+            if self._next.shape[1] == 0:
+                self._add_random()
+            if self._next.shape[1] == 0:
+                return
             self._step()
             if self._vectors.shape[1] >= number + 1:
                 values, residual = self._values()
@@ -235,16 +249,19 @@ class _Basis:
 
     def restart(self, number: int) -> None:
         """Go on from a new random block beside the basis, for modes that the first one did not hold."""
+        self._add_random()
+        for _ in range(2):
+            if self._next.shape[1]:
+                self._step()
+        self.grow_to(number)
+
+    def _add_random(self) -> None:
         old = self._next
         fresh = self._orthonormal(self._start(), old)[0]
         # The images of the last block stay inside the basis and `next`, so residuals keep their meaning.
         self._next = np.hstack([old, fresh])
         self._heavy = self._search.m @ self._next
         self._coupling = np.vstack([self._coupling, np.zeros((fresh.shape[1], self._coupling.shape[1]))])
-        for _ in range(2):
-            if self._next.shape[1]:
-                self._step()
-        self.grow_to(number)
 
     def _decomposed(self) -> tuple[FloatArray, FloatArray]:
         values, turns = eigh(self._projected)

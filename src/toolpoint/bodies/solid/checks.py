@@ -1,0 +1,105 @@
+"""Questions to a solid model before it is solved: size and mass against sense, pieces, shape of elements, six rigid motions."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint.bodies.solid import matrices
+from toolpoint.bodies.solid.assembly import chunks
+from toolpoint.bodies.solid.model import SolidModel
+
+# A part of a machine tool is between a small insert and a large gantry.
+_SIZES = (2e-3, 30.0)
+_MASSES = (1e-4, 1e6)
+_POOR = 0.1
+_RIGID = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class SolidCheck:
+    """What was found.
+
+    Parameters
+    ----------
+    size : (3,) floats
+        Extent along x, y, z, m.
+    mass : float
+        kg.
+    jacobian_ratio : float
+        Least ratio of smallest to largest volume change inside an element: 1 for bricks, below 0.1 poor.
+    rigid_residual : float
+        Largest force of a rigid motion, relative to that of the stiffest row.
+    notes : sequence of str
+    """
+
+    size: FloatArray
+    mass: float
+    jacobian_ratio: float
+    rigid_residual: float
+    notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        size = " x ".join(f"{s:.4g}" for s in self.size)
+        return f"SolidCheck({size} m, {self.mass:.6g} kg, Jacobian ratio {self.jacobian_ratio:.2g}, {len(self.notes)} notes)"
+
+
+def check_solid(model: SolidModel) -> SolidCheck:
+    """Return size, mass and quality of a model, after refusing what no solution can come from.
+
+    Raises ToolpointError for a size or mass that no part has (a drawing in mm read as m), several bodies in one mesh, elements
+    inside out, and a stiffness that resists rigid motion. Warns of poor elements.
+    """
+    size = np.ptp(model.nodes, axis=0)
+    check_size(size)
+    check_pieces(model)
+    ratio = _jacobian_ratio(model)
+    mass = model.mass_properties.mass
+    if not _MASSES[0] <= mass <= _MASSES[1]:
+        fail("mass", f"{mass:.4g} kg", f"must be within {_MASSES[0]:g} .. {_MASSES[1]:g} kg", "look at the units")
+    stiffness = model.stiffness()
+    force = stiffness @ (model.rigid_motion(model.nodes.mean(axis=0)) / np.array([1, 1, 1, *[size.max()] * 3]))
+    residual = float(np.abs(force).max() / np.abs(stiffness.diagonal()).max())
+    if residual > _RIGID:
+        fail("stiffness", f"rigid motion meets {residual:.2g} of the largest stiffness", f"must be below {_RIGID:g}")
+    notes = (f"worst element: Jacobian ratio {ratio:.2g}, below {_POOR}: mesh it finer there",) if ratio < _POOR else ()
+    for note in notes:
+        warnings.warn(note, ToolpointWarning, stacklevel=2)
+    return SolidCheck(size, mass, ratio, residual, notes)
+
+
+def check_size(size: FloatArray) -> None:
+    """Raise where the largest extent (m) is none of a machine's part."""
+    largest = float(np.max(size))
+    if not _SIZES[0] <= largest <= _SIZES[1]:
+        unit = "mm" if largest > _SIZES[1] else "m"
+        remedy = f"is the file in {unit}? read it with unit='{unit}'"
+        fail("size", f"{largest:.4g} m", f"must be within {_SIZES[0]:g} .. {_SIZES[1]:g} m", remedy)
+
+
+def check_pieces(model: SolidModel) -> None:
+    """Raise where the elements do not hang together."""
+    first = np.concatenate([np.repeat(b.nodes[:, 0], b.nodes.shape[1] - 1) for b in model.blocks])
+    other = np.concatenate([b.nodes[:, 1:].ravel() for b in model.blocks])
+    graph = coo_array((np.ones(len(first), dtype=np.int8), (first, other)), shape=(len(model.nodes),) * 2)
+    count, labels = connected_components(graph, directed=False)
+    if count > 1:
+        sizes = np.sort(np.bincount(labels))[::-1]
+        fail("mesh", f"{count} bodies of {', '.join(map(str, sizes[:4]))} nodes", "must be one",
+             "read each body alone, or merge the nodes where they touch")
+
+
+def _jacobian_ratio(model: SolidModel) -> float:
+    worst = 1.0
+    for block in model.blocks:
+        for part in chunks(len(block)):
+            kind = block.kind
+            _, volume = matrices.gradients(kind, model.nodes[block.nodes[part]])
+            local = volume / (kind.weights if volume.shape[1] == len(kind.weights) else volume.mean(axis=1, keepdims=True))
+            worst = min(worst, float((local.min(axis=1) / local.max(axis=1)).min()))
+    return worst

@@ -1,0 +1,89 @@
+r"""Sensitivity of frequencies to Young's modulus and density of every element, from the elements' energies in each mode.
+
+:math:`\partial \lambda / \partial E_e = \phi^T K_e \phi / E_e`, :math:`\partial \lambda / \partial \rho_e = -\lambda \phi^T M_e
+\phi / \rho_e` for :math:`\phi^T M \phi = 1`. Source: Fox, Kapoor, AIAA J. 6 (1968).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, floats
+from toolpoint.bodies.solid import matrices
+from toolpoint.bodies.solid.assembly import chunks
+from toolpoint.bodies.solid.model import SolidModel
+
+# Squares nearer to each other than this have no derivative of their own.
+_REPEATED = 1e-6
+
+
+@dataclass(frozen=True, eq=False)
+class ElementSensitivity:
+    """What a relative change of E or density of each element does to each frequency.
+
+    Parameters
+    ----------
+    frequency : (k,) floats
+        Hz.
+    modulus, density : (k, e) floats
+        Relative change of the frequency per relative change of the element's E or density; elements in the order of blocks.
+    set_names : sequence of str
+        Set of each element.
+    notes : sequence of str
+        Modes that lie together: only sums over them mean something.
+    """
+
+    frequency: FloatArray
+    modulus: FloatArray
+    density: FloatArray
+    set_names: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+
+    def by_set(self) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Return (modulus, density), each (k,), summed over the elements of every set."""
+        names = np.array(self.set_names)
+        return {name: (self.modulus[:, names == name].sum(axis=1), self.density[:, names == name].sum(axis=1))
+                for name in dict.fromkeys(self.set_names)}
+
+    def __repr__(self) -> str:
+        return f"ElementSensitivity({len(self.frequency)} modes, {len(self.set_names)} elements)"
+
+
+def frequency_sensitivity(model: SolidModel, squares: FloatArray, vectors: FloatArray) -> ElementSensitivity:
+    """Return the sensitivities of modes to every element.
+
+    Parameters
+    ----------
+    model : SolidModel
+    squares : (k,) floats
+        rad^2/s^2, above zero: rigid-body modes do not hang on E.
+    vectors : (model.size, k) floats
+        Of all coordinates (zero where held), unit modal mass.
+    """
+    values = floats("squares", squares, (None,))
+    shapes = floats("vectors", vectors, (model.size, len(values)))
+    if (values <= 0).any():
+        fail("squares", f"{int((values <= 0).sum())} rigid-body modes", "must be above zero", "leave the rigid-body modes out")
+    strain, motion, names = [], [], []
+    for block in model.blocks:
+        material = model.materials[block.name]
+        names += [block.name] * len(block)
+        for part in chunks(len(block)):
+            nodes = block.nodes[part]
+            u = shapes.reshape(-1, 3, len(values))[nodes]
+            flat = u.reshape(len(nodes), -1, len(values))
+            k = matrices.stiffness(block.kind, model.nodes[nodes], material)
+            m = matrices.scalar_mass(block.kind, model.nodes[nodes], material.density)
+            strain.append(np.einsum("eik,eik->ke", flat, k @ flat))
+            motion.append(_motion(m, u))
+    together = [i for i in range(1, len(values)) if values[i] - values[i - 1] <= _REPEATED * values[i]]
+    notes = tuple(f"modes {i} and {i + 1} lie together: the sum of their sensitivities holds, not each" for i in together)
+    return ElementSensitivity(np.sqrt(values) / (2 * np.pi), np.hstack(strain) / (2 * values[:, None]), -np.hstack(motion) / 2,
+                              tuple(names), notes)
+
+
+def _motion(mass: FloatArray, u: FloatArray) -> FloatArray:
+    flat = u.reshape(*u.shape[:2], -1)
+    return ((mass @ flat) * flat).sum(axis=1).reshape(len(u), 3, -1).sum(axis=1).T

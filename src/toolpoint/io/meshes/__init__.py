@@ -1,0 +1,1 @@
+"""Mesh files of solid elements: Abaqus .inp, Nastran bulk data, Ansys .cdb; one file a format."""
