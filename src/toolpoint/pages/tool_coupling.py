@@ -13,14 +13,14 @@ from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.response_bands import magnitude_bands
 from toolpoint.studies.cuts.lobes_study import ADVICE
-from toolpoint.studies.cuts.tool_coupling import HEADER, STICK_OUT, ToolCoupling
+from toolpoint.studies.cuts.tool_coupling import HEADER, ToolCoupling
 from toolpoint.substructuring.receptance import PlaneReceptance
 
 
 def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a coupled tool; doubts stand first."""
     doubts = [note for note in result.notes if note.startswith("doubt")]
-    report = Report("Tool-point response by receptance coupling", f"{result.tool!r}", subtitle=result.tool.source)
+    report = Report("Tool-point response by receptance coupling", result.tool.words, subtitle=result.tool.source)
     if doubts:
         report = report.with_section("Doubts", Notes(doubts, "warning"))
     curves = {f"tool along {tip.plane}": _with_band(tip) for tip in result.tips}
@@ -44,7 +44,7 @@ def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:
     charts = {name: part.chart for name, part in names.items() if part.chart is not None}
     if charts:
         parts.append(Chart(_lobes(charts), name="stick-out-stability"))
-    return report.with_section("Stick-out", *parts, Table(list(STICK_OUT), result.stick_out_rows()))
+    return report.with_section("Stick-out", *parts, Table(result.stick_out_header(), result.stick_out_rows()))
 
 
 def _with_band(tip: PlaneReceptance) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -63,4 +63,4 @@ class MotionTable:
     def mixed(self, turn: FloatArray, after: int = 0) -> MotionTable:
         """Return the table over combinations (r, k) of its coordinates behind the first `after`, which stay."""
         values = np.concatenate([self.values[:, :, :after], self.values[:, :, after:] @ turn], axis=2)
-        return MotionTable(self.positions, values, self.name, self.error)
+        return MotionTable(self.positions, values, self.name)

@@ -163,9 +163,14 @@ class ShaftDescription:
         return replace(segment, diameter=max(diameter, 1.0001 * segment.bore), contact=contact,
                        modulus=segment.numbers[0] * float(np.exp(self.modulus_deviation * normal[1])))
 
-    def __repr__(self) -> str:
+    @property
+    def words(self) -> str:
+        """The shaft in a line: segments with length and diameter, mass."""
         parts = ", ".join(f"{name} {1e3 * s.length:.4g} mm x {1e3 * s.diameter:.4g} mm" for name, s in self.segments.items())
-        return f"ShaftDescription({self.name or 'shaft'}: {parts}; {self.mass:.4g} kg)"
+        return f"{self.name or 'shaft'}: {parts}; {self.mass:.4g} kg"
+
+    def __repr__(self) -> str:
+        return f"ShaftDescription({self.words})"
 
 
 def shaft_faults(shaft: ShaftDescription) -> list[tuple[tuple[str | int, ...], str]]:

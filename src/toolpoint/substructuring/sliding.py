@@ -100,8 +100,9 @@ class SlidingBody:
 
         surroundings : over the places (sliding ones first), then further coordinates. The derivative is that of simple roots.
         """
-        squares, vectors = self.coupled(position, surroundings, modes)
-        moved = self._place(position, surroundings) @ vectors
+        place = self._place(position, surroundings)
+        squares, vectors = self._solved(place, surroundings, modes)
+        moved = place @ vectors
         slope = self.participation(position, 1) @ vectors[:self.fixed.shape[1]]
         force = surroundings.stiffness @ moved - (surroundings.mass @ moved) * squares
         omega = np.sqrt(np.maximum(squares, 1e-300))
@@ -109,13 +110,20 @@ class SlidingBody:
 
     def coupled(self, position: float, surroundings: Surroundings, modes: int) -> tuple[FloatArray, FloatArray]:
         """Return squares (rad^2/s^2) and vectors of the lowest coupled modes, over rigid, elastic and further coordinates."""
-        place = self._place(position, surroundings)
+        return self._solved(self._place(position, surroundings), surroundings, modes)
+
+    def _solved(self, place: FloatArray, surroundings: Surroundings, modes: int) -> tuple[FloatArray, FloatArray]:
         n, inner = place.shape[1], self.fixed.shape[1]
-        k, m = place.T @ surroundings.stiffness @ place, place.T @ surroundings.mass @ place
+        places = len(place) - (n - inner)
+        k = place.T @ (surroundings.stiffness @ place)
         elastic = range(inner - self.reduction.size, inner)
         k[elastic, elastic] += self.reduction.squares
+        number = min(count("modes", modes), n)
+        if not surroundings.mass[:places].any():
+            return _lowest(k, surroundings.mass[places:, places:], number)
+        m = place.T @ surroundings.mass @ place
         m[range(inner), range(inner)] += 1.0
-        return _lowest(k, m, inner, min(count("modes", modes), n))
+        return eigh(k, m, subset_by_index=[0, number - 1], check_finite=False)
 
     def _place(self, position: float, surroundings: Surroundings) -> FloatArray:
         part = self.participation(position)
@@ -129,16 +137,16 @@ class SlidingBody:
         return place
 
 
-def _lowest(stiffness: FloatArray, mass: FloatArray, inner: int, number: int) -> tuple[FloatArray, FloatArray]:
-    """Return the lowest eigenpairs; where the mass beside the body's unit coordinates is a block, as a standard problem."""
-    if mass[:inner, inner:].any() or np.abs(mass[:inner, :inner] - np.eye(inner)).max() > 0:
-        return eigh(stiffness, mass, subset_by_index=[0, number - 1], check_finite=False)
-    outer = np.linalg.inv(np.linalg.cholesky(mass[inner:, inner:])).T
-    scaled = stiffness.copy()
-    scaled[:, inner:] = stiffness[:, inner:] @ outer
-    scaled[inner:] = outer.T @ scaled[inner:]
-    squares, vectors = eigh(scaled, subset_by_index=[0, number - 1], check_finite=False, driver="evr")
-    vectors[inner:] = outer @ vectors[inner:]
+def _lowest(stiffness: FloatArray, outer_mass: FloatArray, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest eigenpairs where all coordinates have unit mass but the last, whose mass is a block of its own."""
+    if not len(outer_mass):
+        return eigh(stiffness, subset_by_index=[0, number - 1], check_finite=False, driver="evr")
+    inner = len(stiffness) - len(outer_mass)
+    root = np.linalg.inv(np.linalg.cholesky(outer_mass)).T
+    stiffness[:, inner:] = stiffness[:, inner:] @ root
+    stiffness[inner:] = root.T @ stiffness[inner:]
+    squares, vectors = eigh(stiffness, subset_by_index=[0, number - 1], check_finite=False, overwrite_a=True, driver="evr")
+    vectors[inner:] = root @ vectors[inner:]
     return squares, vectors
 
 

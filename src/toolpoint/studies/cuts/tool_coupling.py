@@ -68,17 +68,21 @@ class ToolCoupling:
         for part in self.stick_outs:
             tip = part.tips[0]
             line = peaks_of(tip)[0]
-            chart = ["", "", ""] if part.chart is None else _chart_words(part.chart)
+            chart = [] if part.chart is None else _chart_words(part.chart)
             rows.append([f"{1e3 * part.length:.4g}", *_peak_words(tip, line), *chart])
         return rows
 
+    def stick_out_header(self) -> list[str]:
+        """Return the header of the rows: without what only a chart tells, where no cut was given."""
+        return list(STICK_OUT if self.lobes is not None else STICK_OUT[:5])
+
     def table(self) -> str:
         """Return peaks, lobes and stick-outs as text."""
-        parts = [text_table(f"Tool point, {self.tool!r}", list(HEADER), self.rows())]
+        parts = [text_table(f"Tool point of {self.tool.words}", list(HEADER), self.rows())]
         if self.lobes is not None:
             parts.append(self.lobes.table())
         if self.stick_outs:
-            parts.append(text_table("Stick-out", list(STICK_OUT), self.stick_out_rows()))
+            parts.append(text_table("Stick-out", self.stick_out_header(), self.stick_out_rows()))
         return "\n".join(parts)
 
     def to_dict(self) -> dict[str, Any]:
@@ -244,7 +248,7 @@ def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> lis
     fluted = [name for name, part in tool.segments.items() if part.fluted]
     if fluted:
         shares = ", ".join(f"{tool.segments[name].equivalent:g}" for name in fluted)
-        lines.append(f"fluted segments {', '.join(fluted)} count as round with {shares} of their diameter" + (
+        lines.append(f"{', '.join(fluted)} (fluted): counted as round with {shares} of their diameter" + (
             "" if tool.equivalent_deviation else ", taken as exact (equivalent_deviation is 0)"))
     if not any(part.contact for part in tool.segments.values()):
         lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
