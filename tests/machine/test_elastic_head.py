@@ -11,6 +11,8 @@ from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import elastic_body
 from toolpoint.machine.assemble import assemble
+from toolpoint.machine.reduction_error import reduction_error, reduction_note
+from toolpoint.studies import solve_modes
 from toolpoint.vibration.eigen import solve_undamped
 
 BENCHMARKS = Path(__file__).resolve().parents[2] / "benchmarks"
@@ -55,6 +57,19 @@ def test_bodies_are_kept_on_disk_by_content(head, folder):
     kept[0].write_bytes(b"cut off")
     elastic_body._kept.cache_clear()
     assert np.allclose(machine_file.read(MACHINES / "three_rps_elastic_head.yaml").bodies[1].stiffness, body.stiffness)
+
+
+@pytest.mark.slow
+def test_what_the_reduction_does_is_said_at_every_pose(head, tmp_path):
+    """Against richer bodies; a body too small for its band is doubted first."""
+    pose = {"Z": -0.9, "tilt": 0.3, "azimuth": 0.0}
+    error = reduction_error(head, pose, 6)
+    assert error.min() > -1e-6 and error.max() < 2e-3
+    assert reduction_note(head, pose, 6).startswith("reduction of elastic bodies: the first 6 frequencies are within")
+    (tmp_path / "head.yaml").write_text(TEXT.replace("size: 36", "size: 9"))
+    small = machine_file.read(tmp_path / "head.yaml")
+    assert reduction_note(small, pose, 6).startswith("doubt: reduction")
+    assert solve_modes(small, pose, 6).notes[0].startswith("doubt: reduction")
 
 
 @pytest.mark.slow

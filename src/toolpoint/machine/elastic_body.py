@@ -18,7 +18,7 @@ from toolpoint.bodies.solid import Patch, SolidModel
 from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
-from toolpoint.substructuring.methods import SURE, ActingLoads
+from toolpoint.substructuring.methods import REACH, SURE, ActingLoads
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import tabulate
 
@@ -27,7 +27,7 @@ from toolpoint.substructuring.sliding import tabulate
 class SlidingPatch:
     """A patch that slides along a direction of the body from `low` to `high` (m, 0 where the patch is drawn).
 
-    stations : distance of the places whose responses are kept, m; the patch's length where left out.
+    stations : distance of the places whose responses are kept, m; half the patch's length where left out.
     """
 
     patch: Patch
@@ -44,7 +44,7 @@ class SlidingPatch:
 
     def positions(self) -> FloatArray:
         """Return the stations, m."""
-        spacing = self.patch.length if self.stations is None else self.stations
+        spacing = self.patch.length / 2 if self.stations is None else self.stations
         count = max(int(np.ceil((self.high - self.low) / spacing - 1e-9)), 1) + 1
         return np.linspace(self.low, self.high, count)
 
@@ -106,6 +106,11 @@ def build_elastic(description: ElasticDescription) -> Body:
     return _kept(repr(description), _Key(description))
 
 
+def reliable_to(description: ElasticDescription) -> float:
+    """Return the frequency (Hz) up to which no free mode of a described body can be missing."""
+    return description.band * REACH / SURE
+
+
 class _Key:
     """A description as an argument of the memory cache: all are equal, the text beside it tells them apart."""
 
@@ -128,8 +133,8 @@ def _kept(text: str, key: _Key) -> Body:
             return read_body(path)
         except (OSError, ValueError, KeyError):
             path.unlink(missing_ok=True)  # a file that a full disk cut off
-    places = {name: SlidingPatch(part.patch, np.array(part.along), *part.slide) if part.slide else part.patch
-              for name, part in key.description.interfaces.items()}
+    places = {name: SlidingPatch(part.patch, np.array(part.along), part.slide[0], part.slide[1], part.stations) if part.slide
+              else part.patch for name, part in key.description.interfaces.items()}
     body = reduce_solid(key.description.model, places, band=key.description.band, size=key.description.size)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

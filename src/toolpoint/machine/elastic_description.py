@@ -40,7 +40,8 @@ class PatchDescription:
     """A rectangle on a flat outer face where a joint, a load or a sensor holds on.
 
     `along` and `across` are directions of its sides; with `slide` (first and last position along `along`, 0 where it is drawn)
-    a joint may move over the body: a carriage on its rail, a limb through its frame.
+    a joint may move over the body: a carriage on its rail, a limb through its frame. Responses are kept at `stations` so far
+    apart, half its length where left out.
     """
 
     centre: Place
@@ -49,6 +50,7 @@ class PatchDescription:
     length: Annotated[float, Quantity("length", "m", above=0)]
     width: Annotated[float, Quantity("length", "m", above=0)]
     slide: tuple[Length, ...] = ()
+    stations: Annotated[float, Quantity("length", "m", above=0)] | None = None
 
     @property
     def patch(self) -> Patch:
@@ -56,6 +58,8 @@ class PatchDescription:
         for name in ("centre", "along", "across"):
             if len(getattr(self, name)) != 3:
                 fail(name, f"{len(getattr(self, name))} numbers", "must be three")
+        if len(self.slide) not in (0, 2):
+            fail("slide", f"{len(self.slide)} positions", "must be two: first and last")
         return Patch(np.array(self.centre), np.array(self.along), np.array(self.across), self.length, self.width)
 
 

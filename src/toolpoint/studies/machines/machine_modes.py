@@ -10,6 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint.machine import Machine
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.gyroscopics import fastest_spin
+from toolpoint.machine.reduction_error import reduction_note
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.text_table import text_table
@@ -19,13 +20,15 @@ from toolpoint.studies.text_table import text_table
 class MachineModes:
     """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
 
-    spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance.
+    spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance; notes : what the
+    reduction of elastic bodies does at this pose.
     """
 
     machine: Machine
     pose: Mapping[str, float]
     frequency: FloatArray
     spread: AnswerSpread | None = None
+    notes: tuple[str, ...] = ()
 
     def table(self) -> str:
         """Return the frequencies as text, with their 95 % intervals and the joint that these mostly come from."""
@@ -36,13 +39,14 @@ class MachineModes:
         if self.spread is not None:
             header += ["+- Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
-        return text_table(title, header, rows)
+        return "\n".join([text_table(title, header, rows), *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints."""
         spread = self.spread
         return {"frequency_hz": self.frequency.tolist(),
                 "interval_hz": None if spread is None else spread.interval.tolist(),
+                "notes": list(self.notes),
                 "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 
 
@@ -51,7 +55,8 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     at = dict(pose or {})
     uncertainty = machine_uncertainty(machine)
     spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
-    return MachineModes(machine, at, _frequencies(machine, at, count), spread)
+    note = "" if fastest_spin(machine.description) else reduction_note(machine, at, min(count, 10))
+    return MachineModes(machine, at, _frequencies(machine, at, count), spread, (note,) if note else ())
 
 
 def _frequencies(machine: Machine, pose: Mapping[str, float], count: int) -> FloatArray:

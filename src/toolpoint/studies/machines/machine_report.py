@@ -17,6 +17,7 @@ from toolpoint.machine.description import ReferenceDescription
 from toolpoint.machine.gyroscopics import fastest_spin
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.placement import place_machine
+from toolpoint.machine.reduction_error import reduction_note
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, tool_point
@@ -83,6 +84,9 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     frequency = body_shapes(machine, at, 18).frequency
     missing = ["Bodies spin: the modes drawn and listed are those at standstill; responses and lobes are those of the spinning "
                "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
+    for place in ([at] if pose or not description.poses else [dict(p) for p in description.poses]):
+        if note := reduction_note(machine, place):
+            missing.append(f"{pose_words(machine, place)}: {note}")
     study: ToolPoint | None = None
     charts: tuple[StabilityChart, ...] = ()
     lowest: tuple[LowestLimit, ...] = ()

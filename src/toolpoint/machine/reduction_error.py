@@ -1,0 +1,59 @@
+"""What the reduction of elastic bodies does to a machine's frequencies at a pose: against richer bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from toolpoint._check import FloatArray
+from toolpoint.machine.elastic_body import reliable_to
+from toolpoint.machine.elastic_description import ElasticDescription
+from toolpoint.machine.model import Machine
+from toolpoint.machine.shapes import body_shapes
+
+WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
+
+
+def has_described_elastic_bodies(machine: Machine) -> bool:
+    """Return whether a body of the machine is elastic by its description."""
+    return any(body.elastic is not None for body in machine.description.bodies.values())
+
+
+def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> FloatArray | None:
+    """Return by how much the lowest frequencies at a pose are too high by reduction, relative, (modes,); None without
+    described elastic bodies.
+
+    The machine is built again with bodies of `WIDER` bands, stations half as far apart, and all responses to loads with what
+    their inertia does, whose own error is of a higher order: a comparison, not a bound (a bound of one body in known
+    surroundings: `couple_reduced`).
+    """
+    if not has_described_elastic_bodies(machine):
+        return None
+    bodies = {name: body if body.elastic is None else replace(body, elastic=_enriched(body.elastic))
+              for name, body in machine.description.bodies.items()}
+    richer = machine.rebuild(replace(machine.description, bodies=bodies))
+    here, there = (body_shapes(each, dict(pose or {}), modes).frequency for each in (machine, richer))
+    count = min(len(here), len(there))
+    return here[:count] / there[:count] - 1
+
+
+def _enriched(elastic: ElasticDescription) -> ElasticDescription:
+    places = {name: replace(part, stations=(part.stations or part.length / 2) / 2) if part.slide else part
+              for name, part in elastic.interfaces.items()}
+    return replace(elastic, band=WIDER * elastic.band, size=None, interfaces=places)
+
+
+def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> str:
+    """Return what the reduction does at a pose in words, a doubt first where it matters; nothing without elastic bodies."""
+    error = reduction_error(machine, pose, modes)
+    if error is None:
+        return ""
+    worst = int(abs(error).argmax())
+    share = 100 * abs(error[worst])
+    text = (f"reduction of elastic bodies: the first {len(error)} frequencies are within {share:.2g} % of richer bodies' "
+            f"(mode {worst + 1})")
+    sure = min((reliable_to(body.elastic) for body in machine.description.bodies.values() if body.elastic), default=0.0)
+    highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])
+    if abs(error[worst]) > 0.01 or highest > sure:
+        return f"doubt: {text}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons (band, size)"
+    return text
