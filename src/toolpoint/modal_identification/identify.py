@@ -13,6 +13,12 @@ from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
 from toolpoint.modal_identification.judgement.identification import Identification, mode_quality
 from toolpoint.modal_identification.judgement.parting import parting_remarks
 from toolpoint.modal_identification.judgement.resonances import resonances
+from toolpoint.modal_identification.judgement.steadiness import (
+    is_crowded,
+    judge_steadiness,
+    steadiness_remarks,
+    widen,
+)
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
 from toolpoint.modal_identification.poles.lsce import ComplexExponential
@@ -101,8 +107,23 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     inside, dead = _alive(cut(frf, band))
     if len(inside.inputs) > len(inside.outputs):
         # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles.
-        return _turned(_identified_deeper(_transposed(inside), chosen, dead))
-    return _identified_deeper(inside, chosen, dead)
+        return _turned(_judged(_identified_deeper(_transposed(inside), chosen, dead), chosen))
+    return _judged(_identified_deeper(inside, chosen, dead), chosen)
+
+
+def _judged(result: Identification, chosen: PoleMethod) -> Identification:
+    """Return the identification with its intervals as wide as its modes move with the band, where its residual is not noise,
+    and with the points, where modes crowd that one reference alone tells apart."""
+    crowded = is_crowded(result.modes) and len(result.frf.inputs) == 1
+    if not (result.smooth or crowded) or result.modes.covariance is None:
+        return result
+    steadiness = judge_steadiness(result.frf, result.modes, lambda part: _identified(part, chosen, []).modes,
+                                  bands=result.smooth, points=crowded)
+    if steadiness is None:
+        return result
+    modes = widen(result.modes, steadiness)
+    return replace(result, modes=modes, steadiness=steadiness,
+                   advice=(*result.advice, *steadiness_remarks(modes, steadiness, result.modes)))
 
 
 def _identified_deeper(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identification:
@@ -148,13 +169,14 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
     quality = _quality(fitted)
     per_mode = mode_quality(inside, model, modes)
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
-    groups = resonances(inside, modes, is_smooth(fitted.spread, quality))
+    smooth = is_smooth(fitted.spread, quality)
+    groups = resonances(inside, modes, smooth)
     advice = (*dead, *unstable, *start.notes, *parting_remarks(inside, model.values()),
               *remarks(inside, modes, quality, mode_quality=per_mode, excess=fitted.excess, spread=fitted.spread,
                        groups=groups))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,
                           _support(start, fitted.fit.poles[rank] * fitted.data.scale),
-                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups)
+                          fitted.fit.significance[rank] / (2 * len(inside.outputs)), advice, groups, smooth=smooth)
 
 
 def _without_unstable(modes: Modes, decay: float) -> tuple[Modes, np.ndarray, list[str]]:

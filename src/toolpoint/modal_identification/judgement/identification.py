@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance
+from toolpoint.modal_identification.judgement.steadiness import Steadiness
 from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -66,6 +67,10 @@ class Identification:
         responses at its frequency.
     doubts : tuple of str
         What the responses betray of wrong signs, delays, scales and labels; first in table, status and plain data.
+    smooth : bool
+        Whether the residual is something that the model misses rather than noise.
+    steadiness : Steadiness, optional
+        How the modes move and vanish when the band is cut; judged where the residual is smooth.
     """
 
     modes: Modes
@@ -80,6 +85,8 @@ class Identification:
     advice: tuple[str, ...] = field(default=())
     resonances: tuple[Resonance, ...] = ()
     doubts: tuple[str, ...] = ()
+    smooth: bool = False
+    steadiness: Steadiness | None = None
 
     @cached_property
     def synthesis(self) -> Frf:
@@ -99,8 +106,11 @@ class Identification:
 
     @property
     def doubtful(self) -> np.ndarray:
-        """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise."""
+        """Whether each mode is doubtful: it is faint, or it does not stand out and the residual is not noise or the bands that
+        are cut do not show it."""
         unsure = {i for resonance in self.resonances if resonance.doubtful for i in resonance.modes}
+        if self.steadiness is not None:
+            unsure |= set(np.flatnonzero(self.steadiness.unsteady).tolist()) - set(self.dominant.tolist())
         return np.array([i in unsure for i in range(self.modes.count)])
 
     @property

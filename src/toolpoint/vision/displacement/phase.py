@@ -19,6 +19,9 @@ from toolpoint.vision.displacement.points import BLIND, EDGE, Windows
 from toolpoint.vision.displacement.reference import Reference
 from toolpoint.vision.displacement.templates import Pass
 
+# Standard deviations by which the amplitude of a filter must stand above its noise for its phase to be followed.
+CLEAR = 4.0
+
 
 @dataclass(frozen=True)
 class LocalPhase:
@@ -58,12 +61,15 @@ class LocalPhase:
         filtered = [self._filtered(reference, axis) for axis in (1, 0)]
         inside = ((windows.corners >= half) & (windows.corners + side + half <= (rows, columns))).all(axis=1)
         usable = inside & (windows.sight > BLIND)
+        share = float((np.abs(wave) ** 2).sum() * (bell**2).sum()) / 2  # of a pixel's noise, in each component of the filter
         covariance, inverse = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
         for p in np.flatnonzero(usable).tolist():
             cut = tuple(slice(at, at + side, self.stride) for at in windows.corners[p])
             for o, (value, by_right, by_down) in enumerate(filtered):
                 part = value[cut]
                 power = np.maximum(np.abs(part) ** 2, 1e-12)
+                # Where noise turns the phase by whole turns it is unwrapped wrongly, and the error stays for all later frames.
+                part = np.where(power > CLEAR**2 * share * reference.variance[cut], part, 0.0)
                 rest[p, o] = part.real, part.imag
                 slopes[p, o] = [(slope[cut] * part.conj()).imag / power for slope in (by_right, by_down)]
             inverse[p] = _inverse(rest[p], slopes[p], windows, p)
