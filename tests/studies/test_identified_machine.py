@@ -60,6 +60,20 @@ def test_samples_scatter_as_the_covariance_says():
     assert np.std(drawn) == pytest.approx(SHARE * K, rel=0.1) and np.mean(drawn) == pytest.approx(K, rel=2e-3)
 
 
+def test_numbers_without_room_on_one_side_have_one_sided_slopes():
+    """A flat body's inertia about its normal can only shrink (triangle inequality); a loss factor of zero can only grow."""
+    described = slider().description
+    flat = replace(described.bodies["body"], inertia=InertiaDescription(1.0, 1.0, 2.0))
+    joint = replace(described.joints["guide"], stiffness={"rz": K}, loss_factor=0.0)
+    paths = ("bodies.body.inertia.zz", "joints.guide.loss_factor")
+    machine = build(replace(described, bodies={"body": flat}, joints={"guide": joint}, damping_ratio=0.01,
+                            identified=IdentifiedDescription(paths, ((0.02**2,), (0.0, 0.01**2)))))
+    uncertainty = machine_uncertainty(machine)
+    slopes = uncertainty.slopes(lambda m: np.array([np.log(assemble(m).stiffness[0, 0] / assemble(m).mass[0, 0]) / 2,
+                                                    m.value("joints.guide.loss_factor")]))
+    np.testing.assert_allclose(slopes, [[-0.5 * 0.02 / 2.0, 0.0], [0.0, 0.01]], rtol=2e-3, atol=1e-12)
+
+
 def test_without_identified_numbers_there_are_no_intervals():
     bare = build(replace(slider().description, identified=None))
     assert machine_uncertainty(bare) is None and solve_modes(bare).spread is None

@@ -1,7 +1,8 @@
 r"""How far the answers of a machine may be off because its identified numbers are: from their covariance, at any pose.
 
 A smooth answer y(p) gets its 95 % interval to first order, :math:`\sigma^2 = g^T C g` with the slopes g by central
-differences of a tenth of a standard deviation (exact to second order in it); an answer that is not smooth (a limit over
+differences of a tenth of a standard deviation (exact to second order in it; one-sided where a number has no room on the
+other side); an answer that is not smooth (a limit over
 lobes) by samples of the whole machine. The share of one joint is :math:`g_j^T C_{jj} g_j`, what would be left if only its
 numbers were uncertain. """
 
@@ -41,13 +42,27 @@ class MachineUncertainty:
         deviation = np.sqrt(np.maximum(np.diag(self.covariance), 0.0))
         rows = []
         for path, size in zip(self.paths, deviation, strict=True):
-            value = self.machine.value(path)
-            ends = [np.asarray(answer(self.machine.with_values({path: _possible(path, value + sign * _STEP * size)})))
-                    for sign in (1, -1)]
-            rows.append((ends[0] - ends[1]) / (2 * _STEP))
+            above, below = self._moved(path, size), self._moved(path, -size)
+            change = np.asarray(answer(above[0])) - np.asarray(answer(below[0]))
+            rows.append(change / max(above[1] + below[1], 1e-300))
             if progress is not None:
                 progress(len(rows), len(self.paths))
         return np.array(rows)
+
+    def _moved(self, path: str, size: float) -> tuple[Machine, float]:
+        """Return the machine with a number moved by a tenth of `size`, less where no machine can be so, and by what share.
+
+        A flat body's inertia, or a loss factor of zero, has room on one side only.
+        """
+        value = self.machine.value(path)
+        for step in (_STEP, _STEP / 10, _STEP / 100):
+            if path.split(".")[2] in ("loss_factor", "damping") and value + step * size < 0:
+                continue
+            try:
+                return self.machine.with_values({path: value + step * size}), step
+            except ToolpointError:
+                continue
+        return self.machine, 0.0
 
     def spread(self, answer: Callable[[Machine], FloatArray], progress: Callable[[int, int], None] | None = None
                ) -> AnswerSpread:
