@@ -1,4 +1,4 @@
-"""Commands about what to change: accuracy, screen."""
+"""Commands about what to change: accuracy, screen, improve."""
 
 from __future__ import annotations
 
@@ -113,4 +113,41 @@ def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None,
         result = run_plan(planned, built, engine=engine, folder=folder, progress=progress)
         if not as_json:
             run.save(screening_page(result, plan.stem, run.warnings))
+    run.show(result)
+
+
+@click.command()
+@click.argument("plan", type=PATH)
+@click.option("--answer", type=click.Choice(["response peak", "static compliance", "depth limit", "position error"]),
+              required=True,
+              help="What is to be improved, at the pose of the plan.")
+@click.option("--goal", type=float, required=True, help="What it shall become: m/N, or mm for a depth limit, um for an error.")
+@JSON
+def improve(plan: Path, answer: str, goal: float, as_json: bool) -> None:
+    """The cheapest changes (factors of a plan with their costs) that bring the tool point to a goal, from exact slopes."""
+    import numpy as np
+
+    from toolpoint.io.yaml import machine_file, plan_file
+    from toolpoint.studies.screening import answers
+    from toolpoint.studies.screening.improve import improve as improve_machine
+
+    planned = plan_file.read(plan)
+    built = machine_file.read(plan.parent / planned.machine)
+    cut = built.description.cutting
+    if answer in ("depth limit", "position error") and cut is None:
+        raise ToolpointError(f"--answer {answer}: the machine file has no 'cutting'")
+    if planned.swaps:
+        raise ToolpointError("improve: the plan holds swaps, which have no slope; give factors, or screen them")
+    if answer == "position error" and planned.square is None:
+        raise ToolpointError("--answer position error: the plan needs a square, for its speed and depth")
+    scale = {"depth limit": 1e-3, "position error": 1e-6}.get(answer, 1.0)
+    with frame(None, as_json) as run:
+        chosen: Any = answers.ResponsePeak(static=answer == "static compliance")
+        if answer == "depth limit" and cut is not None:
+            chosen = answers.DepthLimit(cut)
+        if answer == "position error" and cut is not None and planned.square is not None:
+            chosen = answers.PeriodicError(cut, planned.square.speed, planned.square.depth)
+        result = improve_machine(built, planned.factors, chosen, scale * goal, poses=(dict(planned.pose),),
+                                 doubts=planned.doubts,
+                                 draws=planned.draws, rng=np.random.default_rng(planned.seed))
     run.show(result)

@@ -36,8 +36,10 @@ if TYPE_CHECKING:
     from toolpoint.studies.robots.reach_study import study_reach
     from toolpoint.studies.robots.regions import plane_directions, search_regions
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
+    from toolpoint.studies.screening.answers import DepthLimit, PeriodicError, ResponsePeak
     from toolpoint.studies.screening.designs import one_at_a_time
     from toolpoint.studies.screening.effects import rank_changes
+    from toolpoint.studies.screening.improve import improve as improve_machine
     from toolpoint.studies.screening.metrics import NamedMetrics
     from toolpoint.studies.screening.planned import run_plan
     from toolpoint.studies.screening.screen import screen
@@ -53,12 +55,15 @@ if TYPE_CHECKING:
 __all__ = [
     "AccuracyMetric",
     "CuttingTest",
+    "DepthLimit",
     "Factor",
     "Measurement",
     "MillingSetup",
     "NamedMetrics",
     "Option",
+    "PeriodicError",
     "PlaceQuantity",
+    "ResponsePeak",
     "Swap",
     "TurningCut",
     "Uncertainty",
@@ -75,6 +80,7 @@ __all__ = [
     "compare_with_test",
     "film_machine",
     "gather_test",
+    "improve_machine",
     "judge_servo_data",
     "line",
     "machine_dynamics",
@@ -145,6 +151,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "robots.reach_study": ("study_reach",),
     "robots.regions": ("plane_directions", "search_regions"),
     "robots.turns": ("choose_turns", "compare_branches"),
+    "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),
     "screening.designs": ("one_at_a_time",),
     "screening.effects": ("rank_changes",),
     "screening.metrics": ("NamedMetrics",),
@@ -163,6 +170,7 @@ _CHANGES = ("Factor", "Option", "Swap")  # plain data of the machine's room, exp
 _HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
     # Where module and function have one name, the room exports a verb: the module would hide the function.
     "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map"),
+    "improve_machine": ("screening.improve", "improve"),
     "map_responses": ("machines.response_map", "response_map"), "map_stiffness": ("machines.stiffness_map", "stiffness_map")}
 
 

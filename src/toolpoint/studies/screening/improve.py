@@ -1,0 +1,321 @@
+r"""What to change: the cheapest set of changes that brings an answer of the tool point to a goal, from exact slopes.
+
+Cost is :math:`\sum_i c_i |x_i - x_{i,0}|` over shares x of the factors' ranges. It is minimised by linear programmes within a
+region of trust that shrinks where the linear answer was wrong, begun at nothing and at the best single change; their corners
+leave most changes at zero. What is promised is what the full model gives at the end, not what the slopes foretold.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import linprog
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.machine.assemble import assemble
+from toolpoint.machine.build import build
+from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.model import Machine
+from toolpoint.machine.variation import Factor, check_changes, resting_shares, vary
+from toolpoint.studies.machines.tool_point import seen_along, tool_axes
+from toolpoint.studies.screening.answers import Answer, TipSystem
+from toolpoint.studies.text_table import text_table
+
+Pose = Mapping[str, float]
+_STEPS = 60
+_CLOSE = 1e-6
+_MARGIN = 2e-4
+
+
+@dataclass(frozen=True, eq=False)
+class Improvement:
+    """The cheapest changes for a goal.
+
+    shares : (n,) of every factor's range; before, goal, value : the answer (worst of all poses); value is that of the full
+    model; error : relative difference of the affine matrices from the full model there; interval : of the value over the draws
+    of uncertain inputs, (2,), not numbers without; best_single : name and answer of the best that one change alone does at the
+    same cost.
+    """
+
+    answer: str
+    unit: str
+    factors: tuple[Factor, ...]
+    shares: FloatArray
+    rest: FloatArray
+    slopes: FloatArray
+    before: float
+    goal: float
+    value: float
+    error: float
+    interval: FloatArray
+    cost: float
+    best_single: tuple[str, float]
+    status: str
+
+    def changes(self) -> list[str]:
+        """Return a line on every factor that is changed."""
+        moved = np.flatnonzero(np.abs(self.shares - self.rest) > _CLOSE)
+        return [f"{self.factors[k].name}: {self.factors[k].words(float(self.shares[k]))}" for k in moved]
+
+    def table(self) -> str:
+        """Return what to change as text."""
+        rows = [[f.name, f.words(float(s)), f"{f.cost * abs(s - r):.4g}", f"{g:+.4g}"] for f, s, r, g in zip(
+            self.factors, self.shares, self.rest, self.slopes, strict=True)]
+        low, high = self.interval
+        sure = "" if np.isnan(low) else f"; 95 % over the uncertain inputs {low:.4g} .. {high:.4g}"
+        return "\n".join([
+            text_table(f"To bring the {self.answer} from {self.before:.4g} to {self.goal:.4g} {self.unit}",
+                       ["factor", "change", "cost", f"slope {self.unit} per range"], rows),
+            f"the full model gives {self.value:.6g} {self.unit} at a cost of {self.cost:.4g}{sure}",
+            f"best single change of that cost: {self.best_single[0]}, {self.best_single[1]:.4g} {self.unit}", self.status])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the improvement as plain data."""
+        return {"answer": self.answer, "unit": self.unit, "before": self.before, "goal": self.goal, "value": self.value,
+                "error": self.error, "interval": [None if np.isnan(v) else float(v) for v in self.interval], "cost": self.cost,
+                "shares": {f.name: float(s) for f, s in zip(self.factors, self.shares, strict=True)}, "changes": self.changes(),
+                "slopes": {f.name: float(g) for f, g in zip(self.factors, self.slopes, strict=True)},
+                "best_single": list(self.best_single), "status": self.status}
+
+
+def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, goal: float, *, poses: Sequence[Pose] = ({},),
+            doubts: Sequence[Factor] = (), draws: int = 0, rng: np.random.Generator | None = None) -> Improvement:
+    """Return the cheapest changes of the factors that bring an answer, at its worst pose, to a goal.
+
+    Parameters
+    ----------
+    machine : Machine
+        Its matrices must be affine in the factors (stiffness, damping, mass, density), else ToolpointError.
+    factors : sequence of Factor
+        What may be changed, each with its range and the cost of all of it.
+    answer : ResponsePeak, DepthLimit, PeriodicError or the like
+    goal : float
+        In the answer's unit: a lowest value where larger is better, else a highest.
+    poses : sequence of poses
+    doubts, draws, rng
+        Uncertain inputs: how the promised value scatters over them.
+    """
+    description = machine.description
+    check_changes(description, factors)
+    positive("goal", goal)
+    model = _AffineModel.of(machine, factors, poses)
+    solver = _CostSearch(model, answer, goal, np.array([f.cost for f in factors]))
+    before, slopes = solver.worst(model.rest)
+    shares = solver.run()
+    value = _full_value(description, factors, shares, answer, poses)
+    estimate, _ = solver.worst(shares)
+    error = abs(estimate / value - 1)
+    if error > _CLOSE:
+        fail("factors", f"the full model differs by {error:.2g} at the solution", "the matrices must be affine in the factors",
+             "leave out sizes and places; stiffness, damping, mass and density are")
+    met = value >= goal if answer.rises else value <= goal
+    interval = np.full(2, np.nan)
+    if draws and rng is not None and doubts:
+        check_changes(description, doubts)
+        drawn = [_full_value(vary(description, doubts, rng.random(len(doubts)).tolist()), factors, shares, answer, poses)
+                 for _ in range(draws)]
+        interval = np.percentile(drawn, [2.5, 97.5])
+    cost = solver.cost(shares)
+    return Improvement(answer.name, answer.unit, tuple(factors), shares, model.rest, slopes, before, goal, value, error,
+                       interval,
+                       cost, _named(factors, solver.best_single(cost)), "the goal is met by the full model" if met else
+                       "the goal cannot be met within the ranges; this is the best that they allow: widen them or lower the "
+                       "goal")
+
+
+def _named(factors: Sequence[Factor], best: tuple[int, float]) -> tuple[str, float]:
+    return ("none" if best[0] < 0 else factors[best[0]].name), best[1]
+
+
+def _full_value(description: MachineDescription, factors: Sequence[Factor], shares: FloatArray, answer: Answer,
+                poses: Sequence[Pose]
+                ) -> float:
+    full = build(vary(description, factors, shares.tolist()))
+    values = np.concatenate([answer.evaluate(_tip_system(full, pose), None)[0] for pose in poses])
+    return float(values.min() if answer.rises else values.max())
+
+
+def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
+    description = machine.description
+    if description.tool is None:
+        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+    point = description.tool if description.table is None else f"{description.tool}-{description.table}"
+    batch = {name: np.array([value]) for name, value in pose.items()}
+    system = assemble(machine, batch, [f"{point}:{way}" for way in ("+x", "+y", "+z")], modal_damping=False)
+    if system.poses == ():
+        maps = tool_axes(machine, None)[0].T @ system.output_map
+    else:
+        system = seen_along(system, tool_axes(machine, batch)).at_pose(0)
+        maps = system.output_map
+    zero = np.zeros_like(system.mass)
+    loss = zero if system.structural_damping is None else system.structural_damping
+    if description.damping_ratio is not None:
+        loss = loss + 2 * description.damping_ratio * system.stiffness
+    if not np.any(loss) and (system.damping is None or not np.any(system.damping)):
+        fail("machine", "no damping", "its response would be infinite", "give damping_ratio, or damping to joints")
+    return TipSystem(system.mass, zero if system.damping is None else system.damping, loss, system.stiffness, maps.T)
+
+
+@dataclass(frozen=True, eq=False)
+class _AffineModel:
+    """Matrices at every pose as a base and slopes per share of every factor."""
+
+    rest: FloatArray
+    bases: tuple[TipSystem, ...]
+    slopes: tuple[TipSystem, ...]
+
+    @classmethod
+    def of(cls, machine: Machine, factors: Sequence[Factor], poses: Sequence[Pose]) -> _AffineModel:
+        rest = np.array(resting_shares(factors))
+        bases = tuple(_tip_system(machine, pose) for pose in poses)
+        parts: list[list[TipSystem]] = []
+        for k in range(len(factors)):
+            end = rest.copy()
+            end[k] = 1.0 if rest[k] < 0.5 else 0.0
+            other = build(vary(machine.description, factors, end.tolist()))
+            step = end[k] - rest[k]
+            parts.append([_difference(_tip_system(other, pose), base, step) for pose, base in zip(poses, bases, strict=True)])
+        stacked = tuple(_stack([row[i] for row in parts]) for i in range(len(poses)))
+        return cls(rest, bases, stacked)
+
+    def at(self, shares: FloatArray) -> tuple[TipSystem, ...]:
+        step = shares - self.rest
+
+        def moved(base: TipSystem, slope: TipSystem, term: str) -> FloatArray:
+            return np.asarray(getattr(base, term) + np.tensordot(step, getattr(slope, term), 1))
+
+        return tuple(TipSystem(moved(b, s, "mass"), moved(b, s, "damping"), moved(b, s, "loss"), moved(b, s, "stiffness"),
+                               b.tip)
+                     for b, s in zip(self.bases, self.slopes, strict=True))
+
+
+def _difference(other: TipSystem, base: TipSystem, step: float) -> TipSystem:
+    return TipSystem((other.mass - base.mass) / step, (other.damping - base.damping) / step, (other.loss - base.loss) / step,
+                     (other.stiffness - base.stiffness) / step, base.tip)
+
+
+def _stack(parts: Sequence[TipSystem]) -> TipSystem:
+    return TipSystem(np.array([p.mass for p in parts]), np.array([p.damping for p in parts]), np.array([p.loss for p in parts]),
+                     np.array([p.stiffness for p in parts]), parts[0].tip)
+
+
+class _CostSearch:
+    """Linear programmes within a region of trust; the answer in logarithms, so that goals are shares."""
+
+    def __init__(self, model: _AffineModel, answer: Answer, goal: float, costs: FloatArray) -> None:
+        self.model, self.answer, self.costs = model, answer, costs
+        self.sense = 1.0 if answer.rises else -1.0
+        self.goal = goal * (1 + self.sense * _MARGIN)  # aimed at a little beyond, so that rounding does not miss it
+
+    def cost(self, shares: FloatArray) -> float:
+        """Cost of shares."""
+        return float(self.costs @ np.abs(shares - self.model.rest))
+
+    def answers(self, shares: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Candidates of all poses (m,) and their slopes (m, n)."""
+        rows = [self.answer.evaluate(system, slope) for system, slope in zip(self.model.at(shares), self.model.slopes,
+                                                                             strict=True)]
+        return np.concatenate([row[0] for row in rows]), np.concatenate([row[1] for row in rows])
+
+    def worst(self, shares: FloatArray) -> tuple[float, FloatArray]:
+        """Value and slopes at the worst pose."""
+        values, slopes = self.answers(shares)
+        k = int((self.sense * values).argmin())
+        return float(values[k]), slopes[k]
+
+    def value(self, shares: FloatArray) -> float:
+        """The answer alone."""
+        values = np.concatenate([self.answer.evaluate(system, None)[0] for system in self.model.at(shares)])
+        return float((self.sense * values).min() * self.sense)
+
+    def gap(self, values: FloatArray) -> FloatArray:
+        """What is missing to the goal at every pose, in logarithms; not above zero where it is met."""
+        return self.sense * (np.log(self.goal) - np.log(values))
+
+    def run(self) -> FloatArray:
+        """The cheapest shares that meet the goal, or those nearest to it."""
+        starts = [self.model.rest, *self._single_starts()]
+        ends = [self._from(start) for start in starts]
+        missing = [max(float(self.gap(self.answers(end)[0]).max()), 0.0) for end in ends]
+        met = [end for end, miss in zip(ends, missing, strict=True) if miss < 0.9 * _MARGIN]
+        return min(met, key=self.cost) if met else ends[int(np.argmin(missing))]
+
+    def _single_starts(self) -> list[FloatArray]:
+        """Each factor alone as far as it must go for the goal, or to its end; the three cheapest that meet it."""
+        starts = []
+        for k in range(len(self.costs)):
+            for end in (0.0, 1.0):
+                if abs(end - self.model.rest[k]) > _CLOSE and (start := self._alone(k, end)) is not None:
+                    starts.append(start)
+        return sorted(starts, key=self.cost)[:3]
+
+    def _alone(self, k: int, end: float) -> FloatArray | None:
+        def at(share: float) -> FloatArray:
+            shares = self.model.rest.copy()
+            shares[k] += share * (end - shares[k])
+            return shares
+
+        def missing(share: float) -> float:
+            return float(self.gap(np.array([self.value(at(share))])).max())
+
+        if missing(1.0) > 0:
+            return None
+        low, high = 0.0, 1.0
+        for _ in range(12):
+            middle = (low + high) / 2
+            low, high = (low, middle) if missing(middle) <= 0 else (middle, high)
+        return at(high)
+
+    def _from(self, start: FloatArray) -> FloatArray:
+        shares, trust = start.copy(), 0.25
+        values, slopes = self.answers(shares)
+        merit = self._merit(shares, values)
+        for _ in range(_STEPS):
+            step = self._programme(shares, values, slopes, trust)
+            trial = np.clip(shares + step, 0.0, 1.0)
+            fresh, fresh_slopes = self.answers(trial)
+            gain = self._merit(trial, fresh)
+            if gain < merit - 1e-12:
+                trust = min(1.5 * trust, 1.0)
+                shares, values, slopes, merit = trial, fresh, fresh_slopes, gain
+            else:
+                trust /= 3
+            if trust < 1e-7:
+                break
+        return shares
+
+    def _merit(self, shares: FloatArray, values: FloatArray) -> float:
+        """Cost, and a heavy weight on what is missing to the goal."""
+        return self.cost(shares) + 1e3 * float(self.costs.sum()) * max(float(self.gap(values).max()), 0.0)
+
+    def _programme(self, shares: FloatArray, values: FloatArray, slopes: FloatArray, trust: float) -> FloatArray:
+        """Minimise cost and slack over up and down moves from the machine as it is, the linear answer meeting the goal."""
+        n, rest = len(shares), self.model.rest
+        rate = self.sense * slopes / values[:, None]
+        # x = rest + up - down; rate (x - shares) + slack >= gap
+        matrix = np.hstack([-rate, rate, -np.ones((len(values), 1))])
+        bound = -self.gap(values) + rate @ (rest - shares)
+        box = np.hstack([np.eye(n), -np.eye(n), np.zeros((n, 1))])
+        low, high = np.maximum(shares - trust, 0.0), np.minimum(shares + trust, 1.0)
+        limits = [*((0.0, 1.0 - r) for r in rest), *((0.0, r) for r in rest), (0.0, None)]
+        price = np.concatenate([self.costs, self.costs, [1e3 * self.costs.sum()]])
+        solution = linprog(price, np.vstack([matrix, box, -box]), np.concatenate([bound, high - rest, rest - low]),
+                           bounds=limits)
+        if solution.x is None:
+            return np.zeros(n)
+        return rest + solution.x[:n] - solution.x[n:2 * n] - shares
+
+    def best_single(self, cost: float) -> tuple[int, float]:
+        """The number of the factor that alone does best at a cost (-1: none does anything), and what it does."""
+        best, name = self.value(self.model.rest), -1
+        for k in range(len(self.costs)):
+            for sense in (-1.0, 1.0):
+                shares = self.model.rest.copy()
+                shares[k] = np.clip(shares[k] + sense * cost / self.costs[k], 0.0, 1.0)
+                value = self.value(shares)
+                if self.sense * (value - best) > 0:
+                    best, name = value, k
+        return name, best
