@@ -92,6 +92,11 @@ def test_wrong_inputs_say_what_to_do(capsys, folder, monkeypatch, arguments, wor
     assert words in " ".join(capsys.readouterr().err.split())
 
 
+def test_schema_of_shaft_files(capsys):
+    main(["rcsa", "--schema"])
+    assert "segments" in json.loads(capsys.readouterr().out)["properties"]
+
+
 def test_faults_of_a_shaft_file_have_their_lines(capsys, folder):
     (folder / "bad.yaml").write_text(TOOL.replace("diameter: 16 mm, material: carbide}", "diameter: 16 mm, bore: 17 mm}", 1))
     with pytest.raises(SystemExit):

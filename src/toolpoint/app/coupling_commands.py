@@ -21,8 +21,20 @@ if TYPE_CHECKING:
 CHARTED = 60
 
 
+def _schema(ctx: click.Context, parameter: click.Parameter, value: bool) -> None:
+    if value:
+        import json
+
+        from toolpoint.io.yaml.shaft_file import json_schema
+
+        click.echo(json.dumps(json_schema(), indent=2))
+        ctx.exit()
+
+
 @click.command()
 @click.argument("tool", type=PATH)
+@click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_schema,
+              help="Print the JSON schema of shaft files, for editors, and end.")
 @click.option("--frf", multiple=True, type=PATH, help="Measured responses: of a gauge's stations (with --gauge), or of the "
                                                       "spindle with its rotations (with --at).")
 @click.option("--gauge", type=PATH, help="Shaft file of the gauge that was in the spindle, with its stations.")
