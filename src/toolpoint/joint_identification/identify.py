@@ -301,7 +301,8 @@ def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Po
         elif bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
             result[name] = (f"{name} bends in mode {', '.join(map(str, which))} (up to "
-                            f"{100 * motion.bending[bends].max():.2g} % of its motion): divide it or leave these modes out")
+                            f"{100 * motion.bending[bends].max():.2g} % of its motion): divide it, leave these modes out, or "
+                            "describe it as elastic in the machine file")
         elif np.isnan(motion.bending_p).any():
             result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
     return result
