@@ -77,11 +77,18 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     body = LargeBody(model.stiffness(), model.mass(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
                      coordinates=model.dof_places)
     reduction = reduce(body, method or ActingLoads(band), size)
+    return free_body(reduction, rigid.T @ (body.mass @ rigid), (),
+                     {name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+
+
+def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], interfaces: Mapping[str, Interface]
+              ) -> Body:
+    """Return the body of a reduction: six rigid motions with their mass (6, 6) about the frame, unit elastic coordinates."""
     mass = np.zeros((6 + reduction.size,) * 2)
-    mass[:6, :6] = rigid.T @ (body.mass @ rigid)
+    mass[:6, :6] = rigid_mass
     mass[6:, 6:] = np.eye(reduction.size)
-    return Body((mass + mass.T) / 2, np.diag(reduction.squares), notes=(_note(reduction, model.size),),
-                interfaces={name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+    return Body((mass + mass.T) / 2, np.diag(reduction.squares), notes=(*notes, _note(reduction, len(reduction.vectors))),
+                interfaces=interfaces)
 
 
 def _interface(place: Patch | SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
