@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import click
 from numpy.typing import ArrayLike
 
-from toolpoint._check import one_of
+from toolpoint._check import fail, one_of
 from toolpoint.app.frame import frame
 from toolpoint.app.options import OUTPUT
 
@@ -27,23 +28,30 @@ MILL_TRUTH = {
 
 @dataclass(frozen=True)
 class Demo:
-    """A published system: one line of what it shows, and what runs it and writes its page into a folder."""
+    """A published system: one line of what it shows, and what runs it and writes its page into a folder; `full` at full
+    length."""
 
     summary: str
     run: Callable[[Path], None]
+    full: Callable[[Path], None] | None = None
 
 
 @click.command()
 @click.argument("name", default=DEFAULT)
 @click.option("--list", "listed", is_flag=True, help="Print the names and what they show.")
+@click.option("--full", is_flag=True,
+              help="At full length: of the milling robot, whole sides of all 23 variants (about an hour).")
 @OUTPUT
-def demo(name: str, listed: bool, output: Path) -> None:
+def demo(name: str, listed: bool, full: bool, output: Path) -> None:
     """A published system by name (see --list): by default a machining centre with modes, tool-point responses and lobes."""
     if listed:
         width = max(map(len, DEMOS))
         click.echo("\n".join(f"{key:{width}}  {entry.summary}" for key, entry in DEMOS.items()))
         return
-    DEMOS[one_of("demo", name, DEMOS)].run(output)
+    chosen = DEMOS[one_of("demo", name, DEMOS)]
+    if full and chosen.full is None:
+        fail("--full", name, "has one length only")
+    (chosen.full if full and chosen.full is not None else chosen.run)(output)
 
 
 def run_machining_centre(output: Path) -> None:
@@ -140,10 +148,37 @@ def run_video_mill(output: Path) -> None:
     run.show_rest()
 
 
+def run_milling_robot(output: Path, *, whole: bool = False) -> None:
+    """Show the published milling robot; `whole`: whole sides of all variants, kept and resumed in a folder beside the page."""
+    from importlib import resources
+
+    from toolpoint.app import console
+    from toolpoint.io.yaml import plan_file, robot_file
+    from toolpoint.machine.build import build
+    from toolpoint.pages.robot_demo import robot_demo_page
+    from toolpoint.studies.robots.datasheet_study import study_datasheet
+    from toolpoint.studies.screening.robot_demo import run_demo
+
+    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=7) as run:
+        run.step("datasheet")
+        sheet = folder / "milling_robot_datasheet.yaml"
+        description = robot_file.read_robot_machine(sheet)
+        study = study_datasheet(robot_file.read(sheet), description)
+        result = run_demo(study, build(description), plan_file.read(folder / "milling_robot_screening.yaml"), step=run.step,
+                          whole=whole, folder=output.with_name(f"{output.stem}-kept") if whole else None)
+        run.step("page")
+        run.save(robot_demo_page(result, sheet.read_text(encoding="utf-8"), sheet.name, run.warnings))
+    console.text(study.table())
+    console.text(result.table())
+    run.show_rest()
+
+
 DEMOS: dict[str, Demo] = {
     DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", run_machining_centre),
     "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", run_video_mill),
     "three-rps-head": Demo("parallel head with three driven limbs: closed loops, parasitic motion, maps over tilt and azimuth",
                            run_three_rps_head),
+    "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
+                          run_milling_robot, partial(run_milling_robot, whole=True)),
     "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", run_gantry),
 }

@@ -1,0 +1,116 @@
+"""The published milling robot from end to end: datasheet, map, region, stable depths, accuracy of a side, screening of
+changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.cutting import StabilityChart, ZeroOrder
+from toolpoint.machine.model import Machine
+from toolpoint.machine.screening_plan import ScreeningPlan
+from toolpoint.studies.accuracy.milling_accuracy import MillingAccuracy, MillingSetup, mill_path
+from toolpoint.studies.accuracy.tool_paths import square
+from toolpoint.studies.machines.reach import reach_places
+from toolpoint.studies.machines.tool_point import lobes, tool_point
+from toolpoint.studies.robots.datasheet_study import DatasheetStudy
+from toolpoint.studies.robots.place_map import PlaceMap, PlaceQuantity, map_places, place_grid
+from toolpoint.studies.robots.regions import EvenSegment, RegionSearch, plane_directions, search_regions
+from toolpoint.studies.screening.planned import PlannedScreening, run_plan
+
+STEP, SPAN = 0.05, ((-0.2, 0.7), (-0.3, 0.7))
+SOURCE = ((0.49, 0.0, 0.16), (0.49, 0.0, 0.36))  # the source's region, m
+SOURCE_SPREAD = 0.45  # Hz
+TIP = 0.28  # m from the wrist to the tool's tip
+SPEEDS = np.linspace(8000, 24000, 33)
+_FINDINGS = (
+    ("stiffness of ", "members 20 % stiffer: at most about 1 %", lambda change: abs(change) < 0.02),
+    ("density of ", "members 20 % lighter: nothing measurable", lambda change: abs(change) < 0.005),
+    ("reducer of axis 1", "reducer of axis 1: 7 to 8 % less", lambda change: -0.1 < change < -0.05),
+    ("reducer of axis 3", "reducer of axis 3: 5.7 to 6.9 % less", lambda change: -0.09 < change < -0.04),
+    ("support bearings axes 2 and 3", "bearings at axes 2 and 3: the most, 13 % less (8 % in the abstract)",
+     lambda change: change < -0.07))
+
+
+@dataclass(frozen=True, eq=False)
+class RobotDemo:
+    """Results of the demo, in the order of the source."""
+
+    datasheet: DatasheetStudy
+    map: PlaceMap
+    search: RegionSearch
+    at_source: EvenSegment
+    chart: StabilityChart
+    accuracy: MillingAccuracy
+    screening: PlannedScreening
+
+    def findings(self) -> list[str]:
+        """Return the source's conclusions, each with agree or differ and the numbers here."""
+        result = self.screening.screening
+        change = result.metric("position error")[0] / result.metric("position error")[0, 0] - 1
+        lines = []
+        for start, words, holds in _FINDINGS:
+            seen = [float(change[i]) for i, label in enumerate(result.design.labels) if label.startswith(start)]
+            low, high = 100 * min(seen), 100 * max(seen)
+            verdict = "agree" if all(holds(value) for value in seen) else "differ"
+            lines.append(f"{verdict}: the source finds {words}; here {low:+.2f} .. {high:+.2f} % (loads: {result.loads})")
+        return lines
+
+    def region_lines(self) -> list[str]:
+        """Return where the most even segment lies beside the source's."""
+        best = self.search.best
+        return [f"most even vertical or slanted segment here: from {best.start.round(3).tolist()} to "
+                f"{best.end.round(3).tolist()} m, "
+                f"{best.total:.2f} Hz over four modes",
+                f"at the source's place (x 0.49 m, z 0.16 .. 0.36 m) it is {self.at_source.total:.2f} Hz, the source has "
+                f"{SOURCE_SPREAD} Hz: its members are a CAD model that is not published, and how its tool stands on the grid "
+                f"is not said"]
+
+    def table(self) -> str:
+        """Return all results as text."""
+        limit = self.chart.limit
+        shown = ", ".join(f"{s:.0f}: {'stable as far as charted' if not np.isfinite(v) else f'{1e3 * v:.3g} mm'}"
+                          for s, v in list(zip(SPEEDS, limit, strict=True))[::8])
+        return "\n".join([self.map.table(), self.search.table(), *self.region_lines(), f"stable depth by rev/min: {shown}",
+                          self.accuracy.table(), self.screening.table(), *self.findings()])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all results as plain data."""
+        return {"map": self.map.to_dict(), "search": self.search.to_dict(), "accuracy": self.accuracy.to_dict(),
+                "screening": self.screening.to_dict(), "findings": self.findings()}
+
+
+def run_demo(datasheet: DatasheetStudy, machine: Machine, plan: ScreeningPlan, *, whole: bool = False,
+             step: Callable[[str], None] = lambda name: None, folder: Path | None = None,
+             progress: Callable[[int, int], None] | None = None) -> RobotDemo:
+    """Return the whole chain. whole : whole sides in the screening (hours on one core with members that bend), not short
+    windows."""
+    step("map over the workspace")
+    grid = place_grid({"x": _line(0), "z": _line(1)})
+    shown = map_places(machine, grid, PlaceQuantity(), point="wrist")
+    step("most even region")
+    search = search_regions(machine, grid.places.reshape(-1, 3), plane_directions([1, 0, 0], [0, 0, 1]), point="wrist")
+    at_source = search_regions(machine, np.array(SOURCE[:1]), np.array([[0, 0, 1.0]]), point="wrist").best
+    step("stable depths")
+    pose = reach_places(machine, np.mean(SOURCE, axis=0)[None], point="wrist").poses[0]
+    assert pose is not None
+    chart = lobes(tool_point(machine, [pose]), speeds=SPEEDS, method=ZeroOrder())[0]
+    step("accuracy of a side")
+    centre = (SOURCE[0][0] + TIP, 0.0, (SOURCE[0][2] + SOURCE[1][2]) / 2)
+    sides = square(0.2, centre=centre, first=(0, 1, 0), second=(0, 0, 1), feed=0.005, law="jerk-limited")
+    accuracy = mill_path(machine, sides[:1], MillingSetup(15000, 0.5e-3, window=None if whole else 1.0))
+    step("screening of 23 variants")
+    used = plan if plan.square is None else replace(plan, square=replace(
+        plan.square, window=None if whole else 0.1, sides=plan.square.sides if whole else (1, 2)))
+    return RobotDemo(datasheet, shown, search, at_source, chart, accuracy, run_plan(used, machine, folder=folder,
+                                                                                    progress=progress))
+
+
+def _line(k: int) -> FloatArray:
+    low, high = SPAN[k]
+    return np.asarray(np.arange(low, high + STEP / 2, STEP))
