@@ -110,7 +110,8 @@ class Preparation:
     def elastic_modes(self, below: float) -> EigenPairs:
         """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
         body = self.body
-        pairs = modes(body.stiffness, body.mass, below=below, shift=self.shift or None, coordinates=body.coordinates)
+        pairs = modes(body.stiffness, body.mass, below=below, shift=self.shift, coordinates=body.coordinates,
+                      inverse=self.inverse)
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
                  "a part that hangs loose, a mechanism, or a body that is held after all")

@@ -29,7 +29,7 @@ _GAP = 1e-6
 def modes(
     stiffness: SparseMatrix, mass: SparseMatrix, number: int | None = None, *, below: float | None = None,
     shift: float | None = None, is_counted: bool = True, coordinates: FloatArray | None = None,
-    solver: str = "auto",
+    solver: str = "auto", inverse: Factorisation | None = None,
 ) -> EigenPairs:
     """Return the lowest modes, rigid-body modes included.
 
@@ -47,14 +47,18 @@ def modes(
         Whether the modes are counted (one more factorisation); without it nothing says that none is missing.
     coordinates, solver
         Passed to `factorise`; the count needs a solver of indefinite matrices.
+    inverse : Factorisation, optional
+        Of K + `shift` M where there is one already; the shift may be 0 then, for a held body.
     """
     k, m = check_symmetric("stiffness", stiffness), check_symmetric("mass", mass)
     if k.shape != m.shape:
         fail("mass", f"shape {m.shape}", f"must be that of the stiffness, {k.shape}")
     if (number is None) == (below is None):
         fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
-    s = positive("shift", shift) if shift is not None else default_shift(k, m)
-    search = _Search(k, m, s, factorise(csc_array(k + s * m), coordinates=coordinates, solver=solver), coordinates, solver)
+    s = shift if inverse is not None and shift == 0 else positive("shift", shift) if shift is not None else default_shift(k, m)
+    if inverse is None:
+        inverse = factorise(csc_array(k + s * m), coordinates=coordinates, solver=solver)
+    search = _Search(k, m, s, inverse, coordinates, solver)
     if search.inverse.negative_pivots:
         fail("stiffness", f"{search.inverse.negative_pivots} negative eigenvalues below {-s:.3g} rad^2/s^2",
              "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
