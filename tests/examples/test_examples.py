@@ -86,6 +86,10 @@ def test_scallops_of_a_trochoid():
     assert run("measure_a_milled_surface.py") == pytest.approx(1.0, rel=1e-3)
 
 
+def test_chatter_that_repeats_after_three_teeth():
+    assert run("draw_peak_to_peak_vibration.py") == 3
+
+
 def test_the_least_width_of_turning():
     assert run("tell_which_chatter_it_is.py") == pytest.approx(1.0, rel=1e-12)
 

@@ -89,17 +89,6 @@ class JointEstimate:
     relaxation_deviation: float = 0.0
 
     @property
-    def spatial_stiffness(self) -> FloatArray | None:
-        """Stiffness (6, 6) for twists (v, w) at `position` in the machine's axes; of six free twists only, else None.
-
-        With fewer, the other directions are rigid, and no finite matrix of six by six says so.
-        """
-        if self.stiffness_matrix is None or self.screws.shape[1] < 6:
-            return None
-        back = np.linalg.solve(self.screws, about(self.position, 1.0))
-        return np.asarray(back.T @ self.stiffness_matrix @ back)
-
-    @property
     def directions(self) -> FloatArray:
         """Unit direction of every freedom, shape (f, 3)."""
         return np.array([self.frame[:, "xyz".index(name[-1])] for name in self.freedoms]).reshape(-1, 3)

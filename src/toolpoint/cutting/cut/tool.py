@@ -84,12 +84,6 @@ class Tool:
         """Whether any tooth has a helix."""
         return bool(np.any(np.abs(self.helix) > 1e-12))
 
-    @property
-    def axial_pitch(self) -> float:
-        """Height over which the edge lags by one tooth, pi D/(N tan helix), m; infinite for straight teeth."""
-        slope = abs(float(np.tan(self.helix[0])))
-        return float("inf") if slope < 1e-12 else np.pi * self.diameter / (self.teeth * slope)
-
     def angles(self, height: FloatArray | float = 0.0) -> FloatArray:
         """Return the lag of every tooth's edge behind tooth 0's tip at these heights, rad, shape (..., teeth)."""
         start = np.concatenate([[0.0], np.cumsum(self.pitch)[:-1]])
