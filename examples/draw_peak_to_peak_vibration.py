@@ -1,4 +1,4 @@
-"""Peak-to-peak vibration over speed and depth, and what the vibration once a tooth says: stable, or a chatter of period three."""
+"""Peak-to-peak vibration over speed and depth; vibration once a tooth shows a stable cut, or a chatter of period three."""
 
 import numpy as np
 
