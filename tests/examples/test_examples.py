@@ -43,6 +43,7 @@ COMMANDS = [
     ("mill_a_square_with_a_robot.py", 0.01, 1e-9, "half the step changes the mean error by less than a per cent"),
     ("screen_changes_of_a_robot.py", 2**0.5, 1e-9, "twice all springs: all frequencies times the root of two"),
     ("find_the_cheapest_change.py", 1.0, 1e-3, "the goal that was set"),
+    ("write_a_machine_for_other_programs.py", 18, 0, "three springs at each of six joints"),
     ("check_a_machine_file.py", 6, 0, "three feet turn, a column, and a magazine that turns two ways"),
     ("report_a_machine.py", 21.5, 0.005, "the model of the paper, table 5"),
     pytest.param("report_measured_responses.py", 900.0, 2e-3, "the mode that was put in", marks=pytest.mark.slow),

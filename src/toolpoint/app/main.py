@@ -49,7 +49,8 @@ for _command in (demo_commands.demo, machine_commands.report, machine_commands.m
                  cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
                  cutting_commands.calibrate, coupling_commands.rcsa, drive_commands.drive,
                  drive_commands.servo_data, video_commands.video, robot_commands.robot, robot_commands.reach,
-                 robot_commands.region, accuracy_commands.accuracy, accuracy_commands.screen, accuracy_commands.improve):
+                 robot_commands.region, robot_commands.export, accuracy_commands.accuracy, accuracy_commands.screen,
+                 accuracy_commands.improve):
     cli.add_command(_command)
 
 

@@ -8,7 +8,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH
+from toolpoint.app.options import JSON, OUTPUT, PATH, POSE
 
 
 @click.command()
@@ -149,3 +149,20 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
     if search is not None:
         run.print_table(search)
     run.show_rest()
+
+
+@click.command()
+@click.argument("machine", type=PATH)
+@click.argument("target", type=PATH)
+@POSE
+def export(machine: Path, target: Path, pose: dict[str, float] | None) -> None:
+    """A machine at a pose for multibody programs: MuJoCo (target.xml) or a script for Exudyn (target.py)."""
+    from toolpoint.app import console
+    from toolpoint.app.poses import machine_at
+    from toolpoint.io.multibody import exudyn_script, mjcf
+
+    writers = {".xml": mjcf.write, ".py": exudyn_script.write}
+    if target.suffix not in writers:
+        raise ToolpointError(f"{target}: must end in .xml (MuJoCo) or .py (Exudyn)")
+    writers[target.suffix](machine_at(machine, pose), target, pose)
+    console.text(f"Written: {target}")

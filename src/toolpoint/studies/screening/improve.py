@@ -241,7 +241,24 @@ class _CostSearch:
         ends = [self._from(start) for start in starts]
         missing = [max(float(self.gap(self.answers(end)[0]).max()), 0.0) for end in ends]
         met = [end for end, miss in zip(ends, missing, strict=True) if miss < 0.9 * _MARGIN]
-        return min(met, key=self.cost) if met else ends[int(np.argmin(missing))]
+        if not met:
+            return ends[int(np.argmin(missing))]
+        best = min(met, key=self.cost)
+        number, value = self.best_single(self.cost(best))
+        if number >= 0 and self.sense * (value - self.value(best)) > 0:  # one change alone does more for that: begin there
+            again = self._from(self._moved_alone(number, self.cost(best)))
+            if float(self.gap(self.answers(again)[0]).max()) < 0.9 * _MARGIN and self.cost(again) < self.cost(best):
+                return again
+        return best
+
+    def _moved_alone(self, k: int, cost: float) -> FloatArray:
+        """The better of one factor moved up or down at a cost."""
+        moved = []
+        for sense in (-1.0, 1.0):
+            shares = self.model.rest.copy()
+            shares[k] = np.clip(shares[k] + sense * cost / self.costs[k], 0.0, 1.0)
+            moved.append(shares)
+        return max(moved, key=lambda shares: self.sense * self.value(shares))
 
     def _single_starts(self) -> list[FloatArray]:
         """Each factor alone as far as it must go for the goal, or to its end; the three cheapest that meet it."""
@@ -312,10 +329,7 @@ class _CostSearch:
         """The number of the factor that alone does best at a cost (-1: none does anything), and what it does."""
         best, name = self.value(self.model.rest), -1
         for k in range(len(self.costs)):
-            for sense in (-1.0, 1.0):
-                shares = self.model.rest.copy()
-                shares[k] = np.clip(shares[k] + sense * cost / self.costs[k], 0.0, 1.0)
-                value = self.value(shares)
-                if self.sense * (value - best) > 0:
-                    best, name = value, k
+            value = self.value(self._moved_alone(k, cost))
+            if self.sense * (value - best) > 0:
+                best, name = value, k
         return name, best
