@@ -106,6 +106,7 @@ class _Search:
         missing, mu = 0, np.inf
         for _ in range(4):
             squares = basis.squares()
+            squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
             if len(squares) < number:
                 basis.restart(number)
                 continue
