@@ -173,6 +173,24 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
     run.show_rest()
 
 
+def run_finite_element_mill(output: Path) -> None:
+    """Show an example mill by finite elements: modes, seats of energy, what walls and ribs of its column do, a tuned damper."""
+    from toolpoint.app import console
+    from toolpoint.pages.finite_elements import finite_element_page
+    from toolpoint.studies.finite_elements.example_mill import example_mill
+    from toolpoint.studies.finite_elements.machine_study import study_finite_elements
+
+    with frame(output, False, steps=7) as run:
+        run.step("meshes")
+        variants = {"column walls 20 mm": example_mill(0.020), "column walls 30 mm": example_mill(0.030),
+                    "column with 4 plates": example_mill(ribs=4)}
+        result = study_finite_elements(example_mill(), variants, step=run.step)
+        run.step("page")
+        run.save(finite_element_page(result))
+    console.text(result.table())
+    run.show_rest(result.notes)
+
+
 DEMOS: dict[str, Demo] = {
     DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", run_machining_centre),
     "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", run_video_mill),
@@ -180,5 +198,7 @@ DEMOS: dict[str, Demo] = {
                            run_three_rps_head),
     "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
                           run_milling_robot, partial(run_milling_robot, whole=True)),
+    "finite-element-mill": Demo("mill of castings by finite elements: modes, sensitivity of elements, walls, a damper",
+                                run_finite_element_mill),
     "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", run_gantry),
 }

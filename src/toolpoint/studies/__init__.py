@@ -19,7 +19,9 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+    from toolpoint.studies.finite_elements.machine_study import study_finite_elements
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
+    from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
@@ -110,6 +112,7 @@ __all__ = [
     "solve_modes",
     "square",
     "study_datasheet",
+    "study_finite_elements",
     "study_joints",
     "study_machine",
     "study_modes",
@@ -119,6 +122,7 @@ __all__ = [
     "study_sensitivity",
     "study_tool",
     "study_video",
+    "tune_damper",
     "update_from_videos",
     "update_from_virtual_videos",
     "update_machine",
@@ -134,7 +138,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "cuts.turning_study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty",),
     "machines.campbell": ("map_speeds",),
-    "finite_elements.matrix_modes": ("solve_matrix_modes",),
+    "finite_elements.machine_study": ("study_finite_elements",), "finite_elements.matrix_modes": ("solve_matrix_modes",),
+    "finite_elements.tuned_damper": ("tune_damper",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.machine_responses": ("study_responses_of_machine",),

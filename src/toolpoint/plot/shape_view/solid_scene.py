@@ -1,0 +1,38 @@
+"""Scenes and animated shapes of solid models: their outer faces, moved by the finite elements' own shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from toolpoint._check import FloatArray, IndexArray
+from toolpoint.bodies.solid import SolidModel
+from toolpoint.bodies.solid.faces import outer_faces
+from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.scene import Scene
+
+
+def solid_shapes(
+    parts: Mapping[str, SolidModel], shape_of: Callable[[str], FloatArray], frequency: FloatArray, *, ratio: float = 0.0,
+    labels: tuple[str, ...] = (),
+) -> tuple[Scene, AnimatedShapes]:
+    """Return the scene of parts and their modes; `shape_of` gives a part's displacements (3 nodes, modes)."""
+    scenes, moves = [], []
+    for name, model in parts.items():
+        used, triangles = outer_triangles(model)
+        scenes.append(Scene.of_mesh(name, model.nodes[used], triangles))
+        moves.append(shape_of(name).reshape(len(model.nodes), 3, -1)[used].transpose(2, 0, 1))
+    moved = np.concatenate(moves, axis=1)
+    return Scene.joined(scenes), AnimatedShapes(frequency, np.full(len(frequency), ratio), moved.astype(complex), labels)
+
+
+def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
+    """Return the corner nodes of the outer faces and triangles (t, 3) between them."""
+    triangles = []
+    for faces in outer_faces(model):
+        corners = faces[:, :faces.shape[1] // 2]
+        triangles += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
+    whole = np.concatenate(triangles)
+    used, index = np.unique(whole, return_inverse=True)
+    return used, index.reshape(-1, 3)
