@@ -31,6 +31,11 @@ def test_modes_from_hammer_blows():
     assert run("identify_a_machine_from_hammer_blows.py") < 0.1
 
 
+def test_modes_of_matrices():
+    # Three masses between springs: 2 - 2 cos(pi / 4).
+    assert run("modes_of_imported_matrices.py") == pytest.approx(2 - 2**0.5, rel=1e-9)
+
+
 def test_parallel_head():
     # The closed form of the 3-RPS, to rounding and to the digits of the file.
     assert run("move_a_parallel_head.py") < 1e-9

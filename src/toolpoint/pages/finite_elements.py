@@ -15,7 +15,8 @@ def finite_element_page(study: FiniteElementStudy, *, part: str = "column") -> R
     """Return the page of a study; `part` is the one whose elements are coloured."""
     pairs, machine = study.pairs, study.machine
     labels = tuple(_seats(study, i) for i in range(pairs.count))
-    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs), pairs.frequency, ratio=study.modes.damping_ratio[0], labels=labels)
+    scene, shapes = solid_shapes(machine.parts, lambda name: machine.shape_of(name, pairs), pairs.frequency,
+                                 ratio=study.modes.damping_ratio[0], labels=labels)
     masses = ", ".join(f"{name} {mass:.0f} kg" for name, mass in machine.part_mass.items())
     report = Report("A machine by finite elements", f"{machine.size} coordinates, {study.mass:.0f} kg: {masses}.")
     report = report.with_section("Modes", ShapeView(scene, shapes, "modes", "the machine"), Notes(list(study.notes), "note"))
