@@ -13,6 +13,7 @@ from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.robot.model import arm_rows
 from toolpoint.machine.tool_pose import tool_place
 from toolpoint.studies.machines.reach import branch_names, path_faults, reach_places
+from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
 from toolpoint.studies.robots.reach_study import study_reach
 from toolpoint.studies.robots.regions import plane_directions, search_regions
@@ -145,3 +146,10 @@ def test_bad_input(robot, call, words):
         return
     with pytest.raises(ToolpointError, match=words):
         call(robot)
+
+
+def test_lobes_of_overdamped_joints_say_their_method(robot):
+    study = tool_point(robot, [{"q2": 0.3, "q3": -0.2, "q5": 0.3}])
+    assert (study.modes.damping_ratio >= 1).any()
+    notes = lobes(study, speeds=np.array([6000.0]))[0].notes
+    assert any("usual error" in note for note in notes)

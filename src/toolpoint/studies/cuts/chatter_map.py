@@ -26,7 +26,7 @@ from toolpoint.machine.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
-from toolpoint.studies.machines.tool_point import batch_of, depth_limit, pose_problem, tool_point
+from toolpoint.studies.machines.tool_point import batch_of, depth_limit, method_for, pose_problem, tool_point
 from toolpoint.studies.remark_kinds import one_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
@@ -140,7 +140,8 @@ class _ChainLimits:
         spinning = [problem.dynamics for problem in problems] if problems[0].depends_on_speed else None
         depth = max(depth_limit(problem) for problem in problems)
         dynamics: Poses = spinning or study.modes
-        rows = chart_poses(problems[0], dynamics, np.array(self.speeds), feed_angles=self.feed_angles, method=self.method,
+        rows = chart_poses(problems[0], dynamics, np.array(self.speeds), feed_angles=self.feed_angles,
+                           method=method_for(study.modes, self.method),
                            depth_max=depth)
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
-from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -160,6 +160,15 @@ def unify_damping(system: SecondOrderSystem) -> SecondOrderSystem:
     return damping.equivalent_viscous(system) if both else system
 
 
+def method_for(modes: Modes, method: StabilityMethod | None) -> StabilityMethod | None:
+    """Return the method of a chart: where modes are overdamped and none is asked for, `ZeroOrder`, which says its usual error:
+    the
+    exact engines cannot carry the fast real poles of such dampers."""
+    if method is None and modes.scaling == "modal A" and bool((modes.damping_ratio >= 1).any()):
+        return ZeroOrder()
+    return method
+
+
 def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:
     def repeat(a: FloatArray | None) -> Any:
         return None if a is None else np.repeat(a[None], count, axis=0)
@@ -218,7 +227,8 @@ def lobes(
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
-        return tuple(pool.map(lambda problem: stability.chart(problem, n, method, depth_max=depth_limit(problem)),
+        return tuple(pool.map(lambda problem: stability.chart(problem, n, method_for(study.modes, method),
+                                                              depth_max=depth_limit(problem)),
                               _problems(study, cut)))
 
 
@@ -229,7 +239,7 @@ def lowest_limits(study: ToolPoint, charts: Sequence[StabilityChart], cut: Cutti
     if described is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:
-        return tuple(pool.map(lambda problem, chart: stability.lowest_limit(problem, chart, method),
+        return tuple(pool.map(lambda problem, chart: stability.lowest_limit(problem, chart, method_for(study.modes, method)),
                               _problems(study, described), charts))
 
 
