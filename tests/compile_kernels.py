@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint import ToolpointError
+from toolpoint.bodies.solid import STEEL, Casting, Cuboid
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
 from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.io import read_drives, read_machine
@@ -22,6 +23,7 @@ from toolpoint.studies.servos.drive_experiment import run_drives
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import free_receptance
 from toolpoint.vibration import Dof, Modes, frequency_response
+from toolpoint.vibration.sparse import factorise
 from toolpoint.vision.clip import clip_of
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import windows_at
@@ -57,6 +59,10 @@ def main() -> None:
     scanned = scan(clip_of(moved, 100.0))
     for method in ("templates", "lucas-kanade", "phase"):
         measure(scanned, windows_at(scanned.reference, np.array([[20, 20]]), 17), method)
+    block = Casting([Cuboid([0, 0, 0], [1, 1, 1])], {"body": STEEL}).meshed(0.5)
+    shifted = block.stiffness() + 1e9 * block.mass()
+    for positive in (True, False):
+        factorise(shifted, solver="multifrontal", is_positive=positive).solve(np.ones(block.size))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run_drives(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))
