@@ -36,9 +36,10 @@ def main(count: int = 50) -> None:
                                                                     f"joints.joint_q{i}.stiffness.ry"),
                                                    1.0, 2.0, cost=float(rng.uniform(0.5, 2))) for i in range(1, 7)]
         answer = (ResponsePeak(static=True), ResponsePeak(), DepthLimit(CUT))[seed % 3]
-        first = improve(machine, factors, answer, 1e-30 if not answer.rises else 1e6, poses=[pose])  # as far as the ranges go
+        # As far as the ranges go.
+        first = improve(machine, factors, answer, goal=1e-30 if not answer.rises else 1e6, poses=[pose])
         goal = first.before * (first.value / first.before) ** 0.5
-        result = improve(machine, factors, answer, goal, poses=[pose])
+        result = improve(machine, factors, answer, goal=goal, poses=[pose])
         good = result.value >= goal if answer.rises else result.value <= goal
         sense = 1 if answer.rises else -1
         behind = sense * (result.value - result.best_single[1]) / result.value

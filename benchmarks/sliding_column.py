@@ -87,7 +87,7 @@ def main() -> None:
     stiffness, mass = (csc_array(a[free][:, free]) for a in (model.stiffness(), model.mass()))
     top = Patch([X / 2, Y / 2, Z], [1, 0, 0], [0, 1, 0], 0.12, 0.12).averages(model)
     start = time.perf_counter()
-    stations = station_loads(places(model), LOW, HIGH, BLOCK / 3.5)
+    stations = station_loads(places(model), LOW, HIGH, step=BLOCK / 3.5)
     joint = np.sqrt(np.array([6e8, 5e8, 1e6, 2e6, 2e6, 1e6]))
     loads = csc_array(np.hstack([stations.toarray()[free], top.toarray()[free][:, 2:3]]))
     weights = np.r_[np.tile(joint, stations.shape[1] // 6), np.sqrt(SCREW)]
@@ -118,7 +118,7 @@ def tabulated(reduction, model, free, top) -> SlidingBody:
     """The reduced column with tables of its four blocks."""
     tables = {}
     for k, place in enumerate(places(model)):
-        tables[f"block {k + 1}"] = tabulate(reduction.vectors, lambda z, place=place: place(z)[free], LOW, HIGH,
+        tables[f"block {k + 1}"] = tabulate(reduction.vectors, lambda z, place=place: place(z)[free], LOW, high=HIGH,
                                             name=f"block {k + 1}")
     return SlidingBody(reduction, tables, top.toarray()[free].T @ reduction.vectors)
 

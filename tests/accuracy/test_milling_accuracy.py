@@ -194,7 +194,7 @@ def test_program_becomes_sides(tmp_path):
         SETUP, spacing=1e-4, stance=ToolStance(branch="front up no flip"))), "singular"),
     (lambda robot: mill_path(robot, line([0.6, 0, 0.1], [0.7, 0, 0.1]), SETUP), "along the tool's axis"),
     (lambda robot: mill_path(robot, square(0.02, centre=(0.69, 0, 0.1), first=(0, 1, 0), second=(0, 0, 1)), SETUP,
-                             CuttingDescription.of(diameter=0.006, teeth=2, direction="slot")), "oefficient"),
+                             cut=CuttingDescription.of(diameter=0.006, teeth=2, direction="slot")), "oefficient"),
     (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, loads=("wind",))),
      "must be of cutting"),
     (lambda robot: along_points([[0, 0, 0], [1e-3, 0, 0], [2e-3, 0, 0], [3e-3, 0, 0], [4e-3, 0, 0], [0.5, 0, 0]]), "a jump of"),

@@ -72,7 +72,7 @@ def test_map_holds_the_frequencies_of_its_poses(robot):
 
 def test_most_even_segment_is_the_least_of_all(robot):
     starts = place_grid({"x": [0.35, 0.45], "z": [-0.1, 0.1]}).places.reshape(-1, 3)
-    search = search_regions(robot, starts, plane_directions([1, 0, 0], [0, 0, 1]), 0.1, samples=3, point="wrist")
+    search = search_regions(robot, starts, plane_directions([1, 0, 0], [0, 0, 1]), length=0.1, samples=3, point="wrist")
     again = []
     for start in starts:
         for way in plane_directions([1, 0, 0], [0, 0, 1]):

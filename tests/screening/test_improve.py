@@ -59,7 +59,7 @@ def test_the_cheapest_change_is_that_of_the_closed_form():
     factors = [Factor("first", ("joints.first.stiffness.x",), 1.0, 3.0), Factor("second", ("joints.second.stiffness.x",), 1.0,
                                                                                 3.0)]
     goal = 1.2e-6
-    result = improve(two_springs(), factors, ResponsePeak(static=True), goal)
+    result = improve(two_springs(), factors, ResponsePeak(static=True), goal=goal)
     # Compliance 1/(k1 (1 + 2 x)) + 1/(k2 (1 + 2 y)), least x + y: both slopes are equal where both move.
     grid = np.linspace(0, 1, 2001)
     rest = 1 / (goal - 1e-6 / (1 + 2 * grid)) / 2e6  # what 1 + 2 y must be
@@ -72,9 +72,9 @@ def test_the_cheapest_change_is_that_of_the_closed_form():
 @pytest.mark.parametrize(("answer", "share"), [
     (ResponsePeak(static=True), 0.8), pytest.param(DepthLimit(CUT), 1.3, marks=pytest.mark.slow)])
 def test_goals_are_met_by_the_full_model_and_no_single_change_does_better(robot, answer, share):
-    before = improve(robot, FACTORS, answer, 1e-9 if answer.rises else 1.0).before
-    result = improve(robot, FACTORS, answer, share * before, doubts=[Factor("tool", ("bodies.link6.mass",), 0.9, 1.1)], draws=4,
-                     rng=np.random.default_rng(1))
+    before = improve(robot, FACTORS, answer, goal=1e-9 if answer.rises else 1.0).before
+    result = improve(robot, FACTORS, answer, goal=share * before, doubts=[Factor("tool", ("bodies.link6.mass",), 0.9, 1.1)],
+                     draws=4, rng=np.random.default_rng(1))
     sense = 1 if answer.rises else -1
     assert sense * (result.value - result.goal) >= 0
     assert sense * (result.value - result.best_single[1]) >= -3e-4 * abs(result.value)
@@ -82,7 +82,7 @@ def test_goals_are_met_by_the_full_model_and_no_single_change_does_better(robot,
 
 
 def test_a_goal_out_of_reach_says_so(robot):
-    result = improve(robot, FACTORS, ResponsePeak(static=True), 1e-9)
+    result = improve(robot, FACTORS, ResponsePeak(static=True), goal=1e-9)
     assert result.status.startswith("the goal cannot be met") and result.value < result.before
 
 
@@ -97,4 +97,4 @@ def test_command(tmp_path, capsys):
 
 def test_what_is_not_affine_is_refused(robot):
     with pytest.raises(ToolpointError, match="affine"):
-        improve(robot, [Factor("centre", ("bodies.link6.centre.0",), 0.001, 0.4, "set")], ResponsePeak(), 1.2e-4)
+        improve(robot, [Factor("centre", ("bodies.link6.centre.0",), 0.001, 0.4, "set")], ResponsePeak(), goal=1.2e-4)

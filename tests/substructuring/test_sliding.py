@@ -42,11 +42,11 @@ def around():
 @pytest.fixture(scope="module")
 def sliding(beam, free):
     stiffness, mass = (csc_array(a[free][:, free]) for a in (beam.stiffness(), beam.mass()))
-    loads = station_loads([lambda z: block(beam, z)], LOW, HIGH, BLOCK / 2)[free]
+    loads = station_loads([lambda z: block(beam, z)], LOW, HIGH, step=BLOCK / 2)[free]
     weights = np.tile(np.sqrt([4e7, 6e8, 5e8, 2e6, 2e6, 1e6]), loads.shape[1] // 6)
     body = LargeBody(stiffness, mass, loads, None, weights)
     reduction = span(body, ActingLoads(900.0, 1.5, 1)).reduced(60)
-    table = tabulate(reduction.vectors, lambda z: block(beam, z)[free], LOW, HIGH, name="block")
+    table = tabulate(reduction.vectors, lambda z: block(beam, z)[free], LOW, high=HIGH, name="block")
     return SlidingBody(reduction, {"block": table}, np.zeros((0, reduction.size)))
 
 
@@ -81,7 +81,7 @@ def test_a_carriage_that_leaves_its_rail_is_refused(beam, sliding, around):
     with pytest.raises(ToolpointError, match=r"block: position 0\.76 m; must be within its way, 0\.05 \.\. 0\.75 m"):
         sliding.frequencies(0.76, around, 3)
     with pytest.raises(ToolpointError, match="leaves its rail"):
-        tabulate(np.zeros((beam.size, 1)), lambda z: block(beam, z), LOW, 0.79)
+        tabulate(np.zeros((beam.size, 1)), lambda z: block(beam, z), LOW, high=0.79)
     with pytest.raises(ToolpointError, match="at least 4"):
         MotionTable(np.array([0.0, 1.0]), np.zeros((2, 6, 1)))
 

@@ -147,7 +147,6 @@ def improve(plan: Path, answer: str, goal: float, as_json: bool) -> None:
             chosen = answers.DepthLimit(cut)
         if answer == "position error" and cut is not None and planned.square is not None:
             chosen = answers.PeriodicError(cut, planned.square.speed, planned.square.depth)
-        result = improve_machine(built, planned.factors, chosen, scale * goal, poses=(dict(planned.pose),),
-                                 doubts=planned.doubts,
-                                 draws=planned.draws, rng=np.random.default_rng(planned.seed))
+        result = improve_machine(built, planned.factors, chosen, goal=scale * goal, poses=(dict(planned.pose),),
+                                 doubts=planned.doubts, draws=planned.draws, rng=np.random.default_rng(planned.seed))
     run.show(result)

@@ -111,7 +111,7 @@ def _bases(given: dict[str, Any], generator: np.random.Generator) -> list[PlaneR
         if point is None:
             raise ToolpointError("--at: missing; a computed spindle needs the point where the tool begins")
         lines = np.linspace(20, 5000, 1000) if given["lines"] is None else given["lines"]
-        return bases_of_machine(machine_at(machine, given["pose"]), point, lines, given["pose"])
+        return bases_of_machine(machine_at(machine, given["pose"]), point, lines, pose=given["pose"])
     measured = read_responses(frf, given["quantity"])
     if gauge is None:
         return bases_of_responses(measured, point, draws=given["draws"], generator=generator)

@@ -167,7 +167,7 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
         result = run_demo(study, build(description), plan_file.read(folder / "milling_robot_screening.yaml"), step=run.step,
                           whole=whole, folder=output.with_name(f"{output.stem}-kept") if whole else None)
         run.step("page")
-        run.save(robot_demo_page(result, sheet.read_text(encoding="utf-8"), sheet.name, run.warnings))
+        run.save(robot_demo_page(result, sheet.read_text(encoding="utf-8"), sheet.name, warnings=run.warnings))
     console.text(study.table())
     console.text(result.table())
     run.show_rest()

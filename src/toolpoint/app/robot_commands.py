@@ -137,8 +137,8 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
             units = dict(zip("xyz", np.eye(3), strict=True))
             first, second = (list(grid.names) * 2)[:2]
             ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
-            search = search_regions(built, grid.places.reshape(-1, 3), ways, size, quantity=asked, direction=way, turn=turned,
-                                    branch=branch, point=point)
+            search = search_regions(built, grid.places.reshape(-1, 3), ways, length=size, quantity=asked, direction=way,
+                                    turn=turned, branch=branch, point=point)
         run.step("page")
         if not as_json:
             run.save(place_page(result, search, machine.stem))

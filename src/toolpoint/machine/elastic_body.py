@@ -78,10 +78,10 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
                      coordinates=model.dof_places)
     reduction = reduce(body, method or ActingLoads(band), size)
     return free_body(reduction, rigid.T @ (body.mass @ rigid), (),
-                     {name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+                     interfaces={name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
 
 
-def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], interfaces: Mapping[str, Interface]
+def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], *, interfaces: Mapping[str, Interface]
               ) -> Body:
     """Return the body of a reduction: six rigid motions with their mass (6, 6) about the frame, unit elastic coordinates."""
     mass = np.zeros((6 + reduction.size,) * 2)
@@ -94,8 +94,8 @@ def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ..
 def _interface(place: Patch | SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
     if isinstance(place, Patch):
         return Interface(place.centre, place.averages(model).T @ reduction.vectors)
-    table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, place.high, step=place.step,
-                                  name=name)
+    table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, high=place.high,
+                                  step=place.step, name=name)
     return Interface(place.patch.centre, None, table, place.along)
 
 

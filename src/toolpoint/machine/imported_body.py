@@ -68,7 +68,7 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(places[name], weights.T @ reduction.vectors)
             for name, weights in zip(interfaces, columns, strict=True)}
-    return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, held)
+    return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, interfaces=held)
 
 
 def _motions(matrices: ImportedMatrices, dofs: Sequence[Dof], about: FloatArray) -> FloatArray:

@@ -14,7 +14,7 @@ from toolpoint.plot.figures.pose_map import frequency_curves
 from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo
 
 
-def robot_demo_page(result: RobotDemo, text: str, name: str, warnings: Sequence[str] = ()) -> Report:
+def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of the demo; `text` is the datasheet's file."""
     report = robot_page(result.datasheet, text, name)
     limit = 1e3 * result.chart.limit[:, None]

@@ -28,10 +28,8 @@ def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] 
             base=0 if has_base else None)))
     for ranking in result.rankings:
         effects = ranking.effects
-        chart = effect_bars([e.name for e in effects], *(np.array([getattr(e, key) for e in effects]) for key in ("value",
-                                                                                                                  "low",
-                                                                                                                  "high")),
-                            title=ranking.what)
+        value, low, high = (np.array([getattr(e, key) for e in effects]) for key in ("value", "low", "high"))
+        chart = effect_bars([e.name for e in effects], value, low, high=high, title=ranking.what)
         doubt = [Notes([ranking.doubt], "warning", "How sure")] if ranking.doubt else []
         report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
     rows = [[i, label, *map(float, row)] for i, (label, row) in enumerate(zip(labels[:_MOST], screening.stated, strict=False))]

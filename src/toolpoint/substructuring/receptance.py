@@ -81,8 +81,8 @@ def _quantiles(values: FloatArray, at: list[float]) -> FloatArray:
     return np.percentile(values, at, axis=0, method="weibull")
 
 
-def plane_receptance(frf: Frf, point: str, plane: str = "x", draws: int = 0,
-                     *, generator: np.random.Generator | None = None) -> PlaneReceptance:
+def plane_receptance(frf: Frf, point: str, plane: str = "x", *, draws: int = 0,
+                     generator: np.random.Generator | None = None) -> PlaneReceptance:
     """Return the 2x2 receptance of a point of an Frf that has deflection and rotation: a computed spindle, an FE model.
 
     The shaft runs along -z from the point (ISO 841: z away from the work), so its slope is -ry in the plane of x, +rx in

@@ -23,7 +23,7 @@ from toolpoint.substructuring.reduction import Reduction
 SlidingWeights = Callable[[float], "csc_array | FloatArray"]
 
 
-def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, high: float, *, step: float = 5e-3, name: str = "place",
+def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, *, high: float, step: float = 5e-3, name: str = "place",
              is_checked: bool = True) -> MotionTable:
     """Return the motion of a sliding place in given shapes.
 
@@ -56,7 +56,7 @@ def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, high: floa
     return MotionTable(at, values, name, error)
 
 
-def station_loads(weights: Sequence[SlidingWeights], low: float, high: float, step: float) -> csc_array:
+def station_loads(weights: Sequence[SlidingWeights], low: float, high: float, *, step: float) -> csc_array:
     """Return loads of several sliding places at stations a step apart or closer, side by side, (n, 6 k): for `LargeBody`.
 
     Stations a patch length apart or closer are enough: what they have in common is compressed.

@@ -24,7 +24,7 @@ def node_pattern(elements: IndexArray, node_count: int) -> tuple[IndexArray, Ind
     return graph.indptr, graph.indices
 
 
-def assemble_blocks(nodes: FloatArray, elements: IndexArray, width: int, matrices: ElementMatrices) -> csc_array:
+def assemble_blocks(nodes: FloatArray, elements: IndexArray, width: int, *, matrices: ElementMatrices) -> csc_array:
     """Return the sum of element matrices as compressed columns, shape (width nodes,) * 2.
 
     `matrices` maps coordinates (e, n, 3) of some elements to their matrices (e, width n, width n).

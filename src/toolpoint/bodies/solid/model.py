@@ -124,7 +124,7 @@ class SolidModel:
         return {name: csc_array(kron(part, eye_array(3), format="csc")) for name, part in parts.items()}
 
     def _sum(self, name: str, width: int, matrices_of: Callable[[ElementKind, FloatArray], FloatArray]) -> csc_array:
-        parts = [assemble_blocks(self.nodes, block.nodes, width, partial(matrices_of, block.kind))
+        parts = [assemble_blocks(self.nodes, block.nodes, width, matrices=partial(matrices_of, block.kind))
                  for block in self.blocks if block.name == name]
         return parts[0] if len(parts) == 1 else csc_array(sum(parts[1:], parts[0]))
 

@@ -42,7 +42,7 @@ def complete(matrix: csc_array) -> csc_array:
     return csc_array(matrix + off.T)
 
 
-def gather(path: Path, i: list[np.ndarray], j: list[np.ndarray], values: list[np.ndarray],
+def gather(path: Path, i: list[np.ndarray], j: list[np.ndarray], *, values: list[np.ndarray],
            shape: tuple[int, int], kind: int) -> csc_array:
     """Return the sparse matrix of strings of rows, columns and values, explicit zeros left out."""
     dtype = complex if kind > 2 else float

@@ -81,7 +81,7 @@ def _columns(path: Path, records: Iterator[tuple[int, bytes]], order: str, wide:
             values.append(numbers)
     else:
         raise ToolpointError(f"{path}: no column after the last ({columns}), which ends a matrix; it is cut off")
-    return gather(path, i, j, values, (abs(rows), columns), kind)
+    return gather(path, i, j, values=values, shape=(abs(rows), columns), kind=kind)
 
 
 def _strings(body: bytes, order: str, wide: int, first: int, is_big: bool, kind: int) -> Iterator[tuple[int, np.ndarray]]:

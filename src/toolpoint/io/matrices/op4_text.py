@@ -71,7 +71,7 @@ def _matrix(lines: _Op4Lines, columns: int, rows: int, kind: int, each: int, wid
             i.append(np.arange(row - 1, row - 1 + len(parts)))
             j.append(np.full(len(parts), column - 1))
             values.append(parts)
-    return gather(lines.path, i, j, values, (abs(rows), columns), kind)
+    return gather(lines.path, i, j, values=values, shape=(abs(rows), columns), kind=kind)
 
 
 def _string(lines: _Op4Lines, is_big: bool) -> tuple[int, int, int]:

@@ -34,7 +34,7 @@ def read(path: Path) -> MeshContent:
             block += [flat[k + 1:k + 1 + width] for k in range(0, len(flat), width + 1)]
         elif keyword == "*NSET":
             sets.setdefault(options.get("NSET", "set"), []).extend(_members(path, options, rows))
-    return gather_mesh(Path(path), nodes, elements, sets)
+    return gather_mesh(Path(path), nodes, elements, node_sets=sets)
 
 
 def _members(path: Path, options: dict[str, str], rows: list[tuple[int, list[str]]]) -> list[int]:

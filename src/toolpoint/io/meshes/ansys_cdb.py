@@ -30,7 +30,7 @@ def read(path: Path) -> MeshContent:
             at = _component(path, lines, at, sets)
         else:
             at += 1
-    return gather_mesh(Path(path), nodes, elements, sets)
+    return gather_mesh(Path(path), nodes, elements, node_sets=sets)
 
 
 def _widths(path: Path, lines: list[str], at: int) -> list[tuple[int, int]]:

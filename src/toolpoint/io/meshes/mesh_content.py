@@ -27,7 +27,7 @@ class MeshContent:
 
 def gather_mesh(
     path: Path, nodes: Mapping[int, tuple[float, float, float]], elements: Mapping[tuple[str, int], list[list[int]]],
-    node_sets: Mapping[str, list[int]] | None = None,
+    *, node_sets: Mapping[str, list[int]] | None = None,
 ) -> MeshContent:
     """Return the content of what was read; elements by (set, nodes an element). Raises where they name missing nodes."""
     if not nodes or not elements:

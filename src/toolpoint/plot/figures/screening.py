@@ -29,7 +29,7 @@ def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], name
     return chart
 
 
-def effect_bars(names: Sequence[str], values: FloatArray, low: FloatArray, high: FloatArray, *, title: str) -> go.Figure:
+def effect_bars(names: Sequence[str], values: FloatArray, low: FloatArray, *, high: FloatArray, title: str) -> go.Figure:
     """Return effects as bars with their 95 % intervals, the first on top."""
     chart = figure("", max(240, 34 * len(names) + 120))
     known = np.isfinite(low) & np.isfinite(high)

@@ -186,7 +186,7 @@ def load_words(loads: tuple[str, ...], regenerative: bool = False) -> str:
     return what + (", with regenerative feedback" if regenerative else ", the chip as the path gives it")
 
 
-def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup, cut: CuttingDescription | None = None, *,
+def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup, *, cut: CuttingDescription | None = None,
               progress: Progress | None = None) -> MillingAccuracy:
     """Return the milling accuracy along all sides of a path.
 
@@ -210,7 +210,7 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
             if progress:
                 progress(int(1000 * (before + share * done / every) / total), 1000)
 
-        results.append(mill_side(machine, side, setup, cut, progress=report))
+        results.append(mill_side(machine, side, setup, cut=cut, progress=report))
         before += share
     return MillingAccuracy(machine.name, setup, tuple(results))
 
@@ -219,7 +219,7 @@ def _duration(side: PathSide, setup: MillingSetup) -> float:
     return side.law.duration if setup.window is None else min(setup.window, side.law.duration)
 
 
-def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, cut: CuttingDescription | None = None, *,
+def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: CuttingDescription | None = None,
               progress: Progress | None = None) -> SideAccuracy:
     """Return the error along one side; see `mill_path`."""
     described = cut or machine.description.cutting

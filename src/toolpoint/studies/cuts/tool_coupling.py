@@ -111,7 +111,7 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
     return [identify_base(frf, gauge, plane, draws=draws, generator=generator) for plane in planes]
 
 
-def bases_of_machine(machine: Machine, point: str, frequency: FloatArray, pose: Mapping[str, float] | None = None
+def bases_of_machine(machine: Machine, point: str, frequency: FloatArray, *, pose: Mapping[str, float] | None = None
                      ) -> list[PlaneReceptance]:
     """Return the receptance of a point of a machine, deflections and rotations, in both planes."""
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
@@ -126,7 +126,7 @@ def bases_of_responses(frf: Frf, point: str, *, draws: int = DRAWS, generator: n
     planes = [plane for plane in SLOPES if Dof(point, f"+{plane}") in frf.outputs]
     if not planes:
         fail("point", repr(point), f"must be a point of the responses along +x or +y, of {', '.join(map(str, frf.outputs))}")
-    return [plane_receptance(frf, point, plane, draws, generator=generator) for plane in planes]
+    return [plane_receptance(frf, point, plane, draws=draws, generator=generator) for plane in planes]
 
 
 def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut: Mapping[str, Any] | None = None,

@@ -253,7 +253,7 @@ def update(
     task = problem(machine, parameters, targets, pose=pose)
     _say_silent(task)
     start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
-    result = fit_on_all_lines(task, _on_few_lines(machine, parameters, task, pose), method, limit, least=least_influence,
+    result = fit_on_all_lines(task, _on_few_lines(machine, parameters, task, pose), method, limit=limit, least=least_influence,
                            restarts=restarts, start=start)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
@@ -295,7 +295,7 @@ def _led_by(machine: Machine, parameters: Sequence[Parameter | str], lead: Seque
         return None
     targets = [Targets(modes, mac=len(modes.dofs) > 2) for modes in lead if modes is not None and modes.count]
     poses = [pose[k] for k in at] if isinstance(pose, Sequence) else pose
-    result = fit_in_stages(problem(machine, parameters, targets, pose=poses), method, limit, least, restarts)
+    result = fit_in_stages(problem(machine, parameters, targets, pose=poses), method, limit, least=least, restarts=restarts)
     return result.x if result.free else None
 
 

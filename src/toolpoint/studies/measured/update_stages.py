@@ -15,7 +15,7 @@ from toolpoint.updating.identifiability import Identifiability
 _ROUNDS = 3
 
 
-def fit_on_all_lines(task: Problem, few: Problem, method: LeastSquares | None, limit: float | None, *, least: float,
+def fit_on_all_lines(task: Problem, few: Problem, method: LeastSquares | None, *, limit: float | None, least: float,
                      restarts: int, start: FloatArray | None) -> ParameterFit:
     """Return the fit of a problem, led to its end by `few`, the same problem on fewer lines (or itself).
 
@@ -25,7 +25,7 @@ def fit_on_all_lines(task: Problem, few: Problem, method: LeastSquares | None, l
     judge = _judge(task)
     result = None if start is None else _from_modes(few, method, limit, least, start, judge=judge)
     if result is None:
-        result = fit_in_stages(few, method, limit, least, restarts, start=start, judge=judge)
+        result = fit_in_stages(few, method, limit, least=least, restarts=restarts, start=start, judge=judge)
     if few is task or not result.free:
         return result
     last = fit(task, method, free=result.free, start=result.x)
@@ -34,7 +34,7 @@ def fit_on_all_lines(task: Problem, few: Problem, method: LeastSquares | None, l
                    identifiability=result.identifiability, left_alone=result.left_alone)
 
 
-def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, least: float, restarts: int, *,
+def fit_in_stages(task: Problem, method: LeastSquares | None, limit: float | None, *, least: float, restarts: int,
                   start: FloatArray | None = None, judge: Problem | None = None) -> ParameterFit:
     """Return the fit through modes, logarithms of responses and what is asked for, with restarts of the first stage.
 

@@ -91,7 +91,7 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription) -> D
         name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}))
     gearing = compute_gearing(sheet)
     pose = stretch_arm(machine)
-    still = base_load(machine, "at rest", pose, sheet)
+    still = base_load(machine, "at rest", pose, sheet=sheet)
     stops = tuple(stop_loads(machine, sheet, pose))
     inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])
     return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(machine, sheet, pose), inertia,
@@ -117,7 +117,7 @@ def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGea
     if sheet.power_off is not None:
         for axis, field in _STOPS:
             value = getattr(sheet.power_off, field)
-            time = stop_time_for(machine, sheet, pose, axis, field=field, value=value)
+            time = stop_time_for(machine, sheet, pose, axis=axis, field=field, value=value)
             lines.append(f"power-off stop: the manual's {field.replace('_', ' ')} of {value:g} N m is that of "
                          f"{sheet.axes[axis].name} "
                          f"alone stopping in {1e3 * time:.0f} ms; {1e3 * sheet.stop_time:.0f} ms is chosen, the manual's "

@@ -94,7 +94,7 @@ def plane_directions(first: ArrayLike, second: ArrayLike, number: int = 4) -> Fl
     return np.cos(angle)[:, None] * a + np.sin(angle)[:, None] * b
 
 
-def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, length: float = 0.2, *, samples: int = 5,
+def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *, length: float = 0.2, samples: int = 5,
                    quantity: PlaceQuantity | None = None, direction: ArrayLike | None = None, turn: float = 0.0,
                    branch: str = "",
                    point: str = "") -> RegionSearch:

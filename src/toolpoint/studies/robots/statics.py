@@ -44,8 +44,8 @@ def stretch_arm(machine: Machine) -> dict[str, float]:
     return {name: float(at[best]) for name, at in pose.items()}
 
 
-def base_load(machine: Machine, name: str, pose: Pose, sheet: RobotDatasheet, acceleration: FloatArray | None = None,
-              *, velocity: FloatArray | None = None) -> BaseLoad:
+def base_load(machine: Machine, name: str, pose: Pose, *, sheet: RobotDatasheet, acceleration: FloatArray | None = None,
+              velocity: FloatArray | None = None) -> BaseLoad:
     """Return the base's reaction for a motion at a pose, moments about the mounting face on the first axis."""
     wrench = base_reaction(machine, pose, velocity, acceleration=acceleration, gravity=(0.0, 0.0, -sheet.gravity),
                            about=(0.0, 0.0, sheet.floor))[0]
@@ -54,7 +54,7 @@ def base_load(machine: Machine, name: str, pose: Pose, sheet: RobotDatasheet, ac
                     float(abs(wrench[5])))
 
 
-def stop_loads(machine: Machine, sheet: RobotDatasheet, pose: Pose, stop_time: float | None = None) -> list[BaseLoad]:
+def stop_loads(machine: Machine, sheet: RobotDatasheet, pose: Pose, *, stop_time: float | None = None) -> list[BaseLoad]:
     """Return the reactions while one axis stops, and while axes 2 and 3 stop together, each the worse of both senses."""
     time = stop_time or sheet.stop_time
     cases = [(axis.name, [i]) for i, axis in enumerate(sheet.axes[:3])]
@@ -70,12 +70,12 @@ def _worse(machine: Machine, sheet: RobotDatasheet, pose: Pose, name: str, which
         speed = np.zeros(len(sheet.axes))
         speed[which] = [sign * sheet.axes[i].largest_speed for sign, i in zip(signs, which, strict=True)]
         for moving in (1.0, 0.0):  # as the stop begins, and as it ends
-            loads.append(base_load(machine, name, pose, sheet, -speed / time, velocity=moving * speed))
+            loads.append(base_load(machine, name, pose, sheet=sheet, acceleration=-speed / time, velocity=moving * speed))
     fields = ("vertical_force", "vertical_moment", "horizontal_force", "horizontal_moment")
     return BaseLoad(name, *(max(getattr(load, field) for load in loads) for field in fields))
 
 
-def stop_time_for(machine: Machine, sheet: RobotDatasheet, pose: Pose, axis: int, *, field: str, value: float) -> float:
+def stop_time_for(machine: Machine, sheet: RobotDatasheet, pose: Pose, *, axis: int, field: str, value: float) -> float:
     """Return the stop time (s) of an axis alone for which one of its loads has a value; infinite where even rest has more."""
     def load(time: float) -> float:
         return float(getattr(_worse(machine, sheet, pose, "", [axis], time), field))

@@ -81,7 +81,7 @@ class Improvement:
                 "best_single": list(self.best_single), "status": self.status}
 
 
-def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, goal: float, *, poses: Sequence[Pose] = ({},),
+def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal: float, poses: Sequence[Pose] = ({},),
             doubts: Sequence[Factor] = (), draws: int = 0, rng: np.random.Generator | None = None) -> Improvement:
     """Return the cheapest changes of the factors that bring an answer, at its worst pose, to a goal.
 
