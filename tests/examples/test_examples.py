@@ -92,6 +92,10 @@ def test_scallops_of_a_trochoid():
     assert run("measure_a_milled_surface.py") == pytest.approx(1.0, rel=1e-3)
 
 
+def test_a_part_without_its_fixture():
+    assert run("couple_and_decouple_parts.py") == pytest.approx(0.0, abs=1e-11)
+
+
 def test_chatter_that_repeats_after_three_teeth():
     assert run("draw_peak_to_peak_vibration.py") == 3
 

@@ -56,12 +56,6 @@ class GuidewayCarriage:
                     total += spring_matrix(at, line, each)
         return total
 
-    @property
-    def lift_off(self) -> float:
-        """Load across one carriage (N) at which rows lose their preload: 2 sqrt(2) times it, of balls (Harris, chapter 8)."""
-        exponent = 1.5 if self.roller_length is None else 1 / 0.9
-        return float(2**exponent * self.preload * self.dynamic_load * 2 * np.cos(self.contact_angle))
-
 
 @dataclass(frozen=True)
 class GuidewayDescription:

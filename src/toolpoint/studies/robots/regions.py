@@ -9,7 +9,6 @@ are.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -132,22 +131,3 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
         fail("starts", f"{len(segments)} segments", "none can be reached whole", "take a shorter length or other places")
     regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
     return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments))
-
-
-def best_by_direction(search: RegionSearch) -> tuple[EvenSegment, ...]:
-    """Return the most even segment of every direction."""
-    seen: dict[tuple[float, ...], EvenSegment] = {}
-    for region in search.regions:
-        way = (region.end - region.start) / search.length
-        seen.setdefault(tuple(np.round(way, 6).tolist()), region)
-    return tuple(seen.values())
-
-
-def compare_quantities(searches: Sequence[RegionSearch]) -> list[str]:
-    """Return a line on each search: where the most even segment of its quantity lies."""
-    lines = []
-    for search in searches:
-        best, unit = search.best, search.quantity.unit
-        lines.append(f"{search.quantity.kind}: most even from {place_words(best.start)} to {place_words(best.end)}, "
-                     f"{best.total:.4g} {unit}, at most {100 * best.share:.2f} % of a mean")
-    return lines

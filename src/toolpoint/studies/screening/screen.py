@@ -16,7 +16,7 @@ from toolpoint.machine.model import Machine
 from toolpoint.machine.variation import Change, Factor, branch_of, check_changes, vary
 from toolpoint.studies.execute import Engine, Progress, execute
 from toolpoint.studies.screening.designs import ScreeningDesign
-from toolpoint.studies.screening.metrics import Metric, is_lower_better, unit_of
+from toolpoint.studies.screening.metrics import Metric, unit_of
 from toolpoint.studies.text_table import text_table
 
 _SHOWN = 4  # metrics in the table; all are in the data
@@ -149,8 +149,3 @@ def screen(
     loads = str(getattr(metric, "loads", "as the metric has them: none but the cut's own, no gravity, no inertia of a path"))
     return Screening(design, names, values.reshape(len(shares), len(design.points), -1), shares, loads, failures,
                      "complete" if not failures else f"{len(failures)} variants failed; their reasons stand in the table")
-
-
-def is_better(metric: str, change: float) -> bool:
-    """Whether a change of a metric is for the better."""
-    return change < 0 if is_lower_better(metric) else change > 0

@@ -92,11 +92,6 @@ class Multifrontal:
         ends = np.unique(np.concatenate([[0], ends, [len(self._parent)]]))
         return [(int(a), int(b)) for a, b in pairwise(ends)]
 
-    @property
-    def factor_size(self) -> int:
-        """Numbers held."""
-        return int(self._starts[-1])
-
     def solve(self, right: FloatArray) -> FloatArray:
         """Return the solution for one right side (n,) or several (n, k)."""
         block = np.ascontiguousarray(np.atleast_2d(right.T)[:, self._order])
