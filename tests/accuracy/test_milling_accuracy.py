@@ -45,6 +45,7 @@ def slide(stiffness=4e5, damping=60.0, mass=8.0):
                                       {"tip": d.PointDescription("slide")}, tool="tip", cutting=CUT))
 
 
+@pytest.mark.slow
 def test_one_mode_against_its_closed_form():
     machine = slide()
     side = line([0, 0, 0], [0.02, 0, 0], law="jerk-limited")[0]
@@ -62,6 +63,7 @@ def test_one_mode_against_its_closed_form():
     assert result.relative[:, 1].mean() == pytest.approx(harmonics[0].real / 4e5, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_zero_force_gives_zero_error(robot, sides):
     result = mill_side(robot, sides[0], replace(SETUP, with_force=False))
     assert result.position_error == 0 and result.rotation_error == 0

@@ -20,6 +20,7 @@ def frequencies(model, number, held=()):
     return pairs.frequency
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("build", "parts"), [(brick, (2, 4)), (tetrahedral_brick, (3, 5))], ids=["hexahedra", "tetrahedra"])
 def test_lame_mode_of_a_free_cube_converges_with_the_fourth_power(build, parts):
     """f = sqrt(G/rho)/(sqrt(2) a); eigenvalues of quadratic elements err with h^4 (Strang, Fix, chapter 6): near it here."""

@@ -35,6 +35,7 @@ def test_second_differences() -> None:
     assert np.sort(found.real) == pytest.approx(2 - 2 * np.cos(np.arange(1, n + 1) * np.pi / (n + 1)), abs=1e-13)
 
 
+@pytest.mark.slow
 @settings(max_examples=60, deadline=None)
 @given(st.integers(1, 90), st.integers(0, 10**6), st.floats(-0.3, 0.3), st.sampled_from([1e-200, 1.0, 1e200]))
 def test_random_matrices(n: int, seed: int, fall: float, scale: float) -> None:

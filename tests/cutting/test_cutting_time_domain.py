@@ -241,6 +241,7 @@ def test_growth_with_process_damping_is_the_multiplier_of_the_collocation() -> N
     assert abs(free - largest) > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("tool", [
     Tool(0.02, 3), Tool(0.02, 4), Tool(0.02, 2, pitch=[2.9, 2 * np.pi - 2.9]), Tool(0.02, 3, pitch=[1.8, 2.3, 2 * np.pi - 4.1]),
     Tool(0.02, 3, helix=0.5), Tool(0.02, 4, pitch=np.radians([80, 100, 75, 105]), helix=0.4)], ids=repr)

@@ -79,6 +79,7 @@ def test_all_faults_at_once():
     assert [fault.line for fault in error.value.faults] == [1, 2, 3]
 
 
+@pytest.mark.slow
 def test_a_program_is_planned():
     rng = np.random.default_rng(0)
     points = np.cumsum(rng.normal(0, 0.2, (3000, 2)), axis=0)

@@ -33,6 +33,7 @@ def exact(words) -> list[float]:
     return [float(word.upper().replace("D", "E")) for word in words]
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(st.lists(NUMBERS, min_size=12, max_size=40), FORMATS, st.sampled_from("EDed"), st.sampled_from(["\n", "\r\n"]))
 @example([1e23, 5e22, 7e22, -1e23] * 4, ("%20.12E", 4), "E", "\n")  # in the very middle between two floats

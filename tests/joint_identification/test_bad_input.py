@@ -87,6 +87,7 @@ def test_bending_column_is_marked(case, modes):
     assert not result.joint("magazine").certain
 
 
+@pytest.mark.slow
 def test_a_bending_column_widens_the_intervals_of_its_joints_and_spoils_no_others(case, modes):
     shape = modes.shape.copy()
     height = np.array([case.points[dof.point][2] for dof in modes.dofs])

@@ -32,6 +32,7 @@ def check(result, position_bar, stiffness_bar=0.02):
         np.testing.assert_allclose(joint.stiffness, p1.STIFFNESS[joint.child], rtol=stiffness_bar)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("share", "bar"), [(0.02, 0.015), (0.05, 0.040)])
 @pytest.mark.parametrize("seed", [1, 2])
 def test_joints_from_noisy_frequency_responses(model, share, bar, seed):

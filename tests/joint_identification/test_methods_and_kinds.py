@@ -240,6 +240,7 @@ def test_three_modes_cannot_exclude_more_freedoms_but_give_the_stiffness():
     np.testing.assert_allclose(joint.stiffness, k, atol=4 * joint.stiffness_deviation.max())
 
 
+@pytest.mark.slow
 def test_principal_directions_off_the_machine_s_axes_are_found():
     turn = rot.from_euler("zyx", [0.6, 0.3, 0.5])
     full = turn @ np.diag([4e6, 2e6, 1e6]) @ turn.T

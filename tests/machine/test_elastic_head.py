@@ -38,6 +38,7 @@ def frequencies(machine, tilt, azimuth, count=6):
     return solve_undamped(assemble(machine, {"Z": -0.9, "tilt": tilt, "azimuth": azimuth}), count).frequency
 
 
+@pytest.mark.slow
 def test_modes_have_the_symmetry_of_the_head(head):
     """P3: modes 1 and 2 coincide at home and split with tilt; distributions over the plane repeat every 120 degrees."""
     home, tilted = frequencies(head, 0.0, 0.0), frequencies(head, 0.4, 0.2)
@@ -46,6 +47,7 @@ def test_modes_have_the_symmetry_of_the_head(head):
         assert frequencies(head, 0.4, 0.2 + turn) == pytest.approx(tilted, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_bodies_are_kept_on_disk_by_content(head, folder):
     kept = list(folder.glob("body-*.npz"))
     assert len(kept) == 1  # three limbs of one description

@@ -108,6 +108,7 @@ def test_a_mode_at_the_edge_of_the_band_is_found_and_marked(edge):
     assert any("edge of the band" in line for line in found.advice)
 
 
+@pytest.mark.slow
 def test_a_mode_just_outside_the_band_harms_no_other():
     rng = np.random.default_rng(6)
     modes = structure(rng, 60, np.array([100.0, 200, 300, 495]), np.full(4, 0.015))
@@ -304,6 +305,7 @@ def test_pure_noise_gives_no_modes():
     assert "no mode" in message
 
 
+@pytest.mark.slow
 def test_measured_tool_holder():
     folder = DATA / "tool_holder_frf"
     if not folder.exists():

@@ -37,6 +37,7 @@ def truth() -> Modes:
     return structure(np.random.default_rng(0), 20, FREQUENCY, RATIO)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", sorted(METHODS))
 @pytest.mark.parametrize(("noise", "limits"), [(0.0, (1e-6, 1e-4, 1e-3)), (0.005, (1e-4, 5e-3, 3e-3))])
 def test_every_method_finds_six_separate_modes_alone(truth, method, noise, limits):

@@ -60,6 +60,7 @@ def test_the_modes_at_the_ends_of_the_band_gain_most(monkeypatch):
     assert reduced[0] / whole[0] < (reduced[5] / whole[5])
 
 
+@pytest.mark.slow
 def test_few_responses_keep_all_terms(monkeypatch):
     rng = np.random.default_rng(1)
     frf = with_noise(benchmark(rng, points=5).frf, 0.01, rng).selected(range(15), [0])

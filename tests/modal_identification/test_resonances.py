@@ -103,6 +103,7 @@ def test_more_references_than_outputs_have_the_same_resonances():
     assert one.dominant.tolist() == other.dominant.tolist()
 
 
+@pytest.mark.slow
 def test_channels_that_disagree_on_their_poles_do_not_stop_the_identification():
     """Poles scatter from response to response (a moving sensor's mass): a pole tried in between may repeat another."""
     rng = np.random.default_rng(43)

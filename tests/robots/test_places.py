@@ -97,6 +97,7 @@ def test_turns_are_the_best_and_the_followed_path_has_no_jump(robot):
     assert np.abs(np.diff(positions, axis=0)).max() <= 0.6
 
 
+@pytest.mark.slow
 def test_study_of_a_place_says_where_the_next_singular_pose_is(robot):
     study = study_reach(robot, [0.69, 0.02, 0.1])
     assert max(each.miss for each in study.poses) < 1e-12
@@ -124,6 +125,7 @@ def test_paths_out_of_reach_and_through_a_singular_pose_are_named(robot):
     assert any("singular" in fault for fault in faults)
 
 
+@pytest.mark.slow
 def test_commands(tmp_path, capsys):
     main(["reach", str(MACHINES / "milling_robot.yaml"), "--tip", "690mm,20mm,100mm", "--direction", "-x"])
     assert "front up no flip" in capsys.readouterr().out

@@ -82,6 +82,7 @@ def test_effects_of_a_linear_metric(robot):
     assert [e.value for e in contrasts.effects] == pytest.approx([3 / base, 2 / base])
 
 
+@pytest.mark.slow
 def test_sobol_indices_against_the_closed_form(robot):
     # y = 3 a + 2 b + 4 (a - 1/2)(b - 1/2) + ... of uniform a, b: variances 9/12, 4/12 and 16/144.
     class Crossed(Linear):

@@ -80,6 +80,7 @@ def test_exact_lobes_and_simulated_cuts_follow_the_tool(cut):
     np.testing.assert_allclose(runs[0].force, runs[1].force, rtol=1e-7, atol=1e-7 * np.abs(runs[0].force).max())
 
 
+@pytest.mark.slow
 def test_the_surface_error_follows_the_tool(cut):
     """The wall that is cut lies in the tool's plane: the head turned by its axis equals the machine turned back."""
     back = tf.transform(rotation.about("y", -ANGLE))

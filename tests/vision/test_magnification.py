@@ -44,6 +44,7 @@ def motion(frames, scanned, corner):
     return field.values[:, 0, 0]
 
 
+@pytest.mark.slow
 def test_motion_is_linear_in_the_factor_and_the_wall_stands_still(case):
     scene, scanned, warp = case
     numbers = range(4, 40)

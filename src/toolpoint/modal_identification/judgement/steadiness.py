@@ -64,7 +64,9 @@ def judge_steadiness(frf: Frf, modes: Modes, again: Callable[[Frf], Modes], *, b
     if not parts:
         return None
     total, asked, seen = np.zeros((modes.count, 2)), np.zeros(modes.count), np.zeros(modes.count)
-    known = np.zeros((modes.count, 2)) if modes.covariance is None else np.diagonal(modes.covariance, axis1=1, axis2=2)
+    known = np.zeros((modes.count, 2))
+    if modes.covariance is not None:
+        known = np.maximum(np.diagonal(modes.covariance, axis1=1, axis2=2), 0.0)
     for part, lost in parts:
         low, high = float(part.frequency[0]), float(part.frequency[-1])
         margin = np.where(part.frequency.size < frf.frequency.size, MARGIN, 0.0) * np.abs(modes.damping_ratio) * modes.frequency
@@ -80,10 +82,11 @@ def judge_steadiness(frf: Frf, modes: Modes, again: Callable[[Frf], Modes], *, b
 
 
 def widen(modes: Modes, steadiness: Steadiness) -> Modes:
-    """Return the modes with the covariance of frequency and damping widened by what they move by."""
+    """Return the modes with the covariance of frequency and damping widened by what they move by; unknown ones stay so."""
     if modes.covariance is None:
         return modes
-    more = steadiness.moved[:, :, None] ** 2 * np.eye(2)
+    known = np.diagonal(modes.covariance, axis1=1, axis2=2).min(axis=1) >= 0
+    more = np.where(known[:, None], steadiness.moved, 0.0)[:, :, None] ** 2 * np.eye(2)
     return replace(modes, covariance=modes.covariance + more)
 
 
