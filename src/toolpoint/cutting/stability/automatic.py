@@ -9,9 +9,9 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.floquet.method import FloquetDeterminant, rows_of
+from toolpoint.cutting.stability.floquet.method import STEEPEST_DECAY, FloquetDeterminant, rows_of
 from toolpoint.cutting.stability.hill.method import HillDeterminant
-from toolpoint.cutting.stability.method import Problem, StabilityMethod, require_milling
+from toolpoint.cutting.stability.method import Problem, StabilityMethod, decay_of_overdamped, require_milling
 from toolpoint.cutting.stability.methods.zero_order import ZeroOrder
 from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
@@ -74,7 +74,8 @@ class Automatic:
     def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
                   ) -> StabilityChart:
         has_residual = np.abs(problem.plane.static).max(initial=0.0) > 0
-        slow = np.array([not has_residual and estimate_seconds(problem, float(n)) > self.patience for n in speeds])
+        slow = np.array([(not has_residual and estimate_seconds(problem, float(n)) > self.patience)
+                         or decay_of_overdamped(problem, float(n)) > STEEPEST_DECAY for n in speeds])
         if slow.all() or not slow.any():
             method = PanelArnoldi() if slow.all() else FloquetDeterminant()
             return method.solve(problem, speeds, depth_max, warm=warm)

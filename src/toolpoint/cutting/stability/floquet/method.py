@@ -15,7 +15,7 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, SEEN, ArcSet, HillLines, ScanMemory
 from toolpoint.cutting.stability.hill.method import HillDeterminant
-from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
+from toolpoint.cutting.stability.method import TURNING, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
@@ -25,6 +25,8 @@ STATUS = ("complete", "the largest depths of some speeds are beyond double preci
 
 
 LARGEST = 700  # rows of the matrix
+# Decay of a real pole in a tooth period, as an exponent, up to which the determinant is right (found to 29, wrong at 53).
+STEEPEST_DECAY = 30.0
 ATTEMPTS = 5  # with more and more arc nodes
 EASY = 1e-4  # share of the tolerance below which a near problem is tried with fewer arc nodes
 
@@ -87,6 +89,7 @@ class FloquetDeterminant:
         problem, warm = require_milling(self, problem), warm or WarmStart()
         if not problem.plane.is_modal:
             return HillDeterminant().solve(problem, speeds, depth_max)
+        refuse_overdamped("FloquetDeterminant", problem, speeds, STEEPEST_DECAY)
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
         warm.fit(problem, depth_max)

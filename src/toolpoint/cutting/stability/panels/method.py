@@ -10,10 +10,12 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, positive
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
-from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
+from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
+# Decay of a real pole in a tooth period, as an exponent, up to which panels are right (found to 87, wrong at 131).
+STEEPEST_DECAY = 90.0
 NOT_NORMAL = ("at some speeds a cut lasts so many vibrations that rounding moves the limit by more than the tolerance: see its "
               "error; raise the least speed")
 BEYOND = "the largest depths of some speeds are beyond double precision and taken as unstable: lower depth_max"
@@ -72,6 +74,7 @@ class PanelArnoldi:
         from toolpoint.cutting.stability.panels.search import PanelSearch
 
         problem, warm = require_milling(self, problem), warm or WarmStart()
+        refuse_overdamped("PanelArnoldi", problem, speeds, STEEPEST_DECAY)
         check_affordable(problem, float(speeds.min()))
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []

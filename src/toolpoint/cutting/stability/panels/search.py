@@ -136,13 +136,19 @@ class PeriodMap:
 
 
 def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> float:
-    """Nodes a radian that the modes' oscillation asks for: the highest mode with a thousandth of the largest flexibility."""
+    """Nodes a radian that the modes' oscillation asks for: the highest mode with a thousandth of the largest flexibility.
+
+    A wave needs about two nodes a radian less than its decay would: what falls without turning is followed three times as
+    closely, for overdamped pairs are differences of two large exponentials.
+    """
     size = np.abs(plane.residues).max(axis=(1, 2)) / np.maximum(-plane.poles.real, 1e-3 * np.abs(plane.poles))
-    top = float(np.abs(plane.poles[size > 1e-3 * size.max()]).max())
+    seen = plane.poles[size > 1e-3 * size.max()]
+    top = float((np.abs(seen) + 2 * DECAY * np.maximum(-seen.real - 0.5 * np.abs(seen), 0.0)).max())
     swing = problem.speed_variation.amplitude if problem.speed_variation is not None else 0.0
     return 1.05 * top / (2 * np.pi * speed / 60 * (1 - swing))
 
 
+DECAY = 2.0
 Point = tuple[float, float]  # depth, growth
 ROUNDS = 3  # of looking for meetings of multipliers between levels
 Start = tuple[float, float]  # depth of a root, slope of the growth there
