@@ -149,3 +149,11 @@ def test_a_true_rate_is_a_positive_number(tmp_path):
             files.read(tmp_path / "a.npy", rate)
     with pytest.raises(ToolpointError, match="longer than a frame"):
         files.read(tmp_path / "a.npy", 960.0, row_delay=1e-3)
+
+
+def test_interlaced_video_is_said(tmp_path):
+    path = encoded(tmp_path / "i.mp4", np.repeat(FRAMES, 3, axis=0), "libx264", crf=10, flags="+ilme+ildct",
+                   **{"x264-params": "interlaced=1:tff=1"})
+    assert any("interlaced video" in doubt for doubt in files.read(path, 960.0).doubts)
+    plain = encoded(tmp_path / "p.mp4", np.repeat(FRAMES, 3, axis=0), "libx264", crf=10)
+    assert not any("interlaced" in doubt for doubt in files.read(plain, 960.0).doubts)
