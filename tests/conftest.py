@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import os
 import resource
 import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-from hypothesis import settings
+# One thread of linear algebra a worker: more of them only wait for each other, and double the time of the suite. Before NumPy.
+for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
+    os.environ.setdefault(_name, "1")
 
-from toolpoint.io.yaml import machine_file
+import pytest  # noqa: E402
+from hypothesis import settings  # noqa: E402
+
+from toolpoint.io.yaml import machine_file  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 # A loaded machine is slow, not wrong: no example has a time limit.
