@@ -10,7 +10,7 @@ from numba import njit
 def advance(transition, deflection, reading, moving, dissipation, load_map, node, share, table, feed, phase, loads,
             regeneration,
             state,
-            delayed, out, base, totals, mass, stiffness, depth, keep, first):  # pragma: no cover - compiled
+            delayed, out, base, totals, mass, stiffness, depth, keep, first):
     """Advance a block of steps; all matrices are stored by columns, at nodes along the path, and blended between two of them.
 
     transition (N, z, z), deflection (N, w, n): static, to unit inputs, reading (N, 6, n): tip motion; moving (N, 6, n):
@@ -96,7 +96,7 @@ def advance(transition, deflection, reading, moving, dissipation, load_map, node
 
 @njit(cache=True, fastmath=True)
 def _account(dissipation, load_map, mass, stiffness, i, t, inputs, state, after, extended,
-             totals):  # pragma: no cover - compiled
+             totals):
     """Add the work of the inputs over a step (exact for inputs held), the energy lost (a quadratic form) and the energy
     gained."""
     size, width = state.size, inputs.size

@@ -34,6 +34,14 @@ def model_of(description: Any, *, version: bool = False) -> type[BaseModel]:
     return _model(description, version)
 
 
+def file_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
+    """Return the JSON schema of the files of a model, under their title."""
+    schema = model.model_json_schema()
+    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
+    schema["title"] = title
+    return schema
+
+
 @cache
 def _model(description: Any, version: bool) -> type[BaseModel]:
     hints = get_type_hints(description, include_extras=True)

@@ -11,7 +11,7 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import find_faults
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, model_of
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import parse, validate
 
 VERSION = 1
@@ -34,7 +34,4 @@ def read(path: str | Path) -> DriveDescription:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of drive files, for editors that check YAML while it is typed."""
-    schema = model_of(DriveDescription, version=True).model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["title"] = "toolpoint drive file"
-    return schema
+    return file_schema(model_of(DriveDescription, version=True), "toolpoint drive file")

@@ -12,7 +12,7 @@ from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.cutting.description import DEFAULTS, PARAMETERS, VARIATION, CutParameter
 from toolpoint.io.quantities import units
 from toolpoint.io.quantities.units import UnitError
-from toolpoint.io.yaml.description_schema import model_of
+from toolpoint.io.yaml.description_schema import file_schema, model_of
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
 from toolpoint.joints.law import LawDescription
@@ -279,7 +279,4 @@ class MachineModel(Part):
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of machine files, for editors that check YAML while it is typed."""
-    schema = MachineModel.model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["title"] = "toolpoint machine file"
-    return schema
+    return file_schema(MachineModel, "toolpoint machine file")

@@ -14,7 +14,7 @@ from toolpoint.io import stl
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml import machine_schema
-from toolpoint.io.yaml.description_schema import describe, model_of
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import Document, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.joints import Reducer
@@ -69,7 +69,4 @@ def _described(model: Any, document: Document) -> RobotDatasheet | None:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of datasheets, for editors that check YAML while it is typed."""
-    schema = model_of(RobotDatasheet, version=True).model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["title"] = "toolpoint robot datasheet"
-    return schema
+    return file_schema(model_of(RobotDatasheet, version=True), "toolpoint robot datasheet")

@@ -10,7 +10,7 @@ from pydantic import BaseModel
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, model_of
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import parse, validate
 from toolpoint.substructuring.shaft import ShaftDescription
 
@@ -37,7 +37,4 @@ def read(path: str | Path) -> ShaftDescription:
 
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of shaft files, for editors that check YAML while it is typed."""
-    schema = model_of(ShaftDescription, version=True).model_json_schema()
-    schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
-    schema["title"] = "toolpoint shaft file"
-    return schema
+    return file_schema(model_of(ShaftDescription, version=True), "toolpoint shaft file")
