@@ -95,7 +95,7 @@ def test_components_carry_measured_points_on_the_bodies(test_data, tmp_path, cap
 
 
 @pytest.mark.parametrize(("more", "words"), [
-    (["--components", "none.yaml"], "needs --geometry"), (["--pair", "1"], "write TEST=MODEL")])
+    (["--components", __file__], "needs --geometry"), (["--pair", "1"], "write TEST=MODEL")])
 def test_wrong_input(test_data, more, words, capsys):
     folder, _ = test_data
     with pytest.raises(SystemExit) as stopped:

@@ -100,5 +100,5 @@ def test_schema_of_shaft_files(capsys):
 def test_faults_of_a_shaft_file_have_their_lines(capsys, folder):
     (folder / "bad.yaml").write_text(TOOL.replace("diameter: 16 mm, material: carbide}", "diameter: 16 mm, bore: 17 mm}", 1))
     with pytest.raises(SystemExit):
-        main(["rcsa", str(folder / "bad.yaml"), "--frf", "gauge.h5", "--gauge", "gauge.yaml"])
+        main(["rcsa", str(folder / "bad.yaml"), "--frf", str(folder / "bad.yaml"), "--gauge", str(folder / "bad.yaml")])
     assert "bad.yaml:4:" in capsys.readouterr().err

@@ -50,6 +50,21 @@ def test_help_of_the_commands_loads_no_science():
     assert json.loads(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout) == []
 
 
+@pytest.mark.parametrize(("arguments", "heavy"), [
+    (["lobes", "--frf", "none.txt"], ["scipy.linalg", "plotly", "h5py", "ruamel", "pydantic", "numba", "rich"]),
+    (["lobes", "--frf", "wrong.txt"], ["scipy.linalg", "plotly", "h5py", "ruamel", "pydantic", "numba"]),
+    (["report", "wrong.yaml"], ["scipy.linalg", "plotly", "h5py", "numba", "toolpoint.studies.machines.machine_report"]),
+    (["drive", "wrong.yaml", "--circle", "50,4000"], ["scipy.linalg", "plotly", "h5py", "numba"])])
+def test_errors_load_no_more_than_finds_them(tmp_path, arguments, heavy):
+    (tmp_path / "wrong.yaml").write_text("toolpoint: 1\nbodies: {column: {mas: 100 kg}}\n")
+    (tmp_path / "wrong.txt").write_text("no response\n")
+    done = subprocess.run([sys.executable, "-X", "importtime", "-m", "toolpoint", *arguments], cwd=tmp_path,
+                          capture_output=True, text=True)
+    assert done.returncode == 2 and "error: " in done.stderr
+    loaded = {line.rsplit("|", 1)[-1].strip() for line in done.stderr.splitlines() if line.startswith("import time")}
+    assert loaded.isdisjoint(heavy)
+
+
 def test_numba_is_loaded_only_when_asked_for():
     code = "import toolpoint.machine, toolpoint.vibration, sys; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"

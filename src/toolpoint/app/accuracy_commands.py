@@ -9,18 +9,18 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH
 from toolpoint.app.robot_commands import DIRECTION, TURN, direction_of, numbers_of
 
 LOADS = ("cutting", "gravity", "path")
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--square", "side", metavar="200mm", help="A square of this side.")
 @click.option("--line", "ends", multiple=True, metavar="X,Y,Z", help="A line: twice, its start and end.")
-@click.option("--points", type=PATH, help="A CSV of places x,y,z (m) along which the tool goes.")
-@click.option("--program", type=PATH, help="A G-code program; its zero lies at --centre, its plane is --plane.")
+@click.option("--points", type=FILE, help="A CSV of places x,y,z (m) along which the tool goes.")
+@click.option("--program", type=FILE, help="A G-code program; its zero lies at --centre, its plane is --plane.")
 @click.option("--centre", default="0,0,0", show_default=True, help="Centre of the square, or zero of the program.")
 @click.option("--plane", default="x,y", show_default=True, metavar="FIRST,SECOND", help="Directions of the plane, as y,z.")
 @click.option("--feed", default=300.0, show_default=True, help="Feed, mm/min.")
@@ -39,11 +39,13 @@ LOADS = ("cutting", "gravity", "path")
 def accuracy(machine: Path, output: Path, as_json: bool, **options: Any) -> None:
     """Milling accuracy along a path: flexible against rigid run with the cut at the moving tool, error spheres, spectra."""
     from toolpoint.io.yaml import machine_file
+
+    built = machine_file.read(machine)
+
     from toolpoint.pages.accuracy import accuracy_page
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.moving_structure import ToolStance
 
-    built = machine_file.read(machine)
     way = direction_of(options["direction"], "--direction")
     stance = ToolStance(None if way is None else (way[0], way[1], way[2]), numbers_of(options["turn"], "--turn", 1, True)[0],
                         options["branch"])
@@ -93,7 +95,7 @@ def _sides(options: dict[str, Any]) -> Any:
 
 
 @click.command()
-@click.argument("plan", type=PATH)
+@click.argument("plan", type=FILE)
 @click.option("--workers", default=0, show_default=True, help="Worker processes (extra 'cluster'); 0 is this process.")
 @click.option("--scheduler", metavar="tcp://HOST:8786", help="A running Dask scheduler instead, in a network that you trust.")
 @click.option("--folder", type=PATH, help="Keep finished parts here and resume from them.")
@@ -102,12 +104,14 @@ def _sides(options: dict[str, Any]) -> Any:
 def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None, output: Path, as_json: bool) -> None:
     """Design changes screened by a plan (YAML): every variant's metrics, effects and their ranking with confidence."""
     from toolpoint.io.yaml import machine_file, plan_file
+
+    planned = plan_file.read(plan)
+    built = machine_file.read(plan.parent / planned.machine)
+
     from toolpoint.pages.screening import screening_page
     from toolpoint.studies.execute import Dask, Serial
     from toolpoint.studies.screening.planned import run_plan
 
-    planned = plan_file.read(plan)
-    built = machine_file.read(plan.parent / planned.machine)
     engine = Dask(workers, scheduler) if workers or scheduler else Serial()
     with frame(None if as_json else output, as_json) as run, run.progress("variants", folder) as progress:
         result = run_plan(planned, built, engine=engine, folder=folder, progress=progress)
@@ -117,7 +121,7 @@ def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None,
 
 
 @click.command()
-@click.argument("plan", type=PATH)
+@click.argument("plan", type=FILE)
 @click.option("--answer", type=click.Choice(["response peak", "static compliance", "depth limit", "position error"]),
               required=True,
               help="What is to be improved, at the pose of the plan.")
@@ -125,11 +129,7 @@ def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None,
 @JSON
 def improve(plan: Path, answer: str, goal: float, as_json: bool) -> None:
     """The cheapest changes (factors of a plan with their costs) that bring the tool point to a goal, from exact slopes."""
-    import numpy as np
-
     from toolpoint.io.yaml import machine_file, plan_file
-    from toolpoint.studies.screening import answers
-    from toolpoint.studies.screening.improve import improve as improve_machine
 
     planned = plan_file.read(plan)
     built = machine_file.read(plan.parent / planned.machine)
@@ -140,6 +140,11 @@ def improve(plan: Path, answer: str, goal: float, as_json: bool) -> None:
         raise ToolpointError("improve: the plan holds swaps, which have no slope; give factors, or screen them")
     if answer == "position error" and planned.square is None:
         raise ToolpointError("--answer position error: the plan needs a square, for its speed and depth")
+    import numpy as np
+
+    from toolpoint.studies.screening import answers
+    from toolpoint.studies.screening.improve import improve as improve_machine
+
     scale = {"depth limit": 1e-3, "position error": 1e-6}.get(answer, 1.0)
     with frame(None, as_json) as run:
         chosen: Any = answers.ResponsePeak(static=answer == "static compliance")

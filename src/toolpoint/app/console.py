@@ -11,47 +11,39 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from typing import Any
 
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TaskID, TextColumn, TimeElapsedColumn
+import click
 
 from toolpoint._check import ToolpointWarning
 
-
-class _Lines(Console):
-    """A console that leaves the wrapping of plain lines to the terminal: paths and tables in a log stay whole."""
-
-    def print(self, *objects: Any, **options: Any) -> None:
-        if all(isinstance(part, str) for part in objects):
-            options.setdefault("soft_wrap", True)
-        super().print(*objects, **options)
-
-
-# Emoji codes are off: 'machine.yaml:100:7' names a place.
-OUT = _Lines(highlight=False, emoji=False)
-ERR = _Lines(stderr=True, highlight=False, emoji=False)
 FIRST_LINE, NEXT_LINE = 2.0, 10.0  # s, of progress without a terminal
 ASCII = str.maketrans(dict.fromkeys("┏┳┓┡╇┩└┴┘", "+") | dict.fromkeys("━─", "-") | dict.fromkeys("┃│", "|"))
 
 
 def text(lines: str) -> None:
     """Print plain text as it is; where the terminal knows no lines for tables, with plain signs."""
+    from toolpoint.app.terminal import OUT
+
     plain = spell_options(lines)
     OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
 
 
 def warning(message: str) -> None:
     """Print a warning beside the result."""
+    from toolpoint.app.terminal import ERR
+
     ERR.print("warning: " + spell_options(message), markup=False, style="yellow")
 
 
 def remark(message: str) -> None:
     """Print what goes on beside the result."""
+    from toolpoint.app.terminal import ERR
+
     ERR.print(spell_options(message), markup=False, soft_wrap=True)
 
 
 def error(message: str) -> None:
     """Print an error as plain text: file contents in it must not be read as markup."""
-    ERR.print("error: " + spell_options(message), markup=False, style="red", soft_wrap=True)
+    click.secho("error: " + spell_options(message), err=True, fg="red")
 
 
 def spell_options(text: str) -> str:
@@ -62,6 +54,8 @@ def spell_options(text: str) -> str:
 @contextmanager
 def _spoken(state: Callable[[], str]) -> Iterator[None]:
     """Print what is being done, a line now and then, where nobody watches a terminal: in a log, a pipe, a batch job."""
+    from toolpoint.app.terminal import ERR
+
     ended, start = threading.Event(), time.monotonic()
 
     def speak() -> None:
@@ -82,10 +76,15 @@ def _spoken(state: Callable[[], str]) -> Iterator[None]:
 @contextmanager
 def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show progress through a number of named steps; call the given function at the start of each."""
+    if quiet:
+        yield lambda name: None
+        return
+
+    from toolpoint.app.terminal import bar_of_steps
+
     said = ""
-    plain = _spoken(lambda: said) if not (quiet or interactive()) else nullcontext()
-    with plain, Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
-                  TimeElapsedColumn(), console=ERR, transient=True, disable=quiet or not interactive()) as progress:
+    plain = nullcontext() if interactive() else _spoken(lambda: said)
+    with plain, bar_of_steps(not interactive()) as progress:
         task = progress.add_task("", total=total)
         done = -1
 
@@ -101,19 +100,23 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
 @contextmanager
 def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
     """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
+    if quiet:
+        yield lambda name, done, total: None
+        return
+
+    from toolpoint.app.terminal import bars_of_parts
+
     said = ""
-    plain = _spoken(lambda: said) if not (quiet or interactive()) else nullcontext()
-    with plain, Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
-                         transient=True, disable=quiet or not interactive()) as progress:
-        tasks: dict[str, TaskID] = {}
+    plain = nullcontext() if interactive() else _spoken(lambda: said)
+    with plain, bars_of_parts(not interactive()) as progress:
+        tasks: dict[str, Any] = {}
 
         def count(name: str, done: int, total: int) -> None:
             nonlocal said
             said = f"{name}: {done} of {total}"
-            task = tasks.setdefault(name, TaskID(-1))
-            if task == -1:
-                task = tasks[name] = progress.add_task(name, total=total)
-            progress.update(task, completed=done, total=total)
+            if name not in tasks:
+                tasks[name] = progress.add_task(name, total=total)
+            progress.update(tasks[name], completed=done, total=total)
         yield count
 
 

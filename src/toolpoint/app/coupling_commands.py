@@ -10,7 +10,7 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import coefficient_options, in_si, tool_options
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
 from toolpoint.app.speeds import SPEEDS
 
 if TYPE_CHECKING:
@@ -32,13 +32,13 @@ def _schema(ctx: click.Context, parameter: click.Parameter, value: bool) -> None
 
 
 @click.command()
-@click.argument("tool", type=PATH)
+@click.argument("tool", type=FILE)
 @click.option("--schema", is_flag=True, is_eager=True, expose_value=False, callback=_schema,
               help="Print the JSON schema of shaft files, for editors, and end.")
-@click.option("--frf", multiple=True, type=PATH, help="Measured responses: of a gauge's stations (with --gauge), or of the "
+@click.option("--frf", multiple=True, type=FILE, help="Measured responses: of a gauge's stations (with --gauge), or of the "
                                                       "spindle with its rotations (with --at).")
-@click.option("--gauge", type=PATH, help="Shaft file of the gauge that was in the spindle, with its stations.")
-@click.option("--machine", type=PATH, help="Machine file: the spindle is computed, at the point --at.")
+@click.option("--gauge", type=FILE, help="Shaft file of the gauge that was in the spindle, with its stations.")
+@click.option("--machine", type=FILE, help="Machine file: the spindle is computed, at the point --at.")
 @click.option("--at", "point", metavar="POINT", help="Point where the tool begins.")
 @POSE
 @click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines (Hz) of a computed spindle; 20:5000:1000 "
@@ -63,18 +63,20 @@ def rcsa(tool: Path, stick_out: str | None, lobes: bool, speeds: Any, save: Path
     TOOL is a shaft file: segments from the spindle to the tip. The spindle comes from a gauge that was struck in it, from
     responses with rotations, or from a machine file.
     """
-    import numpy as np
-
     from toolpoint.io import read_shaft
-    from toolpoint.pages.tool_coupling import tool_coupling_page
-    from toolpoint.studies import study_tool
 
     cut = {name: values.pop(name) for name in list(values) if name not in SPINDLE}
     given = [name for name, value in cut.items() if value is not None]
     if given and not lobes:
         raise click.UsageError(f"--{given[0].strip('_').replace('_', '-')} is of a cut: add --lobes")
-    generator = np.random.default_rng(values.pop("seed"))
     shaft = read_shaft(tool)
+
+    import numpy as np
+
+    from toolpoint.pages.tool_coupling import tool_coupling_page
+    from toolpoint.studies import study_tool
+
+    generator = np.random.default_rng(values.pop("seed"))
     lengths = None if stick_out is None else _stick_out(stick_out)
     charted = np.linspace(3000, 20000, CHARTED) if speeds is None else speeds
     with frame(output, as_json) as run, run.progress_of_parts() as progress:

@@ -13,7 +13,7 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import coefficient_options, in_si, numbers, tool_options
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH
 from toolpoint.app.source import Source, dynamics_options
 from toolpoint.app.speeds import speeds_of
 
@@ -78,17 +78,20 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
           tried: tuple[tuple[float, float, bool], ...], output: Path, as_json: bool, **cut: Any) -> None:
     """Stability lobes of a milling cut, from a machine file, from measured FRFs, or from saved modes."""
     from toolpoint.app.dynamics import read_dynamics
-    from toolpoint.cutting.stability import method_named
-    from toolpoint.pages.lobes import lobes_page
-    from toolpoint.studies.cuts.lobes_study import chart_lobes
-    from toolpoint.studies.cuts.uncertain_cut import Uncertainty
 
     if (tried or uncertainty) and samples is None:
         raise click.UsageError("--tried and --uncertainty need --probability SAMPLES, for example --probability 200")
-    known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
-    chosen = method_named(method, "--method")
     with frame(output, as_json) as run, run.progress_of_parts() as progress:
-        result = chart_lobes(read_dynamics(source), in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
+        dynamics = read_dynamics(source)
+
+        from toolpoint.cutting.stability import method_named
+        from toolpoint.pages.lobes import lobes_page
+        from toolpoint.studies.cuts.lobes_study import chart_lobes
+        from toolpoint.studies.cuts.uncertain_cut import Uncertainty
+
+        known = replace(Uncertainty(samples or 0, cuts=tried), **uncertainty)
+        chosen = method_named(method, "--method")
+        result = chart_lobes(dynamics, in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
                              uncertainty=known, progress=progress).noted(run.warnings)
         run.save(lobes_page(result, run.warnings))
     run.show(result, result.chart.notes)
@@ -134,18 +137,21 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
          process_damping: float, diameter: float | None, cutting_speed: float | None, output: Path, as_json: bool) -> None:
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
     from toolpoint.app.dynamics import read_dynamics
-    from toolpoint.pages.turning import turning_page
-    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
 
     if diameter is not None and cutting_speed is not None:
         raise click.UsageError("--diameter and --cutting-speed: must be one of them; the first lets the cutting speed grow "
                                "with the spindle speed, the second holds it")
     if not kf > 0:
         raise click.UsageError(f"--kf {kf:g}: must be above zero, N/mm^2")
-    cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
-                     cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
     with frame(output, as_json) as run:
-        result = chart_turning(read_dynamics(source), cut, speeds).noted(run.warnings)
+        dynamics = read_dynamics(source)
+
+        from toolpoint.pages.turning import turning_page
+        from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+
+        cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
+                         cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
+        result = chart_turning(dynamics, cut, speeds).noted(run.warnings)
         run.save(turning_page(result))
     run.show(result, result.chart.notes)
 
@@ -189,13 +195,16 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
          **cut: Any) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
     from toolpoint.app.dynamics import read_dynamics
-    from toolpoint.pages.simulated_cut import simulation_page
-    from toolpoint.studies.cuts.simulated_cut import check_cut, simulate_cut
 
     values = in_si(cut)
-    check_cut(values, speed, 1e-3 * depth)
     with frame(output, as_json, steps=2) as run:
-        result = simulate_cut(read_dynamics(source), values, speed=speed, depth=1e-3 * depth, revolutions=revolutions,
+        dynamics = read_dynamics(source)
+
+        from toolpoint.pages.simulated_cut import simulation_page
+        from toolpoint.studies.cuts.simulated_cut import check_cut, simulate_cut
+
+        check_cut(values, speed, 1e-3 * depth)
+        result = simulate_cut(dynamics, values, speed=speed, depth=1e-3 * depth, revolutions=revolutions,
                               step=run.step)
         run.step("page")
         run.save(simulation_page(result, run.warnings))
@@ -222,7 +231,7 @@ def _angles(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 
 
 @click.command("map-chatter")
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:5",
               help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--feed-directions", callback=_angles, metavar="0,45,90|0:135:4",
@@ -245,17 +254,20 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
     where it stopped.
     """
     from toolpoint.app.poses import grid
+    from toolpoint.io.yaml import machine_file
+
+    built = machine_file.read(machine)
+    positions = grid(built, axes, "--axis")
+
     from toolpoint.cutting.build import words
     from toolpoint.cutting.stability import method_named
-    from toolpoint.io.yaml import machine_file
     from toolpoint.pages.chatter_map import chatter_map_page
     from toolpoint.studies.cuts.chatter_map import chatter_map
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.execute import Dask, Serial
     from toolpoint.studies.machines.tool_point import FEED_ANGLE
 
-    chosen, built = method_named(method, "--method"), machine_file.read(machine)
-    positions = grid(built, axes, "--axis")
+    chosen = method_named(method, "--method")
     used, notes = cut_on(built, in_si(cut))
     words(used)  # faults of the cut are told before any work
     angles = (FEED_ANGLE[used.feed],) if feed_directions is None else feed_directions
@@ -268,7 +280,7 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
 
 
 @click.command()
-@click.argument("forces", nargs=-1, required=True, type=PATH)
+@click.argument("forces", nargs=-1, required=True, type=FILE)
 @tool_options
 @click.option("--speed", type=float, required=True, help="Spindle speed, rev/min, constant.")
 @click.option("--depth", type=float, required=True, help="Axial depth of cut, mm.")
@@ -290,23 +302,25 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
     feed, y normal to it (clockwise from y to x), z along the spindle, away from the work. One file for each feed per tooth.
     """
     from toolpoint.io import record_files
-    from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.calibration import calibration_page
-    from toolpoint.studies.cuts.calibration import CuttingTest, calibrate, check_test
-
-    test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
-                       force_on, angle, not no_runout)
-    check_test(test)
     if yaml_file is not None and not yaml_file.parent.is_dir():
         raise ToolpointError(f"--yaml {yaml_file}: the folder {yaml_file.parent} does not exist; create it first")
     with frame(output, as_json, steps=3) as run:
         run.step("forces")
         records = [(str(path), record_files.read(path)) for path in forces]
+
+        from toolpoint.pages.calibration import calibration_page
+        from toolpoint.studies.cuts.calibration import CuttingTest, calibrate, check_test
+
+        test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),
+                           force_on, angle, not no_runout)
+        check_test(test)
         run.step("fit")
         result = calibrate(records, test)
         run.step("page")
         run.save(calibration_page(result, run.warnings))
     if yaml_file is not None:
+        from toolpoint.io.yaml import machine_file
+
         machine_file.write_cutting(result.description, yaml_file)
     run.warnings += result.doubts
     run.show(result, written={"Section 'cutting'": yaml_file})

@@ -9,7 +9,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSE
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
 
 Pose = dict[str, float] | None
 Circle = tuple[float, float] | None
@@ -28,10 +28,10 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 
 
 @click.command()
-@click.argument("drives", required=False, type=PATH)
-@click.option("--program", type=PATH, help="G-code (ISO and the common Siemens words), mm.")
+@click.argument("drives", required=False, type=FILE)
+@click.option("--program", type=FILE, help="G-code (ISO and the common Siemens words), mm.")
 @click.option("--circle", callback=_circle, metavar="RADIUS,FEED", help="A circular test instead, mm and mm/min.")
-@click.option("--machine", type=PATH, help="Machine file whose structure the drives push against.")
+@click.option("--machine", type=FILE, help="Machine file whose structure the drives push against.")
 @POSE
 @click.option("--map", "grid", multiple=True, metavar="X=-0.3:0.3:7",
               help="Margins and bandwidth over positions of the machine, with --circle its deviation too; one or two axes.")
@@ -68,7 +68,7 @@ def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Pa
 
 
 @click.command("servo-data")
-@click.argument("file", type=PATH)
+@click.argument("file", type=FILE)
 @click.option("--unit", "units", multiple=True, metavar="COLUMN=UNIT", help="Unit of a column of a table that names none.")
 @click.option("--sample-time", type=click.FloatRange(0, min_open=True), help="s; of a table without a time column.")
 @OUTPUT
@@ -77,15 +77,18 @@ def servo_data(file: Path, units: tuple[str, ...], sample_time: float | None, ou
     """Friction, K_v, following error, loop margins or positioning from a controller's record FILE (Sinumerik, TNCscope, TwinCAT
     Scope, ISO 230-2 runs, tables)."""
     from toolpoint.io import read_servo_data
-    from toolpoint.pages.servo_data import servo_data_page
-    from toolpoint.studies import judge_servo_data
 
     named = dict(part.split("=", 1) for part in units if "=" in part)
     if len(named) != len(units):
         raise ToolpointError("--unit: write COLUMN=UNIT, for example --unit 'pos=mm'")
     with frame(output, as_json, steps=2) as run:
         run.step("reading")
-        result = judge_servo_data(read_servo_data(file, named, sample_time), source=file.name)
+        record = read_servo_data(file, named, sample_time)
+
+        from toolpoint.pages.servo_data import servo_data_page
+        from toolpoint.studies import judge_servo_data
+
+        result = judge_servo_data(record, source=file.name)
         run.step("page")
         run.save(servo_data_page(result, warnings=run.warnings))
     run.show(result)
@@ -97,8 +100,6 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
     from toolpoint.app.poses import machine_at
     from toolpoint.io import read_program
     from toolpoint.io.yaml import drive_file
-    from toolpoint.pages.drive_experiment import drive_page
-    from toolpoint.studies.servos.drive_experiment import run_drives
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
@@ -106,6 +107,10 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
         built = None if machine is None else machine_at(machine, pose)
         moves = None if program is None else read_program(program, feed=None if feed is None else feed * 1e-3 / 60)
         path = None if moves is None else moves.path
+
+        from toolpoint.pages.drive_experiment import drive_page
+        from toolpoint.studies.servos.drive_experiment import run_drives
+
         result = run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
                             remarks=() if moves is None else moves.notes, progress=run.step)
         run.step("page")
@@ -118,13 +123,15 @@ def _map(drives: Path, machine: Path | None, axes: tuple[str, ...], circle: Circ
     """Map a servo over a grid of poses, one or two axes."""
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import drive_file, machine_file
-    from toolpoint.pages.servo_map import servo_map_page
-    from toolpoint.studies.servos.servo_map import map_servo
 
     if machine is None:
         raise ToolpointError("--map: a map needs the machine; give --machine FILE")
     description, built = drive_file.read(drives), machine_file.read(machine)
     positions = grid(built, axes, "--map")
+
+    from toolpoint.pages.servo_map import servo_map_page
+    from toolpoint.studies.servos.servo_map import map_servo
+
     with frame(output, as_json) as run, run.progress("poses") as progress:
         result = map_servo(description, machine=built, grid=positions, circle=circle, progress=progress)
     run.save(servo_map_page(result, warnings=run.warnings))

@@ -4,32 +4,64 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from toolpoint._check import ToolpointError
-from toolpoint.app.poses import machine_at
 from toolpoint.app.source import Source
-from toolpoint.io import frf_files, mode_files
 from toolpoint.io.suffixes import HDF5, MATLAB, NUMPY, TEXT, UNIVERSAL
-from toolpoint.studies.cuts import tool_dynamics as dynamics
-from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
-from toolpoint.vibration import Frf, Modes
+
+if TYPE_CHECKING:
+    from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+    from toolpoint.vibration import Frf, Modes
 
 
 def read_dynamics(source: Source) -> ToolDynamics:
     """Read the dynamics; raises ToolpointError where none or several are named, or files do not fit."""
     _check(source)
-    if source.machine is not None:
-        _refuse_measurement(source.machine)
-        return dynamics.machine_dynamics(machine_at(source.machine, source.pose), source.pose, source.y)
-    if source.modes is not None:
-        return dynamics.modal_dynamics(_read_modes(source.modes), source.x, source.y, what=str(source.modes))
-    if source.frf_x is not None:
-        paths = {"x": source.frf_x, "y": source.frf_y, "xy": source.frf_xy}
-        parts = {way: read_responses([path], source.quantity) for way, path in paths.items() if path is not None}
-        return dynamics.separate_dynamics(**parts, across=source.y, band=source.band,
-                                          names={way: path.name for way, path in paths.items() if path is not None})
-    return dynamics.response_dynamics(read_responses(source.frf, source.quantity), source.x, source.y, band=source.band,
-                                      what=", ".join(file.name for file in source.frf))
+    for read in (_of_machine, _of_modes, _of_directions):
+        if (dynamics := read(source)) is not None:
+            return dynamics
+    measured = read_responses(source.frf, source.quantity)
+
+    from toolpoint.studies.cuts.tool_dynamics import response_dynamics
+
+    return response_dynamics(measured, source.x, source.y, band=source.band, what=", ".join(file.name for file in source.frf))
+
+
+def _of_machine(source: Source) -> ToolDynamics | None:
+    if source.machine is None:
+        return None
+    _refuse_measurement(source.machine)
+
+    from toolpoint.app.poses import machine_at
+
+    machine = machine_at(source.machine, source.pose)
+
+    from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
+
+    return machine_dynamics(machine, source.pose, source.y)
+
+
+def _of_modes(source: Source) -> ToolDynamics | None:
+    if source.modes is None:
+        return None
+    modes = _read_modes(source.modes)
+
+    from toolpoint.studies.cuts.tool_dynamics import modal_dynamics
+
+    return modal_dynamics(modes, source.x, source.y, what=str(source.modes))
+
+
+def _of_directions(source: Source) -> ToolDynamics | None:
+    if source.frf_x is None:
+        return None
+    paths = {"x": source.frf_x, "y": source.frf_y, "xy": source.frf_xy}
+    parts = {way: read_responses([path], source.quantity) for way, path in paths.items() if path is not None}
+
+    from toolpoint.studies.cuts.tool_dynamics import separate_dynamics
+
+    return separate_dynamics(**parts, across=source.y, band=source.band,
+                             names={way: path.name for way, path in paths.items() if path is not None})
 
 
 def _check(source: Source) -> None:
@@ -61,6 +93,8 @@ def _refuse_measurement(path: Path) -> None:
 
 
 def _read_modes(path: Path) -> Modes:
+    from toolpoint.io import mode_files
+
     try:
         return mode_files.read(path)
     except ToolpointError as error:
@@ -69,6 +103,8 @@ def _read_modes(path: Path) -> Modes:
 
 
 def read_responses(paths: Sequence[Path], quantity: str | None) -> Frf:
+    from toolpoint.io import frf_files
+
     try:
         return frf_files.read(paths, quantity=quantity)
     except ToolpointError as error:

@@ -11,13 +11,13 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Result, frame
-from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
+from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
 
 
 @click.command()
-@click.argument("machine", required=False, type=PATH)
+@click.argument("machine", required=False, type=FILE)
 @POSE
-@click.option("--frf", multiple=True, type=PATH,
+@click.option("--frf", multiple=True, type=FILE,
               help="Measured FRFs: universal, HDF5, MATLAB, NumPy, or text (Hz, real, imaginary); several text files, driving "
                    "point first.")
 @QUANTITY
@@ -29,11 +29,6 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     from toolpoint.app import console
     from toolpoint.app.dynamics import read_responses
     from toolpoint.app.poses import machine_at
-    from toolpoint.pages.machine import machine_page
-    from toolpoint.pages.measured import with_measured
-    from toolpoint.plot import Report
-    from toolpoint.studies.cuts.measured_response import study_responses
-    from toolpoint.studies.machines.machine_report import study_machine
 
     if machine is None and not frf:
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
@@ -41,21 +36,32 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
         raise ToolpointError("--pose: needs a machine file to be applied to")
     results: list[Result] = []
     cut = None
-    page = Report("Measured frequency responses", subtitle=", ".join(file.name for file in frf))
     with frame(output, False, steps=6) as run:
         run.step("reading")
-        if machine is not None:
-            built = machine_at(machine, pose)
+        built = None if machine is None else machine_at(machine, pose)
+        before = len(run.warnings)
+        responses = read_responses(frf, quantity) if frf else None
+        of_responses = run.warnings[before:]
+
+        from toolpoint.pages.machine import machine_page
+        from toolpoint.pages.measured import with_measured
+        from toolpoint.plot import Report
+        from toolpoint.studies.cuts.measured_response import study_responses
+        from toolpoint.studies.machines.machine_report import study_machine
+
+        page = Report("Measured frequency responses", subtitle=", ".join(file.name for file in frf))
+        if built is not None and machine is not None:
             cut = built.description.cutting
             studied = study_machine(built, pose, step=run.step)
             results.append(studied)
-            page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, problems=run.warnings)
+            page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name,
+                                problems=[text for text in run.warnings if text not in of_responses])
         notes: tuple[str, ...] = ()
-        if frf:
+        if responses is not None:
             run.step("measured responses")
             before = len(run.warnings)
-            measured = study_responses(read_responses(frf, quantity), cut, band)
-            page = with_measured(page, measured, run.warnings[before:])
+            measured = study_responses(responses, cut, band)
+            page = with_measured(page, measured, [*of_responses, *run.warnings[before:]])
             results.append(measured)
             notes = measured.notes
         run.step("page")
@@ -66,23 +72,26 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @POSE
 @click.option("--count", type=click.IntRange(1), default=12, show_default=True, help="How many of the lowest modes.")
-@click.option("--mass", "mass_file", type=PATH, help="Mass matrix, where MACHINE is a file of a stiffness matrix alone.")
+@click.option("--mass", "mass_file", type=FILE, help="Mass matrix, where MACHINE is a file of a stiffness matrix alone.")
 @JSON
 def modes(machine: Path, pose: dict[str, float] | None, count: int, mass_file: Path | None, as_json: bool) -> None:
     """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
-    from toolpoint.io import matrix_files
+    from toolpoint.io.suffixes import MATRICES
 
-    if mass_file is not None or machine.suffix.lower() in matrix_files.SUFFIXES:
+    if mass_file is not None or machine.suffix.lower() in MATRICES:
         _show_matrix_modes(machine, mass_file, count, as_json)
         return
     from toolpoint.app.poses import machine_at
-    from toolpoint.studies.machines.machine_modes import solve_modes
 
     with frame(None, as_json) as run:
-        result = solve_modes(machine_at(machine, pose), pose, count)
+        built = machine_at(machine, pose)
+
+        from toolpoint.studies.machines.machine_modes import solve_modes
+
+        result = solve_modes(built, pose, count)
     run.show(result)
 
 
@@ -96,22 +105,27 @@ def _show_matrix_modes(stiffness: Path, mass: Path | None, count: int, as_json: 
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--mass", type=click.FloatRange(0, min_open=True), help="Mass of a robot (URDF) by its catalogue, kg.")
 @JSON
 def check(machine: Path, mass: float | None, as_json: bool) -> None:
     """Check a machine file (or a robot's URDF): all its faults at once, or what it holds."""
     from toolpoint.app import console
-    from toolpoint.cutting.build import words
-    from toolpoint.io import urdf
     from toolpoint.io.yaml import machine_file
-    from toolpoint.studies.machines.machine_doubts import question_machine
-    from toolpoint.studies.machines.machine_words import describe_motion
 
-    inertias = urdf.read_robot(machine, mass).doubts if machine.suffix.lower() == ".urdf" else ()
+    inertias: tuple[str, ...] = ()
+    if machine.suffix.lower() == ".urdf":
+        from toolpoint.io import urdf
+
+        inertias = urdf.read_robot(machine, mass).doubts
     for doubt in () if as_json else inertias:
         console.text("doubt: " + doubt)
     built = machine_file.read(machine)
+
+    from toolpoint.cutting.build import words
+    from toolpoint.studies.machines.machine_doubts import question_machine
+    from toolpoint.studies.machines.machine_words import describe_motion
+
     doubts = question_machine(built)
     cut = None if built.description.cutting is None else words(built.description.cutting)
     if as_json:
@@ -128,7 +142,7 @@ def check(machine: Path, mass: float | None, as_json: bool) -> None:
 
 
 @click.command("map")
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",
               help="Axis with first position, last position and number of positions (m or rad without a unit); several times.")
 @click.option("--count", type=click.IntRange(1), default=6, show_default=True, help="How many of the lowest modes.")
@@ -145,17 +159,19 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str,
     """Natural frequencies, or the tool's stiffness or responses, over a grid of axis positions; chatter limits: map-chatter."""
     from toolpoint.app.poses import grid
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.frequency_map import map_page
-    from toolpoint.studies.execute import Dask, Serial
-    from toolpoint.studies.machines.pose_map import PoseMap, pose_map
-    from toolpoint.studies.machines.response_map import ResponseMap, response_map
-    from toolpoint.studies.machines.stiffness_map import StiffnessMap, stiffness_map
 
     if lines is not None and quantity != "response":
         raise click.UsageError(f"--lines: is for --quantity response; {quantity} has none")
 
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
+
+    from toolpoint.pages.frequency_map import map_page
+    from toolpoint.studies.execute import Dask, Serial
+    from toolpoint.studies.machines.pose_map import PoseMap, pose_map
+    from toolpoint.studies.machines.response_map import ResponseMap, response_map
+    from toolpoint.studies.machines.stiffness_map import StiffnessMap, stiffness_map
+
     engine = Dask(workers) if workers else Serial()
     with frame(None if as_json else output, as_json) as run, run.progress("blocks of poses", folder) as progress:
         result: PoseMap | StiffnessMap | ResponseMap
@@ -172,7 +188,7 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str,
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--speeds", default="0:24000:25", show_default=True, metavar="FIRST:LAST:NUMBER", help="Spindle speeds, rev/min.")
 @click.option("--count", type=click.IntRange(1), default=8, show_default=True, help="How many of the lowest modes.")
 @click.option("--order", "orders", multiple=True, type=float, default=(1.0, 2.0), show_default=True,
@@ -186,8 +202,6 @@ def campbell(machine: Path, speeds: str, count: int, orders: tuple[float, ...], 
     import numpy as np
 
     from toolpoint.app.poses import machine_at
-    from toolpoint.pages.campbell import campbell_page
-    from toolpoint.studies.machines.campbell import map_speeds
 
     try:
         first, last, number = speeds.split(":")
@@ -196,7 +210,12 @@ def campbell(machine: Path, speeds: str, count: int, orders: tuple[float, ...], 
         raise click.BadParameter(f"--speeds {speeds!r}: write FIRST:LAST:NUMBER, for example 0:24000:25") from None
     with frame(output, as_json, steps=2) as run:
         run.step("modes at every speed")
-        result = map_speeds(machine_at(machine, pose), lines, count, pose=pose, orders=orders)
+        built = machine_at(machine, pose)
+
+        from toolpoint.pages.campbell import campbell_page
+        from toolpoint.studies.machines.campbell import map_speeds
+
+        result = map_speeds(built, lines, count, pose=pose, orders=orders)
         run.step("page")
         run.save(campbell_page(result))
     run.show(result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import os
 import sys
 from collections.abc import Sequence
@@ -11,27 +12,40 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.app import (
-    accuracy_commands,
-    console,
-    coupling_commands,
-    cutting_commands,
-    demo_commands,
-    drive_commands,
-    machine_commands,
-    model_commands,
-    response_commands,
-    robot_commands,
-    video_commands,
-)
+
+# Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
+_MODULES = {
+    "accuracy_commands": ("accuracy", "screen", "improve"),
+    "coupling_commands": ("rcsa",),
+    "cutting_commands": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate"),
+    "demo_commands": ("demo",),
+    "drive_commands": ("drive", "servo-data"),
+    "machine_commands": ("report", "modes", "check", "map", "campbell", "schema"),
+    "model_commands": ("identify", "joints", "update", "correlate", "sensitivity"),
+    "response_commands": ("frf", "next-test"),
+    "robot_commands": ("robot", "reach", "region", "export"),
+    "video_commands": ("video",),
+}
+HOME = {command: module for module, commands in _MODULES.items() for command in commands}
+_FUNCTION = {"map": "frequency_map"}  # where the command's name is a name of Python
 
 
 class _Commands(click.Group):
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        return sorted(HOME)
+
+    def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
+        if name not in HOME:
+            return None
+        module = importlib.import_module(f"toolpoint.app.{HOME[name]}")
+        command: click.Command = getattr(module, _FUNCTION.get(name, name.replace("-", "_")))
+        return command
+
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError as error:
-            hint = suggestion(args[0], self.commands) if args else ""
+            hint = suggestion(args[0], HOME) if args else ""
             raise click.UsageError(f"{error.message} {hint}".strip(), ctx) from None
 
 
@@ -41,25 +55,12 @@ def cli() -> None:
     """Machine-tool dynamics: from measured vibration and a machine file to modes, tool-point responses and chatter limits."""
 
 
-for _command in (demo_commands.demo, machine_commands.report, machine_commands.modes, machine_commands.check,
-                 machine_commands.frequency_map, machine_commands.campbell,
-                 response_commands.frf, response_commands.next_test, machine_commands.schema, model_commands.identify,
-                 model_commands.joints,
-                 model_commands.update, model_commands.correlate, model_commands.sensitivity, cutting_commands.lobes,
-                 cutting_commands.turn, cutting_commands.mill, cutting_commands.map_chatter, cutting_commands.speeds,
-                 cutting_commands.calibrate, coupling_commands.rcsa, drive_commands.drive,
-                 drive_commands.servo_data, video_commands.video, robot_commands.robot, robot_commands.reach,
-                 robot_commands.region, robot_commands.export, accuracy_commands.accuracy, accuracy_commands.screen,
-                 accuracy_commands.improve):
-    cli.add_command(_command)
-
-
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
     try:
         cli.main(args=None if arguments is None else list(arguments), prog_name="toolpoint", standalone_mode=False)
     except ToolpointError as error:
-        console.error(str(error))
+        _error(str(error))
         sys.exit(2)
     except click.ClickException as error:
         error.show()
@@ -68,8 +69,14 @@ def main(arguments: Sequence[str] | None = None) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
         sys.exit(0)
     except OSError as error:
-        console.error(f"{error.filename or 'a file'}: {error.strerror or error}; check the name and the folder")
+        _error(f"{error.filename or 'a file'}: {error.strerror or error}; check the name and the folder")
         sys.exit(2)
     except (click.Abort, KeyboardInterrupt):
-        console.error("interrupted; finished parts of a study are kept where it was given a --folder")
+        _error("interrupted; finished parts of a study are kept where it was given a --folder")
         sys.exit(130)
+
+
+def _error(message: str) -> None:
+    from toolpoint.app import console
+
+    console.error(message)

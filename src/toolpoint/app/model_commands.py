@@ -10,7 +10,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import BAND, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
+from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
 
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
           "* stands out, ? doubtful")
@@ -27,8 +27,8 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=PATH)
-@click.option("--geometry", type=PATH, help=GEOMETRY)
+@click.argument("files", nargs=-1, required=True, type=FILE)
+@click.option("--geometry", type=FILE, help=GEOMETRY)
 @click.option("--method", default="refined", show_default=True, help="Identification method.")
 @BAND
 @QUANTITY
@@ -43,8 +43,6 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
     """
     from toolpoint.app import console
     from toolpoint.io import frf_files, geometry_files, hdf5
-    from toolpoint.pages.identification import identification_page
-    from toolpoint.studies.measured.identification import identify_modes
 
     if output.suffix == ".h5":
         modes_file, output = output, Path("toolpoint-report")
@@ -55,6 +53,10 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         frf = frf_files.read(files, quantity=quantity)
         shape = None if geometry is None else geometry_files.read(geometry)
         run.step("identification")
+
+        from toolpoint.pages.identification import identification_page
+        from toolpoint.studies.measured.identification import identify_modes
+
         result = identify_modes(frf, method, band)
         run.step("page")
         run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings))
@@ -71,9 +73,9 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=PATH)
-@click.option("--geometry", required=True, type=PATH, help=GEOMETRY)
-@click.option("--components", required=True, type=PATH,
+@click.argument("files", nargs=-1, required=True, type=FILE)
+@click.option("--geometry", required=True, type=FILE, help=GEOMETRY)
+@click.option("--components", required=True, type=FILE,
               help="YAML: which points belong to which component, the chain, masses where known.")
 @click.option("--machine", "written", type=PATH, help="Write the identified machine here.")
 @click.option("--coordinate-deviation", type=float,
@@ -86,8 +88,6 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
     from toolpoint.io import geometry_files
     from toolpoint.io.yaml import component_file, machine_file
-    from toolpoint.pages.joints import joints_page
-    from toolpoint.studies.measured.joint_study import study_joints
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
@@ -95,6 +95,10 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         run.step("modes")
         modes = _modes_of(files, band)
         run.step("joints")
+
+        from toolpoint.pages.joints import joints_page
+        from toolpoint.studies.measured.joint_study import study_joints
+
         deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
         result = study_joints(modes, shape, described, coordinate_deviation=deviation)
         if written is not None and result.machine is not None:
@@ -112,18 +116,21 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
 def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> Any:
     """Return the saved modes of the only file, or those identified from responses."""
     from toolpoint.io import frf_files, mode_files
-    from toolpoint.modal_identification import identify
 
     if len(files) == 1 and mode_files.holds_modes(files[0]):
         return mode_files.read(files[0])
-    return identify(frf_files.read(files), band=band).modes
+    frf = frf_files.read(files)
+
+    from toolpoint.modal_identification import identify
+
+    return identify(frf, band=band).modes
 
 
 @click.command()
-@click.argument("machine", type=PATH)
-@click.option("--modes", multiple=True, type=PATH,
+@click.argument("machine", type=FILE)
+@click.option("--modes", multiple=True, type=FILE,
               help="Measured modes, saved by identify (HDF5); several times for several measurements.")
-@click.option("--frf", multiple=True, type=PATH,
+@click.option("--frf", multiple=True, type=FILE,
               help="Measured FRFs (universal, HDF5, MATLAB, text); with several poses one file for each.")
 @click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
               help="Parameter to update; all joint stiffnesses where none is named.")
@@ -143,12 +150,14 @@ def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths:
     """
     from toolpoint.app.poses import machine_at
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.update import update_page
-    from toolpoint.studies.measured.measured_update import update_machine
 
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
         built, measured = machine_at(machine, *poses), _measurements(modes, frf, poses)
+
+        from toolpoint.pages.update import update_page
+        from toolpoint.studies.measured.measured_update import update_machine
+
         run.step("updating")
         what = ", ".join(path.name for path in (*modes, *frf))
         result = update_machine(built, measured, paths, samples=samples, seed=seed, what=what)
@@ -166,36 +175,38 @@ def _measurements(modes: Sequence[Path], frf: Sequence[Path], poses: Sequence[di
     files of modes are repeated measurements. Several poses: one file of modes, of responses, or of each, for every pose.
     """
     from toolpoint.io import frf_files, mode_files
-    from toolpoint.studies.measured.measured_update import Measurement
 
     if not modes and not frf:
         raise ToolpointError("update: neither --modes nor --frf given; needs at least one measurement")
+    for name, files in (("--modes", modes), ("--frf", frf)):
+        if len(poses) > 1 and files and len(files) != len(poses):
+            raise ToolpointError(f"{name}: {len(files)} files for {len(poses)} poses; must be one for each, in "
+                                 f"their order, or none ({name} a.h5 --pose X=0 {name} b.h5 --pose X=0.2)")
     read = [mode_files.read(path) for path in modes]
+    responses = [frf_files.read(path) for path in frf] if len(poses) > 1 else []
+    joined = frf_files.read(frf) if frf and len(poses) <= 1 else None
+
+    from toolpoint.studies.measured.measured_update import Measurement
+
     if len(poses) > 1:
-        for name, files in (("--modes", modes), ("--frf", frf)):
-            if files and len(files) != len(poses):
-                raise ToolpointError(f"{name}: {len(files)} files for {len(poses)} poses; must be one for each, in "
-                                     f"their order, or none ({name} a.h5 --pose X=0 {name} b.h5 --pose X=0.2)")
-        responses = [frf_files.read(path) for path in frf]
         return [Measurement(read[k] if read else None, responses[k] if responses else None, pose)
                 for k, pose in enumerate(poses)]
     pose = poses[0] if poses else None
-    joined = frf_files.read(frf) if frf else None
     if len(read) <= 1:
         return [Measurement(read[0] if read else None, joined, pose)]
     return [*(Measurement(part, None, pose) for part in read), *([] if joined is None else [Measurement(None, joined, pose)])]
 
 
 @click.command()
-@click.argument("machine", type=PATH)
-@click.argument("files", nargs=-1, required=True, type=PATH)
-@click.option("--geometry", type=PATH, help=GEOMETRY)
-@click.option("--components", type=PATH,
+@click.argument("machine", type=FILE)
+@click.argument("files", nargs=-1, required=True, type=FILE)
+@click.option("--geometry", type=FILE, help=GEOMETRY)
+@click.option("--components", type=FILE,
               help="YAML: which measured points ride on which body of the machine; otherwise points are paired by place.")
 @click.option("--pair", "pairs", multiple=True, callback=_pairs, metavar="TEST=MODEL",
               help="A measured point and the machine's point that it is; at least three fix the registration.")
 @click.option("--furthest", default=50.0, show_default=True, help="Points further apart stay single, mm.")
-@click.option("--before", type=PATH, help="The machine before updating, shown beside.")
+@click.option("--before", type=FILE, help="The machine before updating, shown beside.")
 @click.option("--lowest-mac", default=0.5, show_default=True, help="Modes below are not paired.")
 @BAND
 @POSE
@@ -208,28 +219,32 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
     from toolpoint.app.poses import machine_at
     from toolpoint.io import frf_files, geometry_files, mode_files
     from toolpoint.io.yaml import component_file
-    from toolpoint.pages.correlation import correlation_page
-    from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
 
     if components is not None and geometry is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
+        built, first = machine_at(machine, pose), None if before is None else machine_at(before, pose)
         saved = [file for file in files if mode_files.holds_modes(file)]
         responses = [file for file in files if file not in saved]
-        test = gather_test(mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None,
-                             geometry=None if geometry is None else geometry_files.read(geometry), band=band,
-                             owner=None if components is None else component_file.read(components).points)
+        measured = mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None
+        shape = None if geometry is None else geometry_files.read(geometry)
+        owner = None if components is None else component_file.read(components).points
         run.step("correlation")
-        result = compare_with_test(machine_at(machine, pose), test, pose=pose, known=pairs, furthest=1e-3 * furthest,
-                         before=None if before is None else machine_at(before, pose), lowest_mac=lowest_mac)
+
+        from toolpoint.pages.correlation import correlation_page
+        from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
+
+        test = gather_test(*measured, geometry=shape, band=band, owner=owner)
+        result = compare_with_test(built, test, pose=pose, known=pairs, furthest=1e-3 * furthest, before=first,
+                                   lowest_mac=lowest_mac)
         run.step("page")
         run.save(correlation_page(result, run.warnings))
     run.show(result)
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
               help="Parameter to study; all stiffnesses, dampers, masses and densities where none is named.")
 @click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
@@ -241,12 +256,14 @@ def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float
                 as_json: bool) -> None:
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.pages.sensitivity import sensitivity_page
-    from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 
     with frame(output, as_json, steps=2) as run:
         run.step("sensitivities")
         built = machine_at(machine, pose)
+
+        from toolpoint.pages.sensitivity import sensitivity_page
+        from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+
         result = study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
         run.step("page")
         run.save(sensitivity_page(result, built, 1e-2 * change, pose=pose, warnings=run.warnings))

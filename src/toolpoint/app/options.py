@@ -8,7 +8,7 @@ from typing import Any
 
 import click
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, suggestion
 
 
 def pose(ctx: click.Context, parameter: click.Parameter, value: str | None) -> dict[str, float] | None:
@@ -57,7 +57,22 @@ def lines_of(ctx: click.Context, parameter: click.Parameter, value: str | None) 
     return np.linspace(*ends, count)
 
 
-PATH = click.Path(path_type=Path)
+class _Source(click.Path):
+    """A file to read: looked for as soon as the options are known, before anything else is loaded."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(value)
+        if not path.exists():
+            folder = path.parent
+            siblings = (each.name for each in folder.iterdir()) if folder.is_dir() else ()
+            hint = suggestion(path.name, siblings) if path.name else ""
+            remedy = hint or "check the name and the folder"
+            raise ToolpointError(f"{path}: cannot be read (no such file); {remedy}")
+        return path
+
+
+PATH = click.Path(path_type=Path)  # to be written
+FILE = _Source(path_type=Path)  # to be read
 OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=PATH,
                        help="Folder (or .html file) of the page.")
 POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=200mm", help="Axis positions; m or rad where no unit is written.")

@@ -10,11 +10,11 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSE, POSES, lines_of
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, POSES, lines_of
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @POSES
 @click.option("--at", "outputs", multiple=True, metavar="POINT:DIRECTION",
               help="Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against table where left out.")
@@ -29,14 +29,17 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
         save: Path | None, output: Path, as_json: bool) -> None:
     """Frequency responses of a machine at poses, tool against table, with 95 % intervals where its numbers were identified."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.pages.machine_responses import responses_page
-    from toolpoint.studies.machines.machine_responses import study_responses_of_machine
 
     if save is not None and len(poses) > 1:
         raise ToolpointError(f"--save {save}: {len(poses)} poses; a file of responses holds one; call once for each")
     with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
+        built = machine_at(machine, *poses)
+
+        from toolpoint.pages.machine_responses import responses_page
+        from toolpoint.studies.machines.machine_responses import study_responses_of_machine
+
         result = study_responses_of_machine(
-            machine_at(machine, *poses), list(poses) or None, list(outputs) or None, inputs=list(inputs) or None,
+            built, list(poses) or None, list(outputs) or None, inputs=list(inputs) or None,
             frequency=lines, progress=progress)
     run.save(responses_page(result, run.warnings))
     if save is not None:
@@ -45,7 +48,7 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
 
 
 @click.command("next-test")
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @POSE
 @click.option("--axis", "axes", multiple=True, metavar="X=-300mm:300mm:5", help="Poses that could be tested next; several "
                                                                                 "times.")
@@ -58,12 +61,14 @@ def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str],
     import itertools
 
     from toolpoint.app.poses import grid, machine_at
-    from toolpoint.studies.machines.next_test import rank_tests
 
     with frame(None, as_json) as run, run.progress("slopes") as progress:
         built = machine_at(machine, pose)
         positions = grid(built, axes, "--axis") if axes else {}
         poses = [dict(zip(positions, map(float, row), strict=True)) for row in itertools.product(*positions.values())]
+
+        from toolpoint.studies.machines.next_test import rank_tests
+
         result = rank_tests(built, pose, poses if axes else (), frequency_deviation=frequency_deviation,
                             shape_deviation=shape_deviation, progress=progress)
     run.show(result)

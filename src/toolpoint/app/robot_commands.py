@@ -8,23 +8,25 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import JSON, OUTPUT, PATH, POSE
+from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
 
 
 @click.command()
-@click.argument("datasheet", type=PATH)
+@click.argument("datasheet", type=FILE)
 @click.option("--machine", "written", type=PATH, help="Write the machine here.")
 @OUTPUT
 @JSON
 def robot(datasheet: Path, written: Path | None, output: Path, as_json: bool) -> None:
     """A robot from its datasheet (YAML): gear ratios, reducers, density, forces on the base, and the machine they make."""
     from toolpoint.io.yaml import machine_file, robot_file
-    from toolpoint.pages.robot import robot_page
-    from toolpoint.studies.robots.datasheet_study import study_datasheet
 
     with frame(None if as_json else output, as_json, steps=2) as run:
         run.step("datasheet")
         sheet, description = robot_file.read(datasheet), robot_file.read_robot_machine(datasheet)
+
+        from toolpoint.pages.robot import robot_page
+        from toolpoint.studies.robots.datasheet_study import study_datasheet
+
         result = study_datasheet(sheet, description)
         if written is not None:
             machine_file.write(description, written)
@@ -73,7 +75,7 @@ TURN = click.option("--turn", default="0deg", show_default=True, help="Turn abou
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--tip", required=True, metavar="600mm,0,300mm", help="Where the tip shall be, from the table point.")
 @DIRECTION
 @TURN
@@ -82,16 +84,19 @@ TURN = click.option("--turn", default="0deg", show_default=True, help="Turn abou
 def reach(machine: Path, tip: str, direction: str | None, turn: str, count: int, as_json: bool) -> None:
     """All poses that bring the tool to a place: axes, distance to singular poses, holding torque, natural frequencies."""
     from toolpoint.io.yaml import machine_file
-    from toolpoint.studies.robots.reach_study import study_reach
 
     with frame(None, as_json) as run:
-        result = study_reach(machine_file.read(machine), numbers_of(tip, "--tip", 3), direction_of(direction, "--direction"),
+        built = machine_file.read(machine)
+
+        from toolpoint.studies.robots.reach_study import study_reach
+
+        result = study_reach(built, numbers_of(tip, "--tip", 3), direction_of(direction, "--direction"),
                              turn=numbers_of(turn, "--turn", 1, True)[0], modes=count)
     run.show(result)
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.option("--along", "lines", multiple=True, required=True, metavar="x=300mm:700mm:9",
               help="Places along x, y or z: first, last, number; once for a line, twice for a plane, three times for a volume.")
 @click.option("--origin", default="0,0,0", show_default=True, help="Where all places are zero.")
@@ -113,15 +118,17 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
            feed_directions: int, point: str, branch: str, direction: str | None, turn: str, output: Path,
            as_json: bool) -> None:
     """A quantity over places of the tool, and the straight segment over which it is most even: the best place to mill."""
-    import numpy as np
-
     from toolpoint.app.poses import line_of
     from toolpoint.io.yaml import machine_file
+
+    built = machine_file.read(machine)
+
+    import numpy as np
+
     from toolpoint.pages.places import place_page
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.regions import plane_directions, search_regions
 
-    built = machine_file.read(machine)
     along = {name: np.linspace(first, last, number) for name, first, last, number in (line_of(t, "--along") for t in lines)}
     grid = place_grid(along, numbers_of(origin, "--origin", 3))
     feeds = tuple(float(v) for v in np.pi * np.arange(feed_directions) / feed_directions)
@@ -152,17 +159,19 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
 
 
 @click.command()
-@click.argument("machine", type=PATH)
+@click.argument("machine", type=FILE)
 @click.argument("target", type=PATH)
 @POSE
 def export(machine: Path, target: Path, pose: dict[str, float] | None) -> None:
     """A machine at a pose for multibody programs: MuJoCo (target.xml) or a script for Exudyn (target.py)."""
     from toolpoint.app import console
     from toolpoint.app.poses import machine_at
+
+    if target.suffix not in (".xml", ".py"):
+        raise ToolpointError(f"{target}: must end in .xml (MuJoCo) or .py (Exudyn)")
+    built = machine_at(machine, pose)
+
     from toolpoint.io.multibody import exudyn_script, mjcf
 
-    writers = {".xml": mjcf.write, ".py": exudyn_script.write}
-    if target.suffix not in writers:
-        raise ToolpointError(f"{target}: must end in .xml (MuJoCo) or .py (Exudyn)")
-    writers[target.suffix](machine_at(machine, pose), target, pose)
+    {".xml": mjcf.write, ".py": exudyn_script.write}[target.suffix](built, target, pose)
     console.text(f"Written: {target}")

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from toolpoint.app.options import BAND, PATH, POSE, QUANTITY
+from toolpoint.app.options import BAND, FILE, POSE, QUANTITY
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,15 @@ def dynamics_options(command: Any) -> Any:
         return command(source=source, **values)
 
     for option in reversed((
-            click.argument("machine", required=False, type=PATH), POSE,
-            click.option("--frf", multiple=True, type=PATH,
+            click.argument("machine", required=False, type=FILE), POSE,
+            click.option("--frf", multiple=True, type=FILE,
                          help="Measured tool-tip FRFs (universal, HDF5, MATLAB, NumPy, text); one response serves x and y "
                               "alike."),
-            click.option("--frf-x", type=PATH, help="Measured FRF along x (the feed), one response; with --frf-y."),
-            click.option("--frf-y", type=PATH, help="Measured FRF along y."),
-            click.option("--frf-xy", type=PATH, help="Cross FRF of x and y, taken as symmetric; none where left out."),
+            click.option("--frf-x", type=FILE, help="Measured FRF along x (the feed), one response; with --frf-y."),
+            click.option("--frf-y", type=FILE, help="Measured FRF along y."),
+            click.option("--frf-xy", type=FILE, help="Cross FRF of x and y, taken as symmetric; none where left out."),
             QUANTITY, BAND,
-            click.option("--modes", type=PATH, help="Modes saved by identify (HDF5), or of a universal file."),
+            click.option("--modes", type=FILE, help="Modes saved by identify (HDF5), or of a universal file."),
             click.option("--x", metavar="POINT:DIRECTION", help="Label of x where the data hold several points, e.g. 5:+x."),
             click.option("--y", metavar="POINT:DIRECTION", help="Label of y, or same (as along x), or rigid; that of x's "
                                                                 "point where left out."))):

@@ -10,11 +10,11 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Frame, frame
-from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, band_of
+from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, band_of
 
 
 @click.command()
-@click.argument("files", nargs=-1, required=True, type=PATH)
+@click.argument("files", nargs=-1, required=True, type=FILE)
 @click.option("--fps", required=True, type=float, help="True frames per second of the camera (not of the player).")
 @click.option("--shape", metavar="ROWSxCOLUMNS", help="Shape of plain binary frames (.raw, .bin).")
 @click.option("--bits", type=click.IntRange(8, 16), help="Bits of a pixel of raw frames.")
@@ -34,9 +34,9 @@ from toolpoint.app.options import BAND, JSON, OUTPUT, PATH, band_of
 @BAND
 @click.option("--start", type=float, help="Start of the free decay, s; found where left out.")
 @click.option("--stop", type=float, help="End of the free decay, s.")
-@click.option("--record", type=PATH,
+@click.option("--record", type=FILE,
               help="Hammer or accelerometer record, FRFs or modes from beside the video: gives the poles.")
-@click.option("--machine", type=PATH, help="Machine file: interfaces are ranked by the videos.")
+@click.option("--machine", type=FILE, help="Machine file: interfaces are ranked by the videos.")
 @click.option("--update", "written", type=PATH, help="Update the machine to the videos and write it here.")
 @click.option("--magnify", type=PATH, help="Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).")
 @click.option("--mode", "which", type=click.IntRange(1), default=1, show_default=True, help="Mode to magnify.")
@@ -58,15 +58,17 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
     """
     from toolpoint.io import hdf5
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.video import video_page
-    from toolpoint.studies.video.interfaces import rank_interfaces
-    from toolpoint.studies.video.video_update import update_from_videos
 
     if written is not None and machine is None:
         raise ToolpointError("--update: needs --machine, the machine to be updated")
     built = None if machine is None else machine_file.read(machine)
     with frame(output, as_json) as run:
         videos = [_study(run, path, number, built, options) for number, path in enumerate(files)]
+
+        from toolpoint.pages.video import video_page
+        from toolpoint.studies.video.interfaces import rank_interfaces
+        from toolpoint.studies.video.video_update import update_from_videos
+
         result: Any = None
         if built is not None:
             if written is None:
@@ -94,16 +96,18 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
 def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str, Any]) -> Any:
     """Read and study one video."""
     from toolpoint.io import frf_files, mode_files, record_files
-    from toolpoint.studies.video.machine_view import body_regions
-    from toolpoint.studies.video.record_poles import poles_of
-    from toolpoint.studies.video.video_study import study_video
     from toolpoint.vision import Region, read_clip
-    from toolpoint.vision.modes.bodies import ORDERS, RIGID
 
     view = _view(options, number)
     region = None if options["region"] is None else Region.parse(options["region"])
     clip = read_clip(path, options["fps"], shape=_shape(options["shape"]), bits=options["bits"],
                      row_delay=1e-6 * options["row_delay"], region=region)
+
+    from toolpoint.studies.video.machine_view import body_regions
+    from toolpoint.studies.video.record_poles import poles_of
+    from toolpoint.studies.video.video_study import study_video
+    from toolpoint.vision.modes.bodies import ORDERS, RIGID
+
     bodies = {name: Region.parse(box) for name, _, box in (text.partition("=") for text in options["bodies"])}
     if machine is not None and not bodies:
         bodies = body_regions(machine, view, clip.shape)

@@ -12,8 +12,6 @@ from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io import uff
 from toolpoint.io.door import door
 from toolpoint.io.suffixes import UNIVERSAL, YAML
-from toolpoint.io.yaml import machine_file
-from toolpoint.machine.named_points import point_positions
 from toolpoint.vibration.geometry import Geometry
 
 _FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV with lines point,x,y,z in m, or from a machine "
@@ -36,6 +34,9 @@ def read(path: str | Path) -> Geometry:
 
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
     try:
+        from toolpoint.io.yaml import machine_file  # loaded for this format only
+        from toolpoint.machine.named_points import point_positions
+
         points = point_positions(machine_file.read(path))
     except ToolpointError as error:
         raise ToolpointError(f"{_FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"

@@ -8,15 +8,17 @@ import tempfile
 from collections.abc import Mapping
 from dataclasses import fields
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
-import h5py
 import numpy as np
 
 from toolpoint._check import ToolpointError
 from toolpoint.io import reader_process
 from toolpoint.io.door import door
 from toolpoint.vibration import Dof, Frf, Modes, Record, SecondOrderSystem, StateSpace
+
+if TYPE_CHECKING:
+    import h5py  # loaded where something is written; a process of its own reads
 
 FORMAT, VERSION = "toolpoint", 1
 NOUNS: dict[str, type] = {c.__name__: c for c in (Record, Frf, Modes, SecondOrderSystem, StateSpace)}
@@ -29,6 +31,8 @@ T = TypeVar("T", Record, Frf, Modes, SecondOrderSystem, StateSpace)
 
 def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
     """Write one noun, or several by name, to a file; an old file is replaced only when the new one is whole."""
+    import h5py
+
     path = Path(path)
     if not path.parent.is_dir():
         raise ToolpointError(f"{path}: the folder {path.parent} does not exist; create it first")
@@ -48,6 +52,8 @@ def write(nouns: Noun | Mapping[str, Noun], path: str | Path) -> None:
 
 
 def _put(group: h5py.Group, noun: Any) -> None:
+    import h5py
+
     kind = type(noun).__name__
     if kind not in NOUNS:
         raise ToolpointError(f"nouns: {kind} cannot be saved; must be one of {', '.join(NOUNS)}")

@@ -13,6 +13,7 @@ from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.io.door import check_regular
 from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
+from toolpoint.io.suffixes import MATRICES
 from toolpoint.vibration import Dof
 
 Reader = Callable[[Path], list[LabelledMatrix]]
@@ -20,7 +21,6 @@ _BY_SUFFIX: dict[str, Reader] = {
     ".full": ansys_full.read, ".op4": op4.read, ".pch": dmig.read, ".bdf": dmig.read, ".dat": dmig.read, ".nas": dmig.read,
     ".hb": harwell_boeing.read, ".rsa": harwell_boeing.read, ".rua": harwell_boeing.read, ".psa": harwell_boeing.read,
     ".mm": matrix_market.read}
-SUFFIXES = (".mtx", *_BY_SUFFIX)
 
 
 def read_labelled(path: str | Path) -> list[LabelledMatrix]:
@@ -33,7 +33,7 @@ def read_labelled(path: str | Path) -> list[LabelledMatrix]:
         return matrix_market.read(source) if is_market else abaqus_mtx.read(source)
     reader = _BY_SUFFIX.get(source.suffix.lower())
     if reader is None:
-        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(SUFFIXES)}")
+        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(MATRICES)}")
     return reader(source)
 
 

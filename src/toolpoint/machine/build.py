@@ -21,7 +21,7 @@ from toolpoint.machine.description import (
     MachineDescription,
     ShapeDescription,
 )
-from toolpoint.machine.elastic_body import build_elastic
+from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.machine.frames import frame
 from toolpoint.machine.model import LoopJoint, Machine
 
@@ -152,7 +152,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
     """
-    given = {name: _named(f"bodies.{name}", build_elastic, body.elastic) for name, body in description.bodies.items()
+    given = {name: _named(f"bodies.{name}", _elastic, body.elastic) for name, body in description.bodies.items()
              if body.elastic is not None and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
@@ -172,6 +172,12 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         tuple(order), tuple(laws[name] for name in order),
         tuple(j.elastic_at == "child" for j in tree),
         tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=bodies))
+
+
+def _elastic(description: ElasticDescription) -> Body:
+    from toolpoint.machine.elastic_body import build_elastic  # finite elements load where a body has them
+
+    return build_elastic(description)
 
 
 def _named(path: str, make: Callable[[Any], Any], part: Any) -> Any:

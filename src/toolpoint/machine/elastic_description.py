@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 
 from toolpoint._check import fail
 from toolpoint._quantity import Quantity
-from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Material, Patch, SolidModel
+
+if TYPE_CHECKING:  # finite elements load where a body has them, not with every machine file
+    from toolpoint.bodies.solid import Casting, Patch, SolidModel
 
 Length = Annotated[float, Quantity("length", "m")]
 Place = tuple[Length, ...]
@@ -60,6 +62,8 @@ class PatchDescription:
                 fail(name, f"{len(getattr(self, name))} numbers", "must be three")
         if len(self.slide) not in (0, 2):
             fail("slide", f"{len(self.slide)} positions", "must be two: first and last")
+        from toolpoint.bodies.solid import Patch
+
         return Patch(np.array(self.centre), np.array(self.along), np.array(self.across), self.length, self.width)
 
 
@@ -84,6 +88,8 @@ class ElasticDescription:
         for box in self.boxes:
             if len(box.low) != 3 or len(box.high) != 3:
                 fail("boxes", f"{len(box.low)} and {len(box.high)} numbers", "must be three each: low and high corner")
+        from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Material
+
         known = {name: Material(m.modulus, m.poisson, m.density) for name, m in self.materials.items()}
         boxes = tuple(Cuboid(np.array(b.low), np.array(b.high), b.material, b.window) for b in self.boxes)
         return Casting(boxes, {"body": CAST_IRON} | known)

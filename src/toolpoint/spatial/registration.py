@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import cKDTree
 
 from toolpoint._check import FloatArray, count, fail, floats, nonnegative
 from toolpoint.spatial import transform as tf
@@ -77,7 +77,7 @@ def iterative_closest_point(
     residual at which it stops; `status` says when the limit of iterations was reached.
     """
     a, b = floats("source", source, (None, 3)), floats("target", target, (None, 3))
-    tree, matrix = cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
+    tree, matrix = scipy.spatial.cKDTree(b), np.eye(4) if start is None else floats("start", start, (4, 4))
     last = np.inf
     for k in range(1, count("iterations", iterations) + 1):
         distance, match = (np.asarray(fit) for fit in tree.query(tf.move(matrix, a)))

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import linear_sum_assignment
+import scipy
 
 from toolpoint._check import Array, FloatArray, fail, real_or_complex
 from toolpoint.vibration.frf import Frf
@@ -113,7 +113,7 @@ def pair_modes(first: Modes, second: Modes, lowest_mac: float = 0.5, *, frequenc
     matrix = mac(first.shape_at(common), second.shape_at(common))
     shift = np.abs(first.frequency[:, None] - second.frequency) / np.maximum(first.frequency[:, None], 1e-12)
     allowed = (matrix >= lowest_mac) & (shift <= frequency_shift)
-    rows, columns = linear_sum_assignment(np.where(allowed, matrix, 0.0), maximize=True)
+    rows, columns = scipy.optimize.linear_sum_assignment(np.where(allowed, matrix, 0.0), maximize=True)
     keep = allowed[rows, columns]
     pairs = np.stack([rows[keep], columns[keep]], axis=1)
     return Pairing(pairs, matrix[rows[keep], columns[keep]],

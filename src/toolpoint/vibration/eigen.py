@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from scipy.linalg import null_space, sqrtm
+import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail
 from toolpoint.vibration.gyroscopic import gyroscopic_modes, is_gyroscopic
@@ -207,12 +207,12 @@ def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArra
 def _rigid_split(mass: FloatArray, damping: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
     scale = float(np.abs(stiffness).max()) or 1.0
     both = np.concatenate([stiffness / scale, damping / (float(np.abs(damping).max()) or 1.0)])
-    rigid = null_space(both, rcond=RIGID_TOLERANCE)
+    rigid = scipy.linalg.null_space(both, rcond=RIGID_TOLERANCE)
     if rigid.shape[1] == 0:
         return rigid, np.eye(mass.shape[0])
     gram = np.linalg.cholesky(rigid.T @ mass @ rigid)
     rigid = np.linalg.solve(gram, rigid.T).T
-    return rigid, null_space(rigid.T @ mass)
+    return rigid, scipy.linalg.null_space(rigid.T @ mass)
 
 
 def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: Callable[..., ComplexArray]) -> ComplexArray:
@@ -249,7 +249,7 @@ def _inverse_root(gram: ComplexArray) -> ComplexArray:
     if gram.shape == (1, 1):
         root = np.sqrt(gram + 0j)
     else:
-        root = np.asarray(sqrtm((gram + gram.T) / 2))
+        root = np.asarray(scipy.linalg.sqrtm((gram + gram.T) / 2))
     if abs(np.linalg.det(root)) == 0 or np.linalg.cond(root) > 1e7:
         fail("solve_damped", "a defective root (critical damping of a coordinate)", "its modes do not exist",
              "change the damping a little, or use frequency_response.direct")

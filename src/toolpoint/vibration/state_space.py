@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats, one_of, positive
 from toolpoint.vibration.dof import Dof
@@ -127,7 +127,7 @@ def hold_matrices(a: FloatArray, b: FloatArray, step: float) -> tuple[FloatArray
     block = np.zeros((n + 2 * m, n + 2 * m))
     block[:n, :n], block[:n, n:n + m] = a * step, b * step
     block[n:n + m, n + m:] = np.eye(m)
-    e = expm(block)
+    e = scipy.linalg.expm(block)
     return e[:n, :n], e[:n, n:n + m], e[:n, n + m:]
 
 

@@ -3,7 +3,7 @@ r"""Time responses by the exact step of a linear system: no step-size error for 
 from __future__ import annotations
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
 from toolpoint.vibration.dof import Dof
@@ -60,7 +60,7 @@ def _states(phi: FloatArray, drive: FloatArray, first: FloatArray) -> FloatArray
     # Conjugate ones run once and count twice.
     upper = multipliers.imag >= 0
     inputs = np.linalg.inv(vectors)[upper] @ np.concatenate([first[None], drive]).T
-    modal = np.array([lfilter([1.0], [1.0, -m], x) for m, x in zip(multipliers[upper], inputs, strict=True)])
+    modal = np.array([scipy.signal.lfilter([1.0], [1.0, -m], x) for m, x in zip(multipliers[upper], inputs, strict=True)])
     return ((vectors[:, upper] * np.where(multipliers[upper].imag > 0, 2.0, 1.0)) @ modal).real.T
 
 

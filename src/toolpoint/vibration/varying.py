@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import expm
+import scipy
 
 from toolpoint._check import FloatArray, fail, floats, increasing, positive
 
@@ -124,7 +124,7 @@ def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple
     whole = np.zeros((2 * n + w, 2 * n + w))
     whole[:n, n:2 * n] = np.eye(n)
     whole[n:2 * n, :n], whole[n:2 * n, n:2 * n], whole[n:2 * n, 2 * n:] = -solve[:, :n], -solve[:, n:2 * n], solve[:, 2 * n:]
-    phi = expm(whole * dt)
+    phi = scipy.linalg.expm(whole * dt)
     if not with_energy:
         return phi[:2 * n, :2 * n], np.zeros((1, 1))
     rate = np.zeros_like(whole)
@@ -134,7 +134,7 @@ def _exact(system: VaryingSystem, i: int, dt: float, with_energy: bool) -> tuple
     halvings = max(0, int(np.ceil(np.log2(max(np.abs(whole).sum(axis=0).max() * dt, 1e-300)))) + 1)
     small = dt / 2**halvings
     size = len(whole)
-    block = expm(np.block([[-whole.T, rate], [np.zeros_like(whole), whole]]) * small)
+    block = scipy.linalg.expm(np.block([[-whole.T, rate], [np.zeros_like(whole), whole]]) * small)
     part = block[size:, size:]
     form = part.T @ block[:size, size:]
     for _ in range(halvings):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from toolpoint._check import FloatArray, floats
 
@@ -36,7 +36,7 @@ def estimate_lag(time: FloatArray, command: FloatArray, actual: FloatArray) -> f
         return float(((a[few] - delay(t, c, lag)[few]) ** 2).sum())
 
     top = max(3 * first, 10 * float(t[1] - t[0]))
-    best = minimize_scalar(miss, bounds=(0.0, top), method="bounded", options={"xatol": 1e-9 * top + 1e-9})
+    best = scipy.optimize.minimize_scalar(miss, bounds=(0.0, top), method="bounded", options={"xatol": 1e-9 * top + 1e-9})
     return float(best.x) if miss(float(best.x)) < miss(0.0) else 0.0
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
 
@@ -54,7 +54,7 @@ def circular_test(points: FloatArray, radius: float, center: tuple[float, float]
 
     if method == "minimum zone":
         scale = max(separation(middle), 1e-12)
-        narrowest = minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
+        narrowest = scipy.optimize.minimize(lambda u: separation(middle + scale * u) / scale, np.zeros(2),
                              method="Nelder-Mead", options={"xatol": 1e-7, "fatol": 1e-9, "maxiter": 4000})
         middle = middle + scale * narrowest.x
     nominal = np.hypot(*(p - np.asarray(center)).T) - positive("radius", radius)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import OptimizeResult, brentq, least_squares
+import scipy
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, one_of, positive
 from toolpoint.drives.friction.laws import Coulomb, Stribeck, TwoExponential, _Law
@@ -110,7 +110,7 @@ def _law_of(law: str, p: FloatArray) -> Coulomb | Stribeck | TwoExponential:
     return Coulomb(*p) if law == "coulomb" else TwoExponential(*p)
 
 
-def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[OptimizeResult, float]:
+def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[scipy.optimize.OptimizeResult, float]:
     """Return the best of several least-squares fits and the offset; with one direction the offset is left out."""
     middle = 0.5 * (float(np.median(t[v > 0])) + float(np.median(t[v < 0]))) if both else 0.0
     guess = _first_guess(law, v, t - middle)
@@ -125,14 +125,14 @@ def _fit(law: str, v: FloatArray, t: FloatArray, both: bool) -> tuple[OptimizeRe
     for factor in (1.0, 0.3, 3.0, 10.0):
         first = np.maximum(np.array(guess), 1e-12)
         first[2:-1] *= factor
-        fit = least_squares(residual, np.array([*first, middle][: many + both]), x_scale=scale, bounds=(low, np.inf),
-                            xtol=1e-14, ftol=1e-14, gtol=1e-14)
+        fit = scipy.optimize.least_squares(residual, np.array([*first, middle][: many + both]), x_scale=scale,
+                                           bounds=(low, np.inf), xtol=1e-14, ftol=1e-14, gtol=1e-14)
         best = fit if best is None or fit.cost < best.cost else best
     assert best is not None
     return best, float(best.x[many]) if both else 0.0
 
 
-def _covariance(best: OptimizeResult, points: int, names: Sequence[str]) -> tuple[FloatArray, tuple[str, ...]]:
+def _covariance(best: scipy.optimize.OptimizeResult, points: int, names: Sequence[str]) -> tuple[FloatArray, tuple[str, ...]]:
     """Return the covariance of the parameters, and the pairs that the points do not tell apart."""
     jacobian = np.asarray(best.jac)
     size = np.linalg.norm(jacobian, axis=0)
@@ -222,7 +222,7 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
     critical = 0.0
     if unstable.size:
         last = int(unstable[-1])
-        critical = float(brentq(lambda v: float(law.slope(v)) + gain, grid[last], grid[last + 1]))
+        critical = float(scipy.optimize.brentq(lambda v: float(law.slope(v)) + gain, grid[last], grid[last + 1]))
         notes.append(f"the friction curve falls by {-slope[worst]:.3g} against a loop gain of {gain:.4g}: stick-slip below "
                      f"{60e3 * critical * lead:.3g} mm/min (critical feed)")
     if ratio > 2:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eig, matrix_balance
+import scipy
 
 from toolpoint._check import FloatArray
 from toolpoint.drives.axis.plant import Plant
@@ -98,8 +98,8 @@ def coordinates(a: FloatArray) -> tuple[FloatArray, FloatArray, int]:
     by two. The rest (rigid motion without damping, repeated defective poles) spans the core, which is the space that the
     left eigenvectors of the others do not see. The states are balanced first.
     """
-    balanced, scale = matrix_balance(np.array(a), permute=False)
-    poles, left, right = eig(balanced, left=True, right=True)
+    balanced, scale = scipy.linalg.matrix_balance(np.array(a), permute=False)
+    poles, left, right = scipy.linalg.eig(balanced, left=True, right=True)
     cosine = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     pair = np.flatnonzero((poles.imag > 0) & (cosine > _DEFECTIVE))
     real = np.flatnonzero((poles.imag == 0) & (cosine > _DEFECTIVE))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
+import scipy
 
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.io.urdf.robot import UrdfLink, UrdfRobot
@@ -42,8 +42,8 @@ def _link_doubts(link: UrdfLink) -> list[str]:
     if len(link.corners) < 4:
         return lines
     try:
-        hull = ConvexHull(link.corners)
-    except QhullError:
+        hull = scipy.spatial.ConvexHull(link.corners)
+    except scipy.spatial.QhullError:
         return lines
     density, span = link.mass / hull.volume, np.ptp(link.corners, axis=0)
     if not DENSITY[0] < density < DENSITY[1]:

@@ -15,7 +15,7 @@ from ruamel.yaml import YAML
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.cutting.build import fault_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
-from toolpoint.io import stl, urdf
+from toolpoint.io import stl
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
@@ -54,6 +54,8 @@ def read(path: str | Path) -> Machine:
         With every fault of the file: line, column, key, value, limit and remedy.
     """
     if Path(path).suffix.lower() == ".urdf":
+        from toolpoint.io import urdf  # loaded for this format only
+
         return build(urdf.read(path))
     document = parse(Path(path))
     description = _description(document)
