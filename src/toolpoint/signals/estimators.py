@@ -7,6 +7,7 @@ Analysis Theory and Testing, section A.1.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -128,3 +129,28 @@ def variance(spectra: Spectra) -> FloatArray | None:
     left = spectra.response * (1 - multiple_coherence(spectra))
     inverse = np.einsum("fii->fi", np.linalg.inv(spectra.force)).real
     return np.maximum(left[:, :, None] * inverse[:, None, :] / (spectra.blocks - inputs), 0.0)
+
+
+def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tuple[FloatArray | None, FloatArray | None]:
+    r"""Return E|e|^2 of H1 (n_f, n_outputs, 1) from the scatter of hits, and the degrees of freedom of e; None with one hit.
+
+    `spectra` : of every hit the force (n_f,) and the responses (n_f, n_outputs).
+
+    With residuals r and leverages :math:`h_i = |F_i|^2 / \sum |F|^2` the terms :math:`e_i = r_i \bar F_i / \sum |F|^2` give
+    :math:`\sum |e_i|^2 / (1 - h_i)`: without bias for noise that does not depend on the force, and right for errors that grow
+    with it, as a missed spot does (MacKinnon, White, J. Econometrics 29 (1985) 305, HC2). Real and imaginary part turned to
+    their main axes have variances :math:`\lambda_1, \lambda_2` whose freedom is :math:`(\lambda_1 + \lambda_2)^2 / (\lambda_1^2 +
+    \lambda_2^2)` (Satterthwaite, Biometrics Bulletin 2 (1946) 110).
+    """
+    if len(spectra) < 2:
+        return None, None
+    force, response = (np.array([pair[k] for pair in spectra]) for k in (0, 1))
+    power = np.abs(force) ** 2
+    total = np.maximum(power.sum(axis=0), 1e-300)
+    mean = (response * force.conj()[:, :, None]).sum(axis=0) / total[:, None]
+    error = (response - mean * force[:, :, None]) * (force.conj() / total)[:, :, None]
+    worth = 1 / np.maximum(1 - power / total, 1e-9)[:, :, None]
+    size = (np.abs(error) ** 2 * worth).sum(axis=0)
+    turned = np.abs((error**2 * worth).sum(axis=0))
+    freedom = 2 * size**2 / np.maximum(size**2 + turned**2, 1e-300)
+    return size[:, :, None], np.clip(freedom, 1.0, 2.0)[:, :, None]

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.special import fdtri
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
-from toolpoint.signals.estimators import average, multiple_coherence, responses, variance
-from toolpoint.signals.hits import Hit, HitRules, find_hits, judge_hits
+from toolpoint.signals.blocks import fit_block
+from toolpoint.signals.consistency import compare_hits
+from toolpoint.signals.estimators import average, multiple_coherence, responses, scatter_of_hits
+from toolpoint.signals.hits import SHORT, Hit, HitRules, find_hits, judge_hits
+from toolpoint.signals.ringing import choose_final, find_ringing
 from toolpoint.signals.windows import exponential, force
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.record import Record
@@ -18,6 +22,9 @@ from toolpoint.vibration.record import Record
 # Anti-aliasing filters ring for tens of samples around a pulse: cut off, that biases damping by some tenths of a per mille.
 RINGING = 40
 STANDS_OUT = 5.0
+MOST_LOOKED_AT = 5  # hits whose ring-down decides about the window
+MOST_LISTED = 12  # hits whose reasons an error lists
+LEVEL = 0.95
 QUANTITY = {"displacement": "receptance", "velocity": "mobility", "acceleration": "accelerance"}
 
 
@@ -33,16 +40,40 @@ class HammerTest:
         All hits of all records in order; `reasons` says why one is not used.
     force_spectrum : (n_f,) floats
         Root mean square of the force spectrum of the hits used, N s; lines where it is 20 dB down carry a note.
+    duration : float
+        Length of a block, s.
+    freedom : like the values, optional
+        Degrees of freedom of the error of every response, 1 (one phase) .. 2 (any phase).
     """
 
     frf: Frf
     hits: tuple[Hit, ...]
     force_spectrum: FloatArray
+    duration: float = 0.0
+    freedom: FloatArray | None = None
 
     @property
     def used(self) -> int:
         """Number of hits used."""
         return sum(hit.accepted for hit in self.hits)
+
+    @property
+    def excited(self) -> float:
+        """Frequency (Hz) above which the force is 20 dB down; the last line where it is not."""
+        weak = np.flatnonzero(self.force_spectrum < 0.1 * self.force_spectrum.max())
+        return float(self.frf.frequency[weak[0] if weak.size else -1])
+
+    def radius(self, level: float = LEVEL) -> FloatArray | None:
+        r"""Return the radius of the circle about every response in which the true one lies with probability `level`.
+
+        With n hits the squared error over the estimated variance is F-distributed with :math:`\nu` and :math:`\nu (n - 1)`
+        degrees of freedom, where :math:`\nu` is 2 for noise of any phase and 1 for errors of one phase, as a missed spot makes
+        them (Satterthwaite). None with one hit. It holds scatter from hit to hit, not what all hits share: calibration, the mass of
+        the sensor, a window that is too short, noise of the force where it excites little.
+        """
+        if self.frf.variance is None or self.freedom is None:
+            return None
+        return np.sqrt(self.frf.variance * fdtri(self.freedom, self.freedom * (self.used - 1), level))
 
     @property
     def status(self) -> str:
@@ -56,8 +87,9 @@ class HammerTest:
 
 
 def hammer_test(
-    records: Record | Sequence[Record], duration: float, *, estimator: str = "H1", final: float = 1.0,
+    records: Record | Sequence[Record], duration: float | None = None, *, estimator: str = "H1", final: float | None = 1.0,
     force_window: bool = True, highest: float | None = None, rules: HitRules | None = None,
+    decisions: Mapping[int, bool] | None = None,
 ) -> HammerTest:
     """Return the frequency responses of one struck Dof from records with one force channel.
 
@@ -65,20 +97,22 @@ def hammer_test(
     ----------
     records : Record or several
         SI; exactly one channel of quantity ``force``, the others of one quantity (``acceleration`` ..). Several records
-        of the same channels are taken together.
-    duration : float
-        Length of a block, s: one over the line spacing.
+        of the same channels are taken together, whether they hold one hit or many.
+    duration : float, optional
+        Length of a block, s: one over the line spacing. Where left out the longest that fits behind the hits.
     estimator : str
         ``H1``, ``H2`` or ``Hv``.
-    final : float
+    final : float, optional
         End value of the exponential window on both channels; 1 is no window. Its decay is kept in the Frf and taken out
-        of the poles by identification.
+        of the poles by identification. None: what the slowest mode needs to end within the block.
     force_window : bool
         Whether the force after its pulse is set to zero (its noise would be taken for excitation).
     highest : float, optional
         Last line, Hz; the sample rate over 2.56 where left out.
     rules : HitRules, optional
         What makes a hit good.
+    decisions : mapping of hit number (from 0, over all records) to bool, optional
+        Hits that a person accepts or refuses, whatever is judged of them.
 
     Raises
     ------
@@ -89,62 +123,128 @@ def hammer_test(
     force_at, others, quantity = _channels(every)
     others, dead = _alive(every, others)
     rules = HitRules() if rules is None else rules
-    block = round(positive("duration", duration) * every[0].sample_rate)
-    blocks = [pair for record in every for pair in _blocks(record, force_at, others, block, rules, final, force_window)]
-    hits = [hit for hit, _, _ in blocks]
-    if not any(hit.accepted for hit in hits):
-        reasons = "; ".join(f"hit {i}: {', '.join(hit.reasons)}" for i, hit in enumerate(hits, 1))
-        fail("records", f"none of {len(hits)} hits is usable ({reasons})", "must hold at least one good hit",
-             "measure again, or relax the rules (HitRules)")
-    lines = _lines(every[0].sample_rate, block, highest)
-    frequency = np.arange(lines) * every[0].sample_rate / block
+    rate = every[0].sample_rate
+    block, said = (fit_block(every, force_at, rules) if duration is None
+                   else (round(positive("duration", duration) * rate), ()))
+    hits = _found(every, force_at, block, rules)
+    if final is None:
+        final, more = _window_of(hits, every, others, block, rules)
+        said = (*said, *more)
+    hits = judge_hits(hits, every, force_at, others=others, block=block, rules=rules, final=final)
+    hits = _decided(hits, decisions or {})
+    _check_any(hits)
+    lines = _lines(rate, block, highest)
+    cutter = _Cutter(force_at, tuple(others), block, final, force_window, lines)
     # The spectrum of a transient is its transform times the sampling interval: N s and m/s^2 s.
-    spectra: list[tuple[ComplexArray, ComplexArray]] = [
-        (np.fft.rfft(f, axis=0)[:lines] / every[0].sample_rate, np.fft.rfft(x, axis=0)[:lines] / every[0].sample_rate)
-        for _, f, x in blocks]
-    hits = _consistent(hits, spectra, rules)
+    spectra = [cutter.spectra(hit, every[hit.record]) for hit in hits]
+    hits, doubts = compare_hits(hits, spectra, rules)
+    hits = _decided(hits, decisions or {})
     good = [i for i, hit in enumerate(hits) if hit.accepted]
-    force_lines = np.array([spectra[i][0] for i in good])[:, :, None]
-    averages = average(frequency, force_lines, np.array([spectra[i][1] for i in good]))
+    averages = average(np.arange(lines) * rate / block, np.array([spectra[i][0] for i in good])[:, :, None],
+                       np.array([spectra[i][1] for i in good]))
     level = np.sqrt(averages.force[:, 0, 0].real)
-    decay = exponential(block, every[0].sample_rate, final)[1]
-    values = responses(averages, estimator)
-    record = every[0]
-    notes = (*dead, *_notes(frequency, level, len(good), decay))
+    decay = exponential(block, rate, final)[1]
+    notes = (*doubts, *dead, *_shortened(hits, block, rate, rules), *said,
+             *_notes(averages.frequency, level, len(good), decay))
+    scatter = scatter_of_hits([spectra[i] for i in good])
     coherence = multiple_coherence(averages)[:, :, None] if len(good) > 1 else None
-    frf = Frf(frequency, values, tuple(record.channels[i] for i in others), (record.channels[force_at],), quantity,
-              coherence=coherence, variance=variance(averages), decay=decay, notes=notes)
-    return HammerTest(frf, tuple(hits), level)
+    frf = Frf(averages.frequency, responses(averages, estimator), tuple(every[0].channels[i] for i in others),
+              (every[0].channels[force_at],), quantity, coherence=coherence, variance=scatter[0], decay=decay,
+              notes=notes)
+    return HammerTest(frf, tuple(hits), level, block / rate, scatter[1])
 
 
-def _blocks(record: Record, force_at: int, others: list[int], block: int, rules: HitRules, final: float,
-            force_window: bool) -> list[tuple[Hit, FloatArray, FloatArray]]:
-    if record.samples.shape[0] < block:
-        fail("duration", f"{block / record.sample_rate:g} s", f"must not exceed the record of {record.duration:g} s")
-    hits = find_hits(record.samples[:, force_at], block, rules)
+def _found(records: Sequence[Record], force_at: int, block: int, rules: HitRules) -> list[Hit]:
+    shortest = min(records, key=lambda record: record.samples.shape[0])
+    if all(record.samples.shape[0] < block for record in records):
+        fail("duration", f"{block / shortest.sample_rate:g} s", f"must not exceed the record of {shortest.duration:g} s")
+    hits = [hit for k, record in enumerate(records) for hit in find_hits(record.samples[:, force_at], block, rules, k)]
     pulse = max((hit.pulse - hit.start for hit in hits), default=0)
     if pulse >= block:
-        fail("duration", f"{block / record.sample_rate:.2g} s", f"must exceed the {pulse / record.sample_rate:.2g} s of the "
-             "force pulse by far", "take one over the line spacing that is wanted")
-    hits = judge_hits(hits, record, force_at, others=others, block=block, rules=rules, final=final)
-    decaying = exponential(block, record.sample_rate, final)[0]
-    result: list[tuple[Hit, FloatArray, FloatArray]] = []
-    for hit in hits:
-        part = np.zeros((block, record.samples.shape[1]))
-        have = record.samples[max(hit.start, 0):hit.start + block]
-        part[:have.shape[0]] = have
-        part = part - _offsets(part, force_at, hit)
-        struck = part[:, force_at]
-        if force_window:
-            struck = struck * force(block, *_ringing(struck, hit))
-        result.append((hit, struck * decaying, part[:, others] * decaying[:, None]))
+        rate = records[0].sample_rate
+        fail("duration", f"{block / rate:.2g} s", f"must exceed the {pulse / rate:.2g} s of the force pulse by far",
+             "take one over the line spacing that is wanted")
+    return hits
+
+
+def _window_of(hits: Sequence[Hit], records: Sequence[Record], others: list[int], block: int, rules: HitRules
+               ) -> tuple[float, tuple[str, ...]]:
+    """Return the end value of the window that the ring-down needs in the median over hits, and what was decided."""
+    loudest = sorted((hit for hit in hits if hit.accepted and hit.start + block <= records[hit.record].samples.shape[0]),
+                     key=lambda hit: -hit.force)[:MOST_LOOKED_AT]
+    rings = [find_ringing(records[hit.record].samples[hit.pulse:hit.start + block][:, others], records[hit.record].sample_rate)
+             for hit in loudest]
+    if not rings:
+        return 1.0, ()
+    ordered = sorted(rings, key=lambda ring: 0.0 if ring is None else ring.share)
+    return choose_final(ordered[len(ordered) // 2], rules.undecayed)
+
+
+def _decided(hits: Sequence[Hit], decisions: Mapping[int, bool]) -> list[Hit]:
+    """Return the hits as a person decided, where one did."""
+    unknown = [number for number in decisions if not 0 <= number < len(hits)]
+    if unknown:
+        fail("decisions", f"hit {unknown[0]}", f"must be within 0 .. {len(hits) - 1}")
+    result = list(hits)
+    for number, accept in decisions.items():
+        hit = hits[number]
+        if accept:
+            result[number] = replace(hit, reasons=())
+        elif hit.accepted:
+            result[number] = hit.rejected("refused by hand")
     return result
+
+
+def _check_any(hits: Sequence[Hit]) -> None:
+    if not any(hit.accepted for hit in hits):
+        reasons = "; ".join(f"hit {i}: {', '.join(hit.reasons)}" for i, hit in enumerate(hits, 1) if i <= MOST_LISTED)
+        more = f"; and {len(hits) - MOST_LISTED} more" if len(hits) > MOST_LISTED else ""
+        fail("records", f"none of {len(hits)} hits is usable ({reasons}{more})", "must hold at least one good hit",
+             "measure again, or relax the rules (HitRules)")
+
+
+@dataclass(frozen=True)
+class _Cutter:
+    """Takes the block of a hit out of its record, windows it, and transforms it."""
+
+    force_at: int
+    others: tuple[int, ...]
+    block: int
+    final: float
+    force_window: bool
+    lines: int
+
+    def spectra(self, hit: Hit, record: Record) -> tuple[ComplexArray, ComplexArray]:
+        """Return the spectra of force (n_f,) and responses (n_f, n_outputs)."""
+        part = np.zeros((self.block, record.samples.shape[1]))
+        have = record.samples[hit.start:hit.start + self.block]
+        part[:have.shape[0]] = have
+        part = part - _offsets(part, self.force_at, hit)
+        struck = part[:, self.force_at]
+        if self.force_window:
+            struck = struck * force(self.block, *_ringing(struck, hit))
+        decaying = exponential(self.block, record.sample_rate, self.final)[0]
+        both = (struck * decaying, part[:, list(self.others)] * decaying[:, None])
+        f, x = (np.fft.rfft(values, axis=0)[:self.lines] / record.sample_rate for values in both)
+        return f, x
+
+
+def _shortened(hits: Sequence[Hit], block: int, rate: float, rules: HitRules) -> list[str]:
+    """Return a note where records begin sooner before their hits than the pretrigger asks for."""
+    asked = round(rules.pretrigger * block)
+    short = [(hit.peak - hit.start) / rate for hit in hits if hit.start == 0 and hit.peak < asked]
+    if not short:
+        return []
+    return [f"the records of {len(short)} of {len(hits)} hits begin {1e3 * min(short):.3g} ms before the peak of the force: "
+            "the pretrigger is what is there" + ("; sensors' offsets are told by the rest of the block"
+                                                 if min(short) * rate < SHORT else "")]
 
 
 def _offsets(part: FloatArray, force_at: int, hit: Hit) -> FloatArray:
     """Return the offset of every sensor: the level before the filters ring, and of the force also that long after."""
     before = hit.peak - hit.start
-    offsets = part[:max(before - RINGING, before // 4, 1)].mean(axis=0)
+    quiet = part[:max(before - RINGING, before // 4, 1)]
+    offsets = quiet.mean(axis=0) if before >= SHORT else part.mean(axis=0)
     after = part[hit.pulse - hit.start + RINGING:, force_at]
     if after.size >= RINGING:
         offsets[force_at] = np.median(after)
@@ -193,32 +293,6 @@ def _alive(records: Sequence[Record], others: list[int]) -> tuple[list[int], lis
 def _lines(sample_rate: float, block: int, highest: float | None) -> int:
     top = sample_rate / 2.56 if highest is None else positive("highest", highest, sample_rate / 2)
     return int(np.floor(top * block / sample_rate + 1e-9)) + 1
-
-
-def _consistent(hits: list[Hit], spectra: list[tuple[ComplexArray, ComplexArray]], rules: HitRules) -> list[Hit]:
-    """Return the hits with those marked that the others contradict, the worst first, as long as three remain."""
-    hits = list(hits)
-    while True:
-        good = [i for i, hit in enumerate(hits) if hit.accepted]
-        if len(good) < 3:
-            return hits
-        share = np.array([_unexplained(i, [j for j in good if j != i], spectra) for i in good])
-        worst = int(np.argmax(share))
-        if share[worst] < max(rules.inconsistent, 4 * float(np.median(share))):
-            return hits
-        hits[good[worst]] = hits[good[worst]].rejected(
-            f"contradicts the other hits ({100 * share[worst]:.0f} % of its response is not explained by theirs)")
-
-
-def _unexplained(i: int, rest: list[int], spectra: list[tuple[ComplexArray, ComplexArray]]) -> float:
-    force_power = sum((np.abs(spectra[j][0]) ** 2 for j in rest), np.zeros(spectra[i][0].shape))
-    cross = sum((spectra[j][1] * spectra[j][0].conj()[:, None] for j in rest), np.zeros_like(spectra[i][1]))
-    lines = force_power > 1e-2 * force_power.max()
-    model = cross[lines] / force_power[lines, None] * spectra[i][0][lines, None]
-    actual = spectra[i][1][lines]
-    scale = (np.abs(actual) ** 2).sum(axis=0)
-    left = (np.abs(actual - model) ** 2).sum(axis=0)
-    return float(np.mean(left / np.maximum(scale, 1e-300)))
 
 
 def _notes(frequency: FloatArray, level: FloatArray, used: int, decay: float) -> tuple[str, ...]:

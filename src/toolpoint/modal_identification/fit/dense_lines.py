@@ -56,6 +56,8 @@ class AveragedLines:
         for first in range(0, trial.size, TOGETHER):
             some = np.abs(trial[first:first + TOGETHER])
             inside = np.flatnonzero((lines >= some[0] * (1 - REACH * ratio)) & (lines <= some[-1] * (1 + REACH * ratio)))
+            if inside.size == 0:  # trials below the first averaged line of a band that begins near 0 Hz
+                inside = np.array([int(np.argmin(np.abs(lines - some.mean())))])
             yield slice(first, first + TOGETHER), inside
 
     def _part(self, trial: ComplexArray, inside: Array) -> tuple[FloatArray, FloatArray]:
