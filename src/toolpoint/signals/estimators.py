@@ -139,8 +139,8 @@ def scatter_of_hits(spectra: Sequence[tuple[ComplexArray, ComplexArray]]) -> tup
     With residuals r and leverages :math:`h_i = |F_i|^2 / \sum |F|^2` the terms :math:`e_i = r_i \bar F_i / \sum |F|^2` give
     :math:`\sum |e_i|^2 / (1 - h_i)`: without bias for noise that does not depend on the force, and right for errors that grow
     with it, as a missed spot does (MacKinnon, White, J. Econometrics 29 (1985) 305, HC2). Real and imaginary part turned to
-    their main axes have variances :math:`\lambda_1, \lambda_2` whose freedom is :math:`(\lambda_1 + \lambda_2)^2 / (\lambda_1^2 +
-    \lambda_2^2)` (Satterthwaite, Biometrics Bulletin 2 (1946) 110).
+    their main axes have variances :math:`\lambda_1, \lambda_2` whose freedom is
+    :math:`(\lambda_1 + \lambda_2)^2 / (\lambda_1^2 + \lambda_2^2)` (Satterthwaite, Biometrics Bulletin 2 (1946) 110).
     """
     if len(spectra) < 2:
         return None, None

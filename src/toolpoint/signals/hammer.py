@@ -68,8 +68,8 @@ class HammerTest:
 
         With n hits the squared error over the estimated variance is F-distributed with :math:`\nu` and :math:`\nu (n - 1)`
         degrees of freedom, where :math:`\nu` is 2 for noise of any phase and 1 for errors of one phase, as a missed spot makes
-        them (Satterthwaite). None with one hit. It holds scatter from hit to hit, not what all hits share: calibration, the mass of
-        the sensor, a window that is too short, noise of the force where it excites little.
+        them (Satterthwaite). None with one hit. It holds scatter from hit to hit, not what all hits share: calibration, the
+        mass of the sensor, a window that is too short, noise of the force where it excites little.
         """
         if self.frf.variance is None or self.freedom is None:
             return None
