@@ -10,7 +10,7 @@ import numpy as np
 from toolpoint.io import read_machine
 from toolpoint.machine import assemble, build
 from toolpoint.machine.description import IdentifiedDescription
-from toolpoint.pages.machine_responses import responses_page
+from toolpoint.pages.machines.machine_responses import responses_page
 from toolpoint.studies import rank_tests, study_responses_of_machine
 
 

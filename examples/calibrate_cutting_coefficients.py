@@ -9,7 +9,7 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.io import read_record
 from toolpoint.io.text import record_table
-from toolpoint.pages.calibration import calibration_page
+from toolpoint.pages.cuts.calibration import calibration_page
 from toolpoint.studies import CuttingTest, calibrate
 from toolpoint.vibration import Dof, Record
 

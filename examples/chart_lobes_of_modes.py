@@ -5,7 +5,7 @@ import tempfile
 import numpy as np
 
 from toolpoint.io import read_modes, write_nouns
-from toolpoint.pages.lobes import lobes_page
+from toolpoint.pages.cuts.lobes import lobes_page
 from toolpoint.studies import chart_lobes, modal_dynamics
 from toolpoint.vibration import Modes
 

@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from toolpoint.pages.turning import turning_page
+from toolpoint.pages.cuts.turning import turning_page
 from toolpoint.studies import TurningCut, chart_turning, response_dynamics
 from toolpoint.vibration import Modes, frequency_response
 

@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 
 from toolpoint.io import read_machine
-from toolpoint.pages.correlation import correlation_page
+from toolpoint.pages.measured.correlation import correlation_page
 from toolpoint.studies import compare_with_test, gather_test
 from toolpoint.studies.machines.virtual_test import surface_points, true_modes
 from toolpoint.vibration.geometry import Geometry

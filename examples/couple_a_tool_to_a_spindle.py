@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from toolpoint.pages.tool_coupling import tool_coupling_page
+from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
 from toolpoint.studies import bases_from_gauge, study_tool
 from toolpoint.substructuring import SegmentDescription, ShaftDescription
 from toolpoint.substructuring.shaft_stiffness import station_stiffness

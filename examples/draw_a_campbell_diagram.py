@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint.io import read_machine
-from toolpoint.pages.campbell import campbell_page
+from toolpoint.pages.machines.campbell import campbell_page
 from toolpoint.studies import map_speeds
 
 SPINDLE = """toolpoint: 1

@@ -4,7 +4,7 @@ import tempfile
 from importlib import resources
 
 from toolpoint.io import read_drives
-from toolpoint.pages.drive_experiment import drive_page
+from toolpoint.pages.servos.drive_experiment import drive_page
 from toolpoint.studies import run_drives
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from toolpoint.io import read_machine
 from toolpoint.machine.components import Components
 from toolpoint.machine.description import BodyDescription, ShapeDescription
-from toolpoint.pages.joints import joints_page
+from toolpoint.pages.measured.joints import joints_page
 from toolpoint.studies import study_joints
 from toolpoint.studies.machines.virtual_test import surface_points, true_modes
 from toolpoint.vibration.geometry import Geometry

@@ -7,7 +7,7 @@ import numpy as np
 
 from toolpoint.io import read_components, read_machine, write_machine
 from toolpoint.modal_identification import identify
-from toolpoint.pages.joints import joints_page
+from toolpoint.pages.measured.joints import joints_page
 from toolpoint.signals import hammer_test, join_setups
 from toolpoint.studies import study_joints
 from toolpoint.studies.machines.virtual_test import hammer_records, surface_points, true_modes

@@ -8,7 +8,7 @@ import numpy as np
 from toolpoint.io import read_frf, read_geometry, write_nouns
 from toolpoint.io.uff import MeasuredGeometry, write
 from toolpoint.modal_identification import identify
-from toolpoint.pages.identification import identification_page
+from toolpoint.pages.measured.identification import identification_page
 from toolpoint.vibration import Dof, Modes, frequency_response
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint.io import read_servo_data
-from toolpoint.pages.servo_data import servo_data_page
+from toolpoint.pages.servos.servo_data import servo_data_page
 from toolpoint.studies import judge_servo_data
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint import ToolpointWarning
 from toolpoint.io import read_drives, read_machine
-from toolpoint.pages.servo_map import servo_map_page
+from toolpoint.pages.servos.servo_map import servo_map_page
 from toolpoint.studies import map_servo
 
 

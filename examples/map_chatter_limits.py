@@ -7,7 +7,7 @@ import numpy as np
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io import read_machine
-from toolpoint.pages.chatter_map import chatter_map_page
+from toolpoint.pages.cuts.chatter_map import chatter_map_page
 from toolpoint.studies import map_chatter
 
 

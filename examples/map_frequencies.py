@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 
 from toolpoint.io import read_machine
-from toolpoint.pages.frequency_map import frequency_map_page
+from toolpoint.pages.machines.frequency_map import frequency_map_page
 from toolpoint.studies import map_frequencies, solve_modes
 
 

@@ -5,7 +5,7 @@ from importlib import resources
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io import read_machine
-from toolpoint.pages.machine import machine_page
+from toolpoint.pages.machines.machine import machine_page
 from toolpoint.studies import study_machine
 
 

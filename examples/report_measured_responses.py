@@ -7,7 +7,7 @@ import numpy as np
 
 from toolpoint.io import read_frf
 from toolpoint.io.text import frf_table
-from toolpoint.pages.measured import with_measured
+from toolpoint.pages.measured.responses import with_measured
 from toolpoint.plot import Report
 from toolpoint.studies import study_responses
 from toolpoint.vibration import Modes, frequency_response

@@ -7,7 +7,7 @@ import numpy as np
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io import read_machine
-from toolpoint.pages.demo import demo_page
+from toolpoint.pages.machines.demo import demo_page
 from toolpoint.studies import study_machine, study_modes
 
 

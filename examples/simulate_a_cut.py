@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from toolpoint.pages.simulated_cut import simulation_page
+from toolpoint.pages.cuts.simulated_cut import simulation_page
 from toolpoint.studies import chart_lobes, modal_dynamics, simulate_cut
 from toolpoint.vibration import Modes
 

@@ -6,7 +6,7 @@ from importlib import resources
 import numpy as np
 
 from toolpoint.io import read_machine
-from toolpoint.pages.sensitivity import sensitivity_page
+from toolpoint.pages.machines.sensitivity import sensitivity_page
 from toolpoint.studies import study_sensitivity
 
 

@@ -5,7 +5,7 @@ from importlib import resources
 
 from toolpoint.io import read_machine, write_machine
 from toolpoint.machine import assemble
-from toolpoint.pages.update import update_page
+from toolpoint.pages.measured.update import update_page
 from toolpoint.studies import Measurement, update_machine
 from toolpoint.vibration import eigen
 

@@ -4,7 +4,7 @@ import tempfile
 
 import numpy as np
 
-from toolpoint.pages.lobes import lobes_page
+from toolpoint.pages.cuts.lobes import lobes_page
 from toolpoint.studies import Uncertainty, chart_lobes, modal_dynamics
 from toolpoint.vibration import Modes
 

@@ -9,7 +9,7 @@ from conftest import MACHINES
 from toolpoint.app.main import main
 from toolpoint.cutting import ZeroOrder
 from toolpoint.io.yaml import machine_file
-from toolpoint.pages.chatter_map import chatter_map_page
+from toolpoint.pages.cuts.chatter_map import chatter_map_page
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.chatter_map import chatter_map
 

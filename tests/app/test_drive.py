@@ -19,7 +19,7 @@ def test_circle_shows_the_quadrant_glitches_of_the_published_servo(tmp_path, cap
     # Reference: 70 um for F_c = F_s/1.5, J 0.01 kg m2, R 50 mm, 4000 mm/min; within 10 %.
     assert 1e6 * found["circular_deviation_m"] == pytest.approx(70.0, rel=0.1)
     page = (tmp_path / "index.html").read_text()
-    for words in ("error x 50", "Torque", "velocity loop", "critical feed", "inertia"):
+    for words in ("Ballbar", "Torque", "velocity loop", "critical feed", "inertia"):
         assert words in page
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint.modal_identification import Resonance, identify
-from toolpoint.pages.identification import identification_page
+from toolpoint.pages.measured.identification import identification_page
 from toolpoint.vibration import Frf, Modes, frequency_response
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.cutting import ZeroOrder
-from toolpoint.pages.chatter_map import chatter_map_page
+from toolpoint.pages.cuts.chatter_map import chatter_map_page
 from toolpoint.studies.cuts.chatter_map import chatter_map
 
 

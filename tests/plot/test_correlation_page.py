@@ -9,9 +9,9 @@ from four_part_mill import four_part_mill
 from toolpoint._check import ToolpointError
 from toolpoint.machine import assemble
 from toolpoint.machine.named_points import point_positions
-from toolpoint.pages.correlation import correlation_page
-from toolpoint.pages.sensitivity import sensitivity_page
-from toolpoint.pages.update import update_page
+from toolpoint.pages.machines.sensitivity import sensitivity_page
+from toolpoint.pages.measured.correlation import correlation_page
+from toolpoint.pages.measured.update import update_page
 from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.joint_views import joint_views

@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.cutting import CuttingCoefficients, Engagement, FloquetDeterminant, MillingProblem, Tool, stability
 from toolpoint.cutting.simulation.milling import simulate
-from toolpoint.pages.lobes import lobes_page
+from toolpoint.pages.cuts.lobes import lobes_page
 from toolpoint.studies.cuts.lobes_study import LobesStudy
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, sample_charts
 from toolpoint.vibration import Modes

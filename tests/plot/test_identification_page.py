@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.modal_identification import identify
-from toolpoint.pages.identification import identification_page
+from toolpoint.pages.measured.identification import identification_page
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 from toolpoint.vibration.geometry import Geometry
 

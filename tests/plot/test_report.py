@@ -114,7 +114,7 @@ def test_version_date_and_navigation():
     html = Report("T", date="2024-05-06").with_section("Same").with_section("Same").html()
     assert "2024-05-06" in html and "toolpoint 0." in html
     anchors = re.findall(r'href="#([^"]+)"', html)
-    assert len(set(anchors)) == 2 and all(f'id="{a}"' in html for a in anchors)
+    assert len(set(anchors) - {"content"}) == 2 and all(f'id="{a}"' in html for a in anchors)
 
 
 def test_table_numbers_share_decimals_and_marks_have_a_key():

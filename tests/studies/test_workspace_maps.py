@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import parallel_machines
 from toolpoint.app.main import cli
 from toolpoint.machine import assemble, build
-from toolpoint.pages.frequency_map import map_page
+from toolpoint.pages.machines.frequency_map import map_page
 from toolpoint.studies.machines.pose_map import pose_map
 from toolpoint.studies.machines.response_map import response_map
 from toolpoint.studies.machines.stiffness_map import stiffness_map

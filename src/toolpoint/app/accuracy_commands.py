@@ -42,7 +42,7 @@ def accuracy(machine: Path, output: Path, as_json: bool, **options: Any) -> None
 
     built = machine_file.read(machine)
 
-    from toolpoint.pages.accuracy import accuracy_page
+    from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.moving_structure import ToolStance
 
@@ -108,7 +108,7 @@ def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None,
     planned = plan_file.read(plan)
     built = machine_file.read(plan.parent / planned.machine)
 
-    from toolpoint.pages.screening import screening_page
+    from toolpoint.pages.robots.screening import screening_page
     from toolpoint.studies.execute import Dask, Serial
     from toolpoint.studies.screening.planned import run_plan
 

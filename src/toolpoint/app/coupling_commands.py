@@ -73,7 +73,7 @@ def rcsa(tool: Path, stick_out: str | None, lobes: bool, speeds: Any, save: Path
 
     import numpy as np
 
-    from toolpoint.pages.tool_coupling import tool_coupling_page
+    from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
     from toolpoint.studies import study_tool
 
     generator = np.random.default_rng(values.pop("seed"))

@@ -85,7 +85,7 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
         dynamics = read_dynamics(source)
 
         from toolpoint.cutting.stability import method_named
-        from toolpoint.pages.lobes import lobes_page
+        from toolpoint.pages.cuts.lobes import lobes_page
         from toolpoint.studies.cuts.lobes_study import chart_lobes
         from toolpoint.studies.cuts.uncertain_cut import Uncertainty
 
@@ -146,7 +146,7 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     with frame(output, as_json) as run:
         dynamics = read_dynamics(source)
 
-        from toolpoint.pages.turning import turning_page
+        from toolpoint.pages.cuts.turning import turning_page
         from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
 
         cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
@@ -200,7 +200,7 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
     with frame(output, as_json, steps=2) as run:
         dynamics = read_dynamics(source)
 
-        from toolpoint.pages.simulated_cut import simulation_page
+        from toolpoint.pages.cuts.simulated_cut import simulation_page
         from toolpoint.studies.cuts.simulated_cut import check_cut, simulate_cut
 
         check_cut(values, speed, 1e-3 * depth)
@@ -261,7 +261,7 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
 
     from toolpoint.cutting.build import words
     from toolpoint.cutting.stability import method_named
-    from toolpoint.pages.chatter_map import chatter_map_page
+    from toolpoint.pages.cuts.chatter_map import chatter_map_page
     from toolpoint.studies.cuts.chatter_map import chatter_map
     from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.execute import Dask, Serial
@@ -308,7 +308,7 @@ def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[
         run.step("forces")
         records = [(str(path), record_files.read(path)) for path in forces]
 
-        from toolpoint.pages.calibration import calibration_page
+        from toolpoint.pages.cuts.calibration import calibration_page
         from toolpoint.studies.cuts.calibration import CuttingTest, calibrate, check_test
 
         test = CuttingTest(in_si(tool), speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed),

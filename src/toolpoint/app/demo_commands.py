@@ -61,7 +61,7 @@ def run_machining_centre(output: Path) -> None:
     from toolpoint.app import console
     from toolpoint.cutting import ZeroOrder
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.demo import demo_page
+    from toolpoint.pages.machines.demo import demo_page
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
 
     with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
@@ -105,7 +105,7 @@ def _run_over_workspace(output: Path, name: str, axes: Mapping[str, ArrayLike]) 
     from toolpoint.app import console
     from toolpoint.cutting import ZeroOrder
     from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.demo import workspace_page
+    from toolpoint.pages.machines.demo import workspace_page
     from toolpoint.studies.machines.machine_report import study_machine
     from toolpoint.studies.machines.machine_words import describe_motion
     from toolpoint.studies.machines.pose_map import pose_map
@@ -155,7 +155,7 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
     from toolpoint.app import console
     from toolpoint.io.yaml import plan_file, robot_file
     from toolpoint.machine.build import build
-    from toolpoint.pages.robot_demo import robot_demo_page
+    from toolpoint.pages.robots.robot_demo import robot_demo_page
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.screening.robot_demo import run_demo
 
@@ -176,7 +176,7 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
 def run_finite_element_mill(output: Path) -> None:
     """Show an example mill by finite elements: modes, seats of energy, what walls and ribs of its column do, a tuned damper."""
     from toolpoint.app import console
-    from toolpoint.pages.finite_elements import finite_element_page
+    from toolpoint.pages.machines.finite_elements import finite_element_page
     from toolpoint.studies.finite_elements.example_mill import example_mill
     from toolpoint.studies.finite_elements.machine_study import study_finite_elements
 

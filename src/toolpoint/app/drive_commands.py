@@ -85,7 +85,7 @@ def servo_data(file: Path, units: tuple[str, ...], sample_time: float | None, ou
         run.step("reading")
         record = read_servo_data(file, named, sample_time)
 
-        from toolpoint.pages.servo_data import servo_data_page
+        from toolpoint.pages.servos.servo_data import servo_data_page
         from toolpoint.studies import judge_servo_data
 
         result = judge_servo_data(record, source=file.name)
@@ -108,7 +108,7 @@ def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | Non
         moves = None if program is None else read_program(program, feed=None if feed is None else feed * 1e-3 / 60)
         path = None if moves is None else moves.path
 
-        from toolpoint.pages.drive_experiment import drive_page
+        from toolpoint.pages.servos.drive_experiment import drive_page
         from toolpoint.studies.servos.drive_experiment import run_drives
 
         result = run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal,
@@ -129,7 +129,7 @@ def _map(drives: Path, machine: Path | None, axes: tuple[str, ...], circle: Circ
     description, built = drive_file.read(drives), machine_file.read(machine)
     positions = grid(built, axes, "--map")
 
-    from toolpoint.pages.servo_map import servo_map_page
+    from toolpoint.pages.servos.servo_map import servo_map_page
     from toolpoint.studies.servos.servo_map import map_servo
 
     with frame(output, as_json) as run, run.progress("poses") as progress:

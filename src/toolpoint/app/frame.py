@@ -102,5 +102,6 @@ def _with_options(report: Report) -> Report:
     def part_of(part: Any) -> Any:
         return replace(part, lines=tuple(map(console.spell_options, part.lines))) if isinstance(part, Notes) else part
 
-    return replace(report, sections=tuple(replace(section, parts=tuple(map(part_of, section.parts)))
-                                          for section in report.sections))
+    sections = tuple(replace(section, parts=tuple(map(part_of, section.parts))) for section in report.sections)
+    return replace(report, sections=sections, doubts=tuple(map(console.spell_options, report.doubts)),
+                   assumptions=tuple(map(console.spell_options, report.assumptions)))

@@ -43,8 +43,8 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
         responses = read_responses(frf, quantity) if frf else None
         of_responses = run.warnings[before:]
 
-        from toolpoint.pages.machine import machine_page
-        from toolpoint.pages.measured import with_measured
+        from toolpoint.pages.machines.machine import machine_page
+        from toolpoint.pages.measured.responses import with_measured
         from toolpoint.plot import Report
         from toolpoint.studies.cuts.measured_response import study_responses
         from toolpoint.studies.machines.machine_report import study_machine
@@ -166,7 +166,7 @@ def frequency_map(machine: Path, axes: Sequence[str], count: int, quantity: str,
     built = machine_file.read(machine)
     positions = grid(built, axes, "--axis")
 
-    from toolpoint.pages.frequency_map import map_page
+    from toolpoint.pages.machines.frequency_map import map_page
     from toolpoint.studies.execute import Dask, Serial
     from toolpoint.studies.machines.pose_map import PoseMap, pose_map
     from toolpoint.studies.machines.response_map import ResponseMap, response_map
@@ -212,7 +212,7 @@ def campbell(machine: Path, speeds: str, count: int, orders: tuple[float, ...], 
         run.step("modes at every speed")
         built = machine_at(machine, pose)
 
-        from toolpoint.pages.campbell import campbell_page
+        from toolpoint.pages.machines.campbell import campbell_page
         from toolpoint.studies.machines.campbell import map_speeds
 
         result = map_speeds(built, lines, count, pose=pose, orders=orders)

@@ -54,7 +54,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         shape = None if geometry is None else geometry_files.read(geometry)
         run.step("identification")
 
-        from toolpoint.pages.identification import identification_page
+        from toolpoint.pages.measured.identification import identification_page
         from toolpoint.studies.measured.identification import identify_modes
 
         result = identify_modes(frf, method, band)
@@ -96,7 +96,7 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         modes = _modes_of(files, band)
         run.step("joints")
 
-        from toolpoint.pages.joints import joints_page
+        from toolpoint.pages.measured.joints import joints_page
         from toolpoint.studies.measured.joint_study import study_joints
 
         deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
@@ -155,7 +155,7 @@ def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths:
         run.step("reading")
         built, measured = machine_at(machine, *poses), _measurements(modes, frf, poses)
 
-        from toolpoint.pages.update import update_page
+        from toolpoint.pages.measured.update import update_page
         from toolpoint.studies.measured.measured_update import update_machine
 
         run.step("updating")
@@ -232,7 +232,7 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
         owner = None if components is None else component_file.read(components).points
         run.step("correlation")
 
-        from toolpoint.pages.correlation import correlation_page
+        from toolpoint.pages.measured.correlation import correlation_page
         from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
 
         test = gather_test(*measured, geometry=shape, band=band, owner=owner)
@@ -261,7 +261,7 @@ def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float
         run.step("sensitivities")
         built = machine_at(machine, pose)
 
-        from toolpoint.pages.sensitivity import sensitivity_page
+        from toolpoint.pages.machines.sensitivity import sensitivity_page
         from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 
         result = study_sensitivity(built, paths or None, min(count, built.size), pose=pose)

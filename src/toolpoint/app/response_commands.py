@@ -35,7 +35,7 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
     with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
         built = machine_at(machine, *poses)
 
-        from toolpoint.pages.machine_responses import responses_page
+        from toolpoint.pages.machines.machine_responses import responses_page
         from toolpoint.studies.machines.machine_responses import study_responses_of_machine
 
         result = study_responses_of_machine(

@@ -24,7 +24,7 @@ def robot(datasheet: Path, written: Path | None, output: Path, as_json: bool) ->
         run.step("datasheet")
         sheet, description = robot_file.read(datasheet), robot_file.read_robot_machine(datasheet)
 
-        from toolpoint.pages.robot import robot_page
+        from toolpoint.pages.robots.robot import robot_page
         from toolpoint.studies.robots.datasheet_study import study_datasheet
 
         result = study_datasheet(sheet, description)
@@ -125,7 +125,7 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
 
     import numpy as np
 
-    from toolpoint.pages.places import place_page
+    from toolpoint.pages.robots.places import place_page
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.regions import plane_directions, search_regions
 

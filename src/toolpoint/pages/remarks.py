@@ -1,20 +1,13 @@
-"""The last section of most pages: warnings apart, above what was assumed."""
+"""What every page ends in and begins with: what was assumed goes to its end, what is doubtful under its answer."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from toolpoint.plot import Notes, Report
+from toolpoint.plot import Report
 
 
 def with_remarks(report: Report, remarks: Sequence[str], warnings: Sequence[str] = ()) -> Report:
-    """Return the report with its remarks, each once; those that are `warnings` stand apart, above the others."""
+    """Return the report with its remarks as assumptions, each once; those that are `warnings` stand as doubts at the top."""
     doubts = list(dict.fromkeys(warnings))
-    lines = [line for line in dict.fromkeys(remarks) if line not in doubts]
-    parts = ([Notes(doubts, "warning")] if doubts else []) + ([Notes(lines, "assumed")] if lines else [])
-    return report.with_section("Remarks", *parts) if parts else report
-
-
-def with_warnings(report: Report, warnings: Sequence[str], title: str = "Warnings") -> Report:
-    """Return the report with a section of warnings, each once, where there are any."""
-    return report.with_section(title, Notes(list(dict.fromkeys(warnings)), "warning")) if warnings else report
+    return report.with_doubts(*doubts).with_assumptions(*(line for line in dict.fromkeys(remarks) if line not in doubts))

@@ -33,14 +33,13 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
     summary = "; ".join(f"{video.scan.clip.name}: {int(video.is_mode.sum())} modes" for video in videos)
     report = Report("Modes from video", summary, subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
-    if doubts:
-        report = report.with_section("Doubts", Notes(list(dict.fromkeys(doubts)), "warning", "Read these first"))
+    report = report.with_doubts(*doubts)
     if result is not None:
         report = _machine(report, result)
     for number, video in enumerate(videos, start=1):
         report = _video(report, video, number)
     notes = list(dict.fromkeys(note for video in videos for note in video.notes))
-    return report.with_section("Remarks", Notes(notes, "note")) if notes else report
+    return report.with_assumptions(*notes)
 
 
 def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:

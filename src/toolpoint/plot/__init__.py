@@ -10,16 +10,18 @@ if TYPE_CHECKING:
     from toolpoint.plot.figures.frf import bode, coherence, nyquist, real_imaginary
     from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
     from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
-    from toolpoint.plot.page.parts import Cell, Chart, ClickedSeries, Listing, Notes, Picture, Table, Text
+    from toolpoint.plot.page.charts import Chart, ClickedSeries, Lookup
+    from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
+    from toolpoint.plot.page.tables import Cell, Table
     from toolpoint.plot.report import Report
     from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
     from toolpoint.plot.shape_view.scene import Box, Scene
     from toolpoint.plot.shape_view.view import ShapeView
 
 __all__ = [
-    "AnimatedShapes", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Notes", "Picture", "Report", "Scene", "ShapeView",
-    "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves", "frequency_map",
-    "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
+    "AnimatedShapes", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes", "Picture", "Report", "Scene",
+    "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
+    "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 
 _NAMES = {
@@ -27,7 +29,9 @@ _NAMES = {
     "figures.frf": ("bode", "coherence", "nyquist", "real_imaginary"),
     "figures.lobes": ("StabilityCurve", "StabilityIntervals", "stability_chart"),
     "figures.pose_map": ("frequency_curves", "frequency_map"),
-    "page.parts": ("Cell", "Chart", "ClickedSeries", "Listing", "Notes", "Picture", "Table", "Text"),
+    "page.charts": ("Chart", "ClickedSeries", "Lookup"),
+    "page.parts": ("Listing", "Notes", "Picture", "Text"),
+    "page.tables": ("Cell", "Table"),
     "report": ("Report",),
     "shape_view.animated_shapes": ("AnimatedShapes",),
     "shape_view.scene": ("Box", "Scene"),

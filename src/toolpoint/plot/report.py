@@ -14,11 +14,15 @@ from typing import Any
 
 import toolpoint
 from toolpoint._check import ToolpointError, fail
-from toolpoint.plot.page.frame import asset, chart_script, page
-from toolpoint.plot.page.parts import Chart, ClickedSeries, Listing, Notes, Picture, Table, Text
+from toolpoint.plot.page.charts import Chart, ClickedSeries, Lookup
+from toolpoint.plot.page.frame import asset, page
+from toolpoint.plot.page.markup import mark_up
+from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
+from toolpoint.plot.page.tables import Table
 from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
-Part = Text | Table | Notes | Listing | Picture | Chart | ClickedSeries | ShapeView
+Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | ShapeView
+_ASSUMPTIONS = "Assumptions"
 
 
 @dataclass(frozen=True)
@@ -36,18 +40,23 @@ class Section:
 
 @dataclass(frozen=True)
 class Report:
-    """A page: title, summary, sections. Every `with_` gives a new report.
+    """A page: what was asked, the answer, doubts of it, the evidence, the assumptions. Every `with_` gives a new report.
 
     Parameters
     ----------
     title : str
     summary : str
-        Paragraphs under the title, parted by empty lines.
+        The answer in a sentence with its uncertainty; further paragraphs, parted by empty lines, are set smaller.
     sections : sequence of Section
+        The evidence.
     subtitle : str
-        One line over the summary, for example the machine and the pose.
+        One line over the answer, for example the machine and the pose.
     date : str
         Date line; today's date and time where empty.
+    doubts : sequence of str
+        What the reader must know before the answer is believed; stands right under it.
+    assumptions : sequence of str
+        What the answer rests on; the last section.
     """
 
     title: str
@@ -55,6 +64,8 @@ class Report:
     sections: tuple[Section, ...] = field(default=())
     subtitle: str = ""
     date: str = ""
+    doubts: tuple[str, ...] = ()
+    assumptions: tuple[str, ...] = ()
 
     def with_section(self, title: str, *parts: Part | str) -> Report:
         """Return the report with one more section."""
@@ -62,9 +73,17 @@ class Report:
         for number, part in enumerate(shown):
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
-                     "must be Text, Table, Notes, Listing, Picture, Chart or ShapeView",
+                     "must be Text, Table, Notes, Listing, Lookup, Picture, Chart or ShapeView",
                      "wrap a plotly figure as Chart(figure)")
         return replace(self, sections=(*self.sections, Section(str(title), shown)))
+
+    def with_doubts(self, *doubts: str) -> Report:
+        """Return the report with more doubts, each once."""
+        return replace(self, doubts=tuple(dict.fromkeys((*self.doubts, *doubts))))
+
+    def with_assumptions(self, *assumptions: str) -> Report:
+        """Return the report with more assumptions, each once."""
+        return replace(self, assumptions=tuple(dict.fromkeys((*self.assumptions, *assumptions))))
 
     def html(self) -> str:
         """Return the page: the chart library once, the shape script once, data as inert blocks, no outside address.
@@ -76,9 +95,9 @@ class Report:
         """
         sections = self._named()
         parts = [part for section in sections for part in section.parts]
-        scripts = [chart_script()] if any(isinstance(part, Chart) for part in parts) else []
-        scripts += [asset(name) for name in (*scripts_of(parts), "page.js")]
-        return page(self.title, self._body(sections), scripts)
+        charts = any(isinstance(part, (Chart, ClickedSeries)) for part in parts)
+        scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), "page.js")]
+        return page(self.title, self._body(sections), scripts, charts=charts)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
         """Write the page and return its path; a path without ``.html`` is a folder and gets ``index.html``.
@@ -136,16 +155,26 @@ class Report:
 
     def _body(self, sections: Sequence[Section]) -> str:
         date = self.date or datetime.datetime.now().astimezone().strftime("%Y-%m-%d %H:%M %Z")
+        if self.assumptions:
+            sections = [*sections, Section(_ASSUMPTIONS, (Notes(self.assumptions, "assumed", "What this rests on"),))]
         anchors = [f"{section.anchor}-{i}" for i, section in enumerate(sections, start=1)]
-        links = "".join(f'<a href="#{a}">{html.escape(s.title)}</a>' for a, s in zip(anchors, sections))
+        links = "".join(f'<a href="#{a}">{mark_up(s.title)}</a>' for a, s in zip(anchors, sections))
         contents = f'<nav aria-label="Contents">{links}</nav>' if len(sections) > 1 else ""
-        subtitle = f'<p class="subtitle">{html.escape(self.subtitle)}</p>' if self.subtitle else ""
         inner = "".join(
-            f'<section id="{a}"><h2>{html.escape(s.title)}</h2>'
+            f'<section id="{a}"><h2>{mark_up(s.title)}</h2>'
             + "".join(part.fragment() for part in s.parts) + "</section>\n"
             for a, s in zip(anchors, sections))
         return (
-            f'<header><div class="brand">toolpoint</div><h1>{html.escape(self.title)}</h1>{subtitle}'
-            f'<div class="summary">{Text(self.summary).fragment()}</div>{contents}</header>\n<main>\n{inner}</main>\n'
+            f'<a class="skip" href="#content">To the content</a><header>{self._head()}{contents}</header>\n'
+            f'<main id="content">\n{inner}</main>\n'
             f"<footer>toolpoint {html.escape(toolpoint.__version__)} · {html.escape(date)} · "
             "self-contained page: it asks no host for anything</footer>")
+
+    def _head(self) -> str:
+        """Return title, answer and doubts."""
+        subtitle = f'<p class="subtitle">{mark_up(self.subtitle)}</p>' if self.subtitle else ""
+        answer, _, rest = self.summary.strip().partition("\n\n")
+        lead = f'<p class="answer">{mark_up(answer)}</p>' if answer else ""
+        more = f'<div class="summary">{Text(rest).fragment()}</div>' if rest else ""
+        doubts = Notes(self.doubts, "warning", "Before you rely on this").fragment()
+        return f'<div class="brand">toolpoint</div><h1>{mark_up(self.title)}</h1>{subtitle}{lead}{doubts}{more}'

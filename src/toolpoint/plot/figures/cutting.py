@@ -13,7 +13,7 @@ from toolpoint.cutting.simulation.milling import Simulation
 from toolpoint.plot.figures.frf import real_imaginary
 from toolpoint.plot.figures.lobes import StabilityIntervals
 from toolpoint.plot.figures.theme import COLOURS, figure
-from toolpoint.plot.page.parts import ClickedSeries
+from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vibration import Frf
 
 if TYPE_CHECKING:

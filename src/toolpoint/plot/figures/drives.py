@@ -11,11 +11,12 @@ from toolpoint.drives.accuracy.contour import ContourError
 from toolpoint.drives.controller.loops import LoopLevel
 from toolpoint.drives.simulation.simulate import ServoResult
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
+from toolpoint.plot.figures.thinning import thin_curve
 
 if TYPE_CHECKING:
     import plotly.graph_objects as go
 
-_POINTS = 6000
+_POINTS = 3000  # of a path in the plane
 
 
 def path_with_error(errors: dict[str, ContourError], factor: float = 50.0, title: str = "") -> go.Figure:
@@ -27,7 +28,7 @@ def path_with_error(errors: dict[str, ContourError], factor: float = 50.0, title
                      line={"color": "rgba(127,127,127,0.7)", "width": 1, "dash": "dash"})
     for k, (name, error) in enumerate(errors.items()):
         points = 1e3 * error.enlarged(factor)[::step]
-        chart.add_scatter(x=points[:, 0], y=points[:, 1], name=f"{plain(name)}, error x {factor:g}", mode="lines",
+        chart.add_scatter(x=points[:, 0], y=points[:, 1], name=f"{plain(name)}, error × {factor:g}", mode="lines",
                          line={"color": COLOURS[k % len(COLOURS)], "width": 1.5}, customdata=1e6 * error.length[::step],
                          hovertemplate="%{customdata:.2f} µm")
     chart.update_xaxes(title_text="x, mm", constrain="domain")
@@ -37,18 +38,17 @@ def path_with_error(errors: dict[str, ContourError], factor: float = 50.0, title
 
 def histories(result: ServoResult, errors: dict[str, ContourError]) -> dict[str, go.Figure]:
     """Return charts over time: contour error, torque set point, following error."""
-    step = max(1, result.time.size // _POINTS)
-    time = result.time[::step]
     contour = figure("", 340)
     for k, (name, error) in enumerate(errors.items()):
-        contour.add_scatter(x=time, y=1e6 * error.length[::step], name=plain(name), line={"color": COLOURS[k % len(COLOURS)]})
+        time, length = thin_curve(result.time, 1e6 * error.length)
+        contour.add_scatter(x=time, y=length, name=plain(name), line={"color": COLOURS[k % len(COLOURS)]})
     charts = {"Contour error": (contour, "Contour error, µm")}
     for words, name, factor, unit in (("Torque", "torque_set", 1.0, "Torque set point, N m"),
                                       ("Following error", "following_error", 1e6, "Following error, µm")):
         chart = figure("", 340)
         for k, axis in enumerate(result.axes):
-            chart.add_scatter(x=time, y=factor * result.signal(name, axis)[::step], name=axis,
-                             line={"color": COLOURS[k % len(COLOURS)]})
+            time, signal = thin_curve(result.time, factor * result.signal(name, axis))
+            chart.add_scatter(x=time, y=signal, name=axis, line={"color": COLOURS[k % len(COLOURS)]})
         charts[words] = (chart, unit)
     for chart, unit in charts.values():
         chart.update_xaxes(title_text="Time, s")

@@ -45,7 +45,7 @@ def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
     """Return an empty figure in the common style."""
     chart = go.Figure(layout={"template": TEMPLATE, "height": height, **layout})
     if title:
-        chart.update_layout(title={"text": plain(title)}, margin={"t": 84})
+        chart.update_layout(title={"text": plain(title)})
     return chart
 
 

@@ -10,7 +10,7 @@ import plotly.graph_objects as go
 
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.plot.figures.theme import COLOURS, figure
-from toolpoint.plot.page.parts import ClickedSeries
+from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vision.displacement.result import DisplacementField
 
 POINTS = "measured points"

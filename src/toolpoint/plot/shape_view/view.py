@@ -18,7 +18,7 @@ from toolpoint.plot.page.frame import asset, data_block, page
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.scene import Scene
 
-SCRIPTS = ("shape_data.js", "shape_renderer.js", "shape_view.js", "shape_controls.js")
+SCRIPTS = ("shape_renderer.js", "shape_view.js", "shape_controls.js")
 _DOTS_UP_TO = 3000
 
 
@@ -90,7 +90,7 @@ class ShapeView:
     def html(self) -> str:
         """Return a page of its own with this view only; it asks no host for anything."""
         body = f"<main>{'<h1>' + html.escape(self.title) + '</h1>' if self.title else ''}{self.fragment()}</main>"
-        return page(self.title or "Animated shapes", body, [asset(name) for name in (*SCRIPTS, "page.js")])
+        return page(self.title or "Animated shapes", body, [asset(name) for name in ("packed_data.js", *SCRIPTS, "page.js")])
 
     def _repr_html_(self) -> str:
         return (f'<iframe sandbox="allow-scripts" style="width:100%;height:44rem;border:0" '

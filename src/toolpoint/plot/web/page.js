@@ -24,13 +24,15 @@
   function shown(root, all, number) {
     const one = all.sets[number];
     const traces = all.names.map((name, k) => ({ x: one.x, y: one.y[k], name, mode: "lines", line: { width: 1.5, color: all.colours[k] } }));
-    const layout = Object.assign({}, root.layout, { title: { text: one.label, font: { size: 14 }, x: 0.01, xanchor: "left" } });
-    window.Plotly.react(root, traces, layout, config);
+    const heading = root.parentElement.querySelector(".tp-title")
+      || root.parentElement.insertBefore(Object.assign(document.createElement("h3"), { className: "tp-title" }), root);
+    heading.textContent = one.label;
+    window.Plotly.react(root, traces, root.layout, config);
     root.dataset.shown = String(number);
   }
 
   function series(root) {
-    const all = JSON.parse(document.getElementById(root.dataset.series).textContent);
+    const all = JSON.parse(window.ToolpointText(root.dataset.series));
     const source = window.toolpointCharts[root.dataset.follows];
     source.on("plotly_click", (event) => {
       const data = event.points[0].customdata, number = Number(Array.isArray(data) ? data[0] : data);
@@ -40,7 +42,7 @@
   }
 
   function chart(root) {
-    const { data, layout } = JSON.parse(document.getElementById(root.dataset.source).textContent);
+    const { data, layout } = JSON.parse(window.ToolpointText(root.dataset.source));
     root.replaceChildren();
     window.Plotly.newPlot(root, data, layout, config).then(() => {
       window.Plotly.relayout(root, colours(root._fullLayout, dark.matches));
@@ -57,6 +59,37 @@
     window.addEventListener("afterprint", () => recolour(dark.matches));
   }
 
+  // The chart library lies deflated in the page; the policy knows it by its SHA-256.
+  function library() {
+    const text = window.ToolpointText("tp-library");
+    if (!text) return;
+    const script = document.createElement("script");
+    script.textContent = text;
+    document.head.append(script);
+    document.getElementById("tp-library").remove();
+  }
+
+  // A field for a number and its answer; between two places the lower answer counts, and both are named.
+  function lookup(root) {
+    const { at, values, answers, unit } = JSON.parse(window.ToolpointText(root.dataset.source));
+    const field = root.querySelector("input"), place = root.querySelector("output");
+    const lines = (...texts) => place.replaceChildren(...texts.map((text, i) =>
+      Object.assign(document.createElement(i ? "small" : "strong"), { textContent: text })));
+    const answer = () => {
+      const x = Number(field.value), last = at.length - 1;
+      if (field.value === "" || !Number.isFinite(x)) return lines("Write a number.");
+      if (x < at[0] || x > at[last]) return lines(`Outside what was computed: ${at[0]} to ${at[last]} ${unit}.`);
+      const high = at.findIndex((v) => v >= x), low = at[high] === x ? high : high - 1;
+      if (low === high) return lines(answers[high]);
+      const size = (k) => values[k] === null ? Infinity : values[k], lower = size(low) <= size(high) ? low : high;
+      return lines(answers[lower], `The lower of the two computed beside it. ${answers[low === lower ? high : low]}`);
+    };
+    field.addEventListener("input", answer);
+    answer();
+  }
+
   if (window.toolpointStart) window.toolpointStart();
+  library();
+  document.querySelectorAll(".tp-lookup").forEach(lookup);
   document.querySelectorAll(".tp-chart[data-source]").forEach(chart);
 })();

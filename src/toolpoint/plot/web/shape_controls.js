@@ -124,6 +124,7 @@ window.ToolpointControls = (function () {
     view.panes.forEach((pane, k) => {
       pane.caption = make("div", { class: "tp-caption", "aria-live": "polite" });
       pane.caption.style.left = `calc(${100 * k / view.panes.length}% + 12px)`;
+      pane.caption.style.maxWidth = `calc(${100 / view.panes.length}% - 24px)`;
       view.stage.append(pane.caption);
     });
     const ramp = view.data.ramp.map((c) => `rgb(${c.map((v) => Math.round(255 * v)).join(" ")})`);

@@ -11,7 +11,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail
 from toolpoint.drives.accuracy.contour import ContourError
-from toolpoint.drives.accuracy.metrology import CircularTest, circular_test
+from toolpoint.drives.accuracy.metrology import CircularTest, circular_test, quadrant_peaks
 from toolpoint.drives.build import build_servo
 from toolpoint.drives.controller.loops import ServoLoops, compute_loops
 from toolpoint.drives.controller.servo import Servo
@@ -33,6 +33,16 @@ _LONGEST, _FEWEST, _SLOWER = 1800.0, 40, 0.98
 
 
 @dataclass(frozen=True, eq=False)
+class CircleTurn:
+    """One whole turn of a circular test: `points` (n, 2) at scale, table and tool (m), the nominal radius (m), and the
+    `peaks` at 0, 90, 180 and 270 deg at the tool, outward over the median radius (m)."""
+
+    points: Mapping[str, FloatArray]
+    radius: float
+    peaks: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
 class DriveExperiment:
     """A simulated program: servo, histories, contour error at scale, table and tool point, loops; and a circular test.
 
@@ -48,6 +58,7 @@ class DriveExperiment:
     circle: CircularTest | None
     cutting: Mapping[str, np.ndarray]
     remarks: tuple[str, ...] = ()
+    turn: CircleTurn | None = None
 
     @property
     def status(self) -> str:
@@ -69,18 +80,21 @@ class DriveExperiment:
         rows = [("duration", f"{self.result.time[-1]:.3f} s")]
         for name, error in self.errors.items():
             cut, rapid = error.length[self.cutting[name]], error.length[~self.cutting[name]]
-            words = f"{1e6 * cut.max():.2f} um largest, {1e6 * np.sqrt((cut**2).mean()):.2f} um rms" if cut.size else \
+            words = f"{1e6 * cut.max():.2f} µm largest, {1e6 * np.sqrt((cut**2).mean()):.2f} µm rms" if cut.size else \
                 "none: no cutting move"
             rows.append((f"contour error, {name}", words))
             if rapid.size:
-                rows.append((f"  {name}, on rapids", f"{1e6 * rapid.max():.2f} um largest"))
+                rows.append((f"  {name}, on rapids", f"{1e6 * rapid.max():.2f} µm largest"))
         for axis in self.result.axes:
             torque = np.abs(self.result.signal("torque_set", axis)).max()
             rows.append((f"torque set point, {axis}", f"{torque:.3f} N m largest"))
         if self.circle is not None:
             test = self.circle
-            rows.append(("circular test (second turn)", f"G {1e6 * test.deviation:.2f} um, F_max {1e6 * test.radial_max:.2f}, "
-                         f"F_min {1e6 * test.radial_min:.2f} um"))
+            rows.append(("circular test (second turn)", f"G {1e6 * test.deviation:.2f} µm, F_max {1e6 * test.radial_max:.2f}, "
+                         f"F_min {1e6 * test.radial_min:.2f} µm"))
+        if self.turn is not None:
+            peaks = ", ".join(f"{1e6 * peak:.1f}" for peak in self.turn.peaks)
+            rows.append(("quadrant peaks at 0, 90, 180, 270°", f"{peaks} µm"))
         return [*rows, ("state", self.status)]
 
     def table(self) -> str:
@@ -145,8 +159,9 @@ def run_drives(
               for name in PLACES}
     test = None if circle is None else _second_turn(result, origin, places, *circle)
     cutting = {name: is_cutting(route, error) for name, error in errors.items()}
+    turn = None if circle is None else _whole_turn(result, origin, places, circle[0])
     return DriveExperiment(drives, servo, result, errors, compute_loops(servo), test, cutting,
-                           (*driven.notes, *remarks))
+                           (*driven.notes, *remarks), turn)
 
 
 def _command(path: Path, drives: DriveDescription, servo: Servo) -> tuple[Command, FloatArray]:
@@ -188,3 +203,11 @@ def _second_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, 
         warnings.warn(f"the limits of the axes allow {6e4 * reached:.0f} mm/min on this circle, not the "
                       f"{6e4 * feed:.0f} mm/min asked for: the test is that of the lower feed", ToolpointWarning, stacklevel=3)
     return circular_test((result.output("tool") + origin)[inside][:, :2], radius)
+
+
+def _whole_turn(result: ServoResult, origin: FloatArray, progress: FloatArray, radius: float) -> CircleTurn:
+    """Return a turn that begins and ends between quadrants, so that all four reversals are inside it."""
+    length = 2 * np.pi * radius
+    inside = (progress >= 0.875 * length) & (progress <= 1.875 * length)
+    points = {name: (result.output(name) + origin)[inside][:, :2] for name in PLACES}
+    return CircleTurn(points, radius, quadrant_peaks(points["tool"], radius))

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.response_bands import magnitude_bands
 from toolpoint.studies.cuts.lobes_study import ADVICE
@@ -21,8 +21,7 @@ def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Re
     """Return the page of a coupled tool; doubts stand first."""
     doubts = [note for note in result.notes if note.startswith("doubt")]
     report = Report("Tool-point response by receptance coupling", result.tool.words, subtitle=result.tool.source)
-    if doubts:
-        report = report.with_section("Doubts", Notes(doubts, "warning"))
+    report = report.with_doubts(*doubts)
     curves = {f"tool along {tip.plane}": _with_band(tip) for tip in result.tips}
     report = report.with_section(
         "Response at the tip", "The line is what is predicted, the tint holds it with 95 % probability, line by line, as far "

@@ -8,7 +8,6 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.machine import Machine
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, ShapeView, Table
 from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
@@ -46,7 +45,7 @@ def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float =
         result.paths, result.values, result.frequency, strict=True)]
     report = report.with_section("All numbers", Table(
         ["parameter", "value (SI)", *(f"{f:.3f} Hz" for f in result.frequencies)], rows, "Relative sensitivity of frequency"))
-    return with_warnings(report, warnings)
+    return report.with_doubts(*warnings)
 
 
 def _largest(size: FloatArray) -> np.ndarray:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from toolpoint.cutting.build import engagement_of, tool_of
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.calibration import mean_forces, plot_force_fit
 from toolpoint.studies.cuts.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
@@ -33,4 +32,4 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
               for i, (feed, name) in enumerate(zip(result.feeds[:CHARTS], result.names, strict=False))]
     report = report.with_section("Measured and fitted forces", "Forces on the tool over one revolution, the mean of all whole "
                                "revolutions of the record.", *charts)
-    return with_warnings(report, [*warnings, *result.doubts], "Remarks")
+    return report.with_doubts(*warnings, *result.doubts)

@@ -1,6 +1,6 @@
 "use strict";
-// Reads the packed arrays of a page: base64, deflate (RFC 1951), and differences down the columns undone.
-window.ToolpointData = (function () {
+// Reads the packed blocks and arrays of a page: base64, deflate (RFC 1951), and differences down the columns undone.
+(function () {
   const LENGTH = [3, 4, 5, 6, 7, 8, 9, 10, 11, 13, 15, 17, 19, 23, 27, 31, 35, 43, 51, 59, 67, 83, 99, 115, 131, 163, 195, 227, 258];
   const LENGTH_BITS = [0, 0, 0, 0, 0, 0, 0, 0, 1, 1, 1, 1, 2, 2, 2, 2, 3, 3, 3, 3, 4, 4, 4, 4, 5, 5, 5, 5, 0];
   const BACK = [1, 2, 3, 4, 5, 7, 9, 13, 17, 25, 33, 49, 65, 97, 129, 193, 257, 385, 513, 769, 1025, 1537, 2049, 3073, 4097,
@@ -69,11 +69,22 @@ window.ToolpointData = (function () {
     return out;
   }
 
-  // packed: {z: base64 of deflate, size: bytes, width: bytes a number, columns: 0 as it is, or k columns of differences}
-  return function (packed) {
-    const raw = atob(packed.z), source = new Uint8Array(raw.length);
+  function unpacked(text, size) {
+    const raw = atob(text), source = new Uint8Array(raw.length);
     for (let i = 0; i < raw.length; i++) source[i] = raw.charCodeAt(i);
-    const bytes = inflated(source, packed.size);
+    return inflated(source, size);
+  }
+
+  // The text of a block: as it stands, or deflated where the block says its size.
+  window.ToolpointText = function (id) {
+    const block = document.getElementById(id);
+    if (!block) return "";
+    return block.dataset.size ? new TextDecoder().decode(unpacked(block.textContent, Number(block.dataset.size))) : block.textContent;
+  };
+
+  // packed: {z: base64 of deflate, size: bytes, width: bytes a number, columns: 0 as it is, or k columns of differences}
+  window.ToolpointData = function (packed) {
+    const bytes = unpacked(packed.z, packed.size);
     if (!packed.columns) return bytes.buffer;
     const { columns, width } = packed, count = packed.size / width, rows = count / columns;
     const out = new { 1: Uint8Array, 2: Uint16Array, 4: Uint32Array }[width](count);

@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint.machine import Machine, assemble
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Listing, Report, ShapeView, Table
 from toolpoint.plot.figures.correlation import mac_matrix
 from toolpoint.plot.figures.frf import bode
@@ -42,7 +41,7 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     if samples is not None:
         report = report.with_section("Posterior", *_posterior(updated, samples))
     report = report.with_section("Shapes before and after", _shapes(before, updated, measured[0].pose))
-    return with_warnings(report, warnings)
+    return report.with_doubts(*warnings)
 
 
 def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.joint_views import joint_views
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
@@ -22,7 +21,7 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     joints, components, geometry = result.joints, result.components, result.geometry
     report = Report(f"Joints of {components.name}", joints.status, subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
-    report = with_warnings(report, doubts, "Doubts")
+    report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
         joint_views(geometry.points, components.points, joints.joints),
         "Crosses: joints; lines: their free directions; dots: measured points by component."),

@@ -20,8 +20,7 @@ def identification_page(result: Identification, geometry: Geometry | None = None
                         *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an identification."""
     report = Report("Modal identification", result.status.split("\n")[0], subtitle=", ".join(names))
-    if result.doubts:
-        report = report.with_section("Doubts about the measurement", Notes(result.doubts, "warning", "Look at these first"))
+    report = report.with_doubts(*result.doubts, *warnings, *result.frf.notes)
     report = report.with_section("Modes", _table(result), *([Notes(result.advice, "warning", "What to try next")]
                                                            if result.advice else []))
     parts: list[Chart | ShapeView | str] = []
@@ -42,8 +41,7 @@ def identification_page(result: Identification, geometry: Geometry | None = None
     report = report.with_section("Measured and synthesised", *_fits(result))
     if len(result.modes.dofs) > 1:  # of one response every MAC is 1
         report = report.with_section("AutoMAC", Chart(mac_matrix(auto_mac(result.modes.shape), result.modes, result.modes)))
-    notes = [*warnings, *result.frf.notes]
-    return report.with_section("Remarks", Notes(notes, "warning")) if notes else report
+    return report
 
 
 def _table(result: Identification) -> Table:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import replace
 
-from toolpoint.pages.frequency_map import map_page
-from toolpoint.pages.machine import machine_page, with_responses
+from toolpoint.pages.machines.frequency_map import map_page
+from toolpoint.pages.machines.machine import machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.machine_report import MachineReport

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.response_bands import magnitude_bands
@@ -18,7 +17,7 @@ def responses_page(result: MachineResponses, warnings: Sequence[str] = ()) -> Re
     """Return the page of the responses of a machine at poses."""
     names = [pose_words(result.machine, pose) for pose in result.poses]
     report = Report(f"Responses of {result.machine.name}", subtitle="; ".join(names))
-    report = with_warnings(report, [*result.notes, *warnings], "Remarks")
+    report = report.with_doubts(*result.notes, *warnings)
     report = report.with_section("Greatest receptances", Table(list(HEADER), result.rows()))
     first = result.frfs[0]
     pairs = [(i, j) for i, a in enumerate(first.outputs) for j, b in enumerate(first.inputs) if a == b] or [(0, 0)]

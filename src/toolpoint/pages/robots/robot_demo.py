@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from toolpoint.pages.accuracy import accuracy_page
-from toolpoint.pages.places import place_page
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.pages.robot import robot_page
-from toolpoint.pages.screening import screening_page
+from toolpoint.pages.robots.accuracy import accuracy_page
+from toolpoint.pages.robots.places import place_page
+from toolpoint.pages.robots.robot import robot_page
+from toolpoint.pages.robots.screening import screening_page
 from toolpoint.plot import Chart, Notes, Report
 from toolpoint.plot.figures.pose_map import frequency_curves
 from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo

@@ -8,7 +8,6 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.machine.named_points import point_positions
-from toolpoint.pages.remarks import with_warnings
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
 from toolpoint.plot.figures.bands import frac_bands
 from toolpoint.plot.figures.correlation import mac_matrix
@@ -30,8 +29,6 @@ def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report
     words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
              f"{len(now.points.pairs)} points are paired ({now.points.status}).")
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
-    if now.doubts:
-        report = report.with_section("Doubts about the measurement", Notes(now.doubts, "warning", "Look at these first"))
     model = point_positions(machine, result.pose)
     report = report.with_section("Modes", *_mode_parts(result))
     if now.coefficients is not None:
@@ -40,7 +37,7 @@ def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report
     if now.frac is not None:
         report = report.with_section("Responses", *_response_parts(result))
     report = report.with_section("Points", *_point_parts(now, model, test))
-    return with_warnings(report, warnings)
+    return report.with_doubts(*now.doubts, *warnings)
 
 
 def _tested(test: MeasuredTest) -> str:

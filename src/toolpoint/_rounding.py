@@ -1,0 +1,66 @@
+"""The one rule of how many digits a number is shown with: as many as its uncertainty carries, else four."""
+
+from __future__ import annotations
+
+import math
+
+DIGITS = 4
+_SUPERSCRIPT = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def number_text(value: float, uncertainty: float | None = None, digits: int = DIGITS) -> str:
+    """Return a number as text: to the last digit of its uncertainty, or to significant digits where none is known.
+
+    An uncertainty has two significant digits where they begin with 1 or 2, else one (so 6 Hz leaves no decimals):
+    rounding then changes it by at most a tenth and a half. Never an exponent between 1e-4 and 1e6.
+    """
+    if not math.isfinite(value):
+        return "none" if math.isnan(value) else "unlimited" if value > 0 else "-unlimited"
+    if uncertainty is None or not math.isfinite(uncertainty) or uncertainty <= 0:
+        return _plain(value, digits)
+    return _fixed(value, _decimals(uncertainty))
+
+
+def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") -> str:
+    """Return ``922.4 ± 0.6 Hz``, both to the same decimal; an uncertainty that is not finite is said to be unknown."""
+    tail = f" {unit}" if unit else ""
+    if uncertainty is None or not math.isfinite(value):
+        return number_text(value) + tail
+    if not math.isfinite(uncertainty):
+        return f"{number_text(value)}{tail} (± unknown)"
+    size = max(abs(value), uncertainty)
+    if size and not 1e-3 <= size < 1e6:  # one power of ten for both
+        power = 3 * math.floor(math.log10(size) / 3)
+        scale = 10.0**power
+        both = f"{number_text(value / scale, uncertainty / scale)} ± {uncertainty_text(uncertainty / scale)}"
+        return f"({both})×10{str(power).translate(_SUPERSCRIPT)}{tail}"
+    return f"{number_text(value, uncertainty)} ± {uncertainty_text(uncertainty)}{tail}"
+
+
+def uncertainty_text(uncertainty: float) -> str:
+    """Return an uncertainty alone by the rule: ``0.12``, ``6``, ``unknown``."""
+    if not math.isfinite(uncertainty):
+        return "unknown"
+    return "0" if uncertainty <= 0 else _fixed(uncertainty, _decimals(uncertainty))
+
+
+def _decimals(uncertainty: float) -> int:
+    """Return the decimals that an uncertainty leaves; below zero: tens, hundreds."""
+    two = float(f"{uncertainty:.1e}")  # rounded first, so that 0.098 counts as 0.10
+    power = math.floor(math.log10(two) + 1e-12)
+    return (1 if two / 10.0**power < 3 - 1e-9 else 0) - power
+
+
+def _fixed(value: float, decimals: int) -> str:
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text[1:] if text.startswith("-") and not text.strip("-0.") else text
+
+
+def _plain(value: float, digits: int) -> str:
+    if value == 0:
+        return "0"
+    size = abs(value)
+    if not 1e-4 <= size < 1e6:
+        return f"{value:.{digits}g}"
+    decimals = digits - 1 - math.floor(math.log10(float(f"{size:.{digits - 1}e}")))
+    return _fixed(value, max(decimals, 0))

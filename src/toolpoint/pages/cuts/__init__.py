@@ -1,0 +1,1 @@
+"""Pages of cuts: stability, simulation, forces, tools joined to a spindle."""

@@ -1,0 +1,1 @@
+"""Pages of machines: modes, responses, maps over the workspace, sensitivities."""

@@ -1,0 +1,1 @@
+"""Pages of measurements, and of a model beside its test."""

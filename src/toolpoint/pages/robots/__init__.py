@@ -1,0 +1,1 @@
+"""Pages of robots and of changes to machines: datasheet, places, accuracy, screening."""

@@ -1,0 +1,1 @@
+"""Pages of feed drives and controllers' records."""

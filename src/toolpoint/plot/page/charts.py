@@ -1,0 +1,164 @@
+"""Charts of a report: a plotly figure, curves of the point that is clicked, and a field that answers a number."""
+
+from __future__ import annotations
+
+import html
+import json
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from toolpoint._check import fail
+from toolpoint.plot.page.chart_data import chart_text
+from toolpoint.plot.page.frame import deflate_block
+from toolpoint.plot.page.markup import mark_up
+
+if TYPE_CHECKING:
+    import plotly.graph_objects as go
+
+
+@dataclass(frozen=True, eq=False)
+class Chart:
+    """A plotly figure on the page.
+
+    Parameters
+    ----------
+    figure : plotly figure
+    caption : str
+    name : str
+        Name in `window.toolpointCharts`; given by the report where empty.
+    click_view : str
+        Name of a `ShapeView` on the same page: a click on a point whose customdata is (or starts with) a whole number i
+        shows mode i there, as a pole of a stabilization diagram does.
+    narrowest : int
+        Width in pixels below which the chart would crowd: on a smaller screen it scrolls sideways.
+    """
+
+    figure: go.Figure
+    caption: str = ""
+    name: str = field(default="")
+    click_view: str = ""
+    narrowest: int = 0
+
+    def __post_init__(self) -> None:
+        for what, value in (("name", self.name), ("click_view", self.click_view)):
+            if value and not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", value):
+                fail(f"Chart.{what}", repr(value), "must be letters, digits, _ and -, the first a letter")
+
+    def fragment(self) -> str:
+        """Return the place of the chart and its data block."""
+        source, height = f"tp-chart-{self.name}", int(self.figure.layout.height or 420)
+        widest = f";max-width:{int(self.figure.layout.width)}px" if self.figure.layout.width else ""
+        least = f";min-width:{self.narrowest}px" if self.narrowest else ""
+        title = _plain_title(self.figure)
+        heading = f'<h3 class="tp-title">{mark_up(title)}</h3>' if title else ""
+        click = f' data-click-view="{self.click_view}"' if self.click_view else ""
+        caption = f"<figcaption>{mark_up(self.caption)}</figcaption>" if self.caption else ""
+        label = html.escape(_spoken(self.figure, self.caption))
+        inner = "<noscript>This chart needs JavaScript, which is switched off.</noscript>"
+        return (f'<figure class="tp-figure">{heading}<div class="tp-chart" style="min-height:{height}px{widest}{least}" '
+                f'role="img" aria-label="{label}" data-name="{self.name}" data-source="{source}"{click}>{inner}</div>'
+                f"{caption}</figure>" + deflate_block(source, chart_text(self.figure)))
+
+
+@dataclass(frozen=True, eq=False)
+class ClickedSeries:
+    """A chart whose curves are those of the point last clicked on another chart.
+
+    Parameters
+    ----------
+    figure : plotly figure
+        Axes and titles; its traces are replaced.
+    follows : str
+        Name of the Chart that is clicked.
+    trace : str
+        Name of the trace there whose points have a whole number as customdata: the place in `sets`.
+    names, colours : sequences of str
+        One for each curve.
+    sets : sequence of (label, x, curves)
+        For every point: words, abscissa (n,), and one array (n,) for each name.
+    caption, name : str
+    """
+
+    figure: go.Figure
+    follows: str
+    trace: str
+    names: Sequence[str]
+    colours: Sequence[str]
+    sets: Sequence[tuple[str, Any, Sequence[Any]]]
+    caption: str = ""
+    name: str = "clicked"
+
+    def fragment(self) -> str:
+        """Return the place of the chart and its data blocks."""
+        rounded = (lambda values: [float(f"{v:.5g}") for v in values])
+        data = {"trace": self.trace, "names": list(self.names), "colours": list(self.colours),
+                "sets": [{"label": label, "x": rounded(x), "y": [rounded(y) for y in curves]}
+                         for label, x, curves in self.sets]}
+        block = f"tp-series-{self.name}"
+        inner = Chart(self.figure, self.caption, self.name).fragment()
+        marked = inner.replace('class="tp-chart"', f'class="tp-chart" data-series="{block}" data-follows="{self.follows}"', 1)
+        return marked + deflate_block(block, json.dumps(data, separators=(",", ":")))
+
+
+@dataclass(frozen=True)
+class Lookup:
+    """A field for a number and the answer to it, from answers computed beforehand: "how deep at my speed".
+
+    Between two abscissae the answer with the lower value is given, and both are named.
+
+    Parameters
+    ----------
+    label, unit : str
+        Words before the field, and the unit behind it.
+    at : sequence of floats
+        Abscissae, increasing.
+    values : sequence of floats
+        What the lower of two answers is judged by.
+    answers : sequence of str
+        A sentence for each abscissa.
+    start : float
+        What the field holds at first.
+    name : str
+    """
+
+    label: str
+    unit: str
+    at: Sequence[float]
+    values: Sequence[float]
+    answers: Sequence[str]
+    start: float
+    name: str = "lookup"
+
+    def __post_init__(self) -> None:
+        if not len(self.at) == len(self.values) == len(self.answers) or len(self.at) == 0:
+            fail("Lookup", f"{len(self.at)} places, {len(self.values)} values, {len(self.answers)} answers",
+                 "must be equally many, at least one")
+
+    def fragment(self) -> str:
+        """Return the field, the place of the answer, and the data block."""
+        at = [float(f"{v:.7g}") for v in self.at]
+        values = [float(f"{v:.7g}") if math.isfinite(v) else None for v in self.values]
+        data = {"at": at, "values": values, "answers": list(self.answers), "unit": self.unit}
+        field_id, source = f"tp-field-{self.name}", f"tp-lookup-{self.name}"
+        return (f'<div class="tp-lookup" data-source="{source}"><label for="{field_id}">{mark_up(self.label)}</label> '
+                f'<input id="{field_id}" type="number" inputmode="decimal" step="any" min="{at[0]:g}" max="{at[-1]:g}" '
+                f'value="{self.start:g}"> <span>{html.escape(self.unit)}</span>'
+                f'<output for="{field_id}" aria-live="polite"><noscript>This field needs JavaScript.</noscript></output></div>'
+                + deflate_block(source, json.dumps(data, separators=(",", ":"))))
+
+
+def _plain_title(figure: go.Figure) -> str:
+    """Return the title of a figure without plotly's markup; the page sets it over the chart, where it can break lines."""
+    return html.unescape(re.sub(r"<[^>]+>", " ", str(figure.layout.title.text or ""))).strip()
+
+
+def _spoken(figure: go.Figure, caption: str) -> str:
+    """Return what a screen reader says of a chart: its title, what is drawn over what, and its caption."""
+    title = _plain_title(figure)
+    named = [axis.title.text for axis in (figure.layout.yaxis, figure.layout.xaxis) if axis.title.text]
+    axes = [re.sub(r"<[^>]+>", "", str(name)) for name in named]
+    words = [title, " over ".join(axes), caption]
+    return html.unescape(". ".join(word.strip().rstrip(".") for word in words if word.strip())) or "Chart"
