@@ -80,7 +80,7 @@ def test_correlation_of_columns_is_found(model):
     noise[:, 1] = 0.6 * noise[:, 0] + 0.8 * noise[:, 1]
     modes = replace(case.truth, shape=case.truth.shape + spread * noise, shape_variance=spread**2)
     parts = {name: component(name, modes, case.points, labels=wanted) for name, wanted in case.components.items()}
-    found = column_correlation(parts, {name: rigid_motion(part) for name, part in parts.items()}, 0.0)
+    found = column_correlation(parts, {name: rigid_motion(part) for name, part in parts.items()})
     assert found[0, 1] == pytest.approx(0.6, abs=0.1)
     assert np.linalg.eigvalsh(found)[0] > 0
     off = found - np.eye(6)

@@ -21,7 +21,9 @@ from toolpoint.joint_identification.motion_errors import (
     with_bending,
     with_common_noise,
     with_errors,
+    with_placed_errors,
 )
+from toolpoint.joint_identification.point_places import place_points
 from toolpoint.joint_identification.refined import fit_doubts, refine_joint
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
@@ -31,7 +33,6 @@ from toolpoint.joint_identification.whole_machine import WholeMachine, whole_mac
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
-_SECOND_ORDER = 0.1
 # Share of a component's points that may be left out because they move otherwise, and the points that must stay.
 _FEW_STRANGERS, _LEAST_POINTS = 0.2, 6
 
@@ -142,13 +143,14 @@ def identify_joints(
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
     turned = _turned(modes)
     real = replace(turned, shape=turned.shape.real, shape_variance=_half(turned))
-    parts, motions = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
+    parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
     independent, general_doubts = _independent(modes, parts)
     strange = {name: strangers(part) for name, part in parts.items()}
     components = _without_strangers(components, strange)
     flexible = _flaws(motions, strange, components, count=modes.count, criterion=criterion)
     if any(len(part.points) > len(components[name]) for name, part in parts.items()):
-        parts, motions = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
+        parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation,
+                                                criterion=criterion)
     tree, order_doubts = _best_tree(tree, parts, motions, criterion)
     relatives = tuple(pair(parent, child, parts, motions=motions) for child, parent in tree.items())
     joints = []
@@ -161,7 +163,8 @@ def identify_joints(
     if masses is not None:
         _check_masses(parts, joints, masses)
         if np.iscomplexobj(turned.shape):
-            parts, motions = _motions(turned, points, components, method=method, deviation=deviation, criterion=criterion)
+            parts, motions, place_doubts = _motions(turned, points, components, method=method, deviation=deviation,
+                                                    criterion=criterion)
         try:
             whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses)
         except np.linalg.LinAlgError as error:
@@ -170,6 +173,7 @@ def identify_joints(
             whole = widen_softness(whole, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
             joints = [refine_joint(joint, whole) for joint in joints]
             doubts += fit_doubts(whole.fit, whole, modes.frequency)
+    doubts += place_doubts
     result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts), whole)
     if not result.certain:
         warnings.warn(result.status, ToolpointWarning, stacklevel=2)
@@ -192,15 +196,44 @@ def _half(modes: Modes) -> FloatArray | None:
 
 def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
              method: MotionMethod, deviation: float, criterion: Criterion
-             ) -> tuple[dict[str, Component], dict[str, RigidMotion]]:
-    """Return the components and their rigid motions with the covariance of all columns."""
-    parts = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
-    parts = {name: _with_coordinates(part, deviation) for name, part in parts.items()}
+             ) -> tuple[dict[str, Component], dict[str, RigidMotion], list[str]]:
+    """Return the components, their rigid motions with the covariance of all columns, and doubts of the coordinates.
+
+    Components stay where their coordinates are stated, with what these may be wrong by in their variance, so that they are
+    judged fairly; the motions are those of the points where all modes together place them.
+    """
+    stated = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
+    parts = {name: _with_coordinates(part, deviation) for name, part in stated.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    motions = _with_errors(parts, with_common_noise(parts, motions), deviation)
+    doubts: list[str] = []
+    if deviation > 0:
+        motions, doubts = _placed_motions(stated, motions, method, deviation)
+    else:
+        motions = with_common_noise(parts, motions)
+        correlation = column_correlation(parts, motions)
+        motions = {name: with_errors(part, motions[name], correlation) for name, part in parts.items()}
     tests = sum(motion.twist.shape[1] for motion in motions.values())
     significance, floor = criterion.significance / tests, max(criterion.floor, 1e-3)
-    return parts, {name: with_bending(parts[name], motion, significance, floor=floor) for name, motion in motions.items()}
+    bent = {name: with_bending(parts[name], motion, significance, floor=floor) for name, motion in motions.items()}
+    return parts, bent, doubts
+
+
+def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float
+                    ) -> tuple[dict[str, RigidMotion], list[str]]:
+    """Return the motions of the components with their points placed; how rigid they are stays as it was judged."""
+    placed = {name: place_points(part, deviation) for name, part in stated.items()}
+    parts = {name: part.part for name, part in placed.items()}
+    motions = with_common_noise(parts, {name: part.motion for name, part in placed.items()})
+    correlation = column_correlation(parts, motions)
+    result = {}
+    for name, part in placed.items():
+        motion, twist, old = with_placed_errors(part, motions[name], correlation), _twists(method, part.part), judged[name]
+        result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=old.bending,
+                               bending_p=old.bending_p, residual=old.residual)
+    return result, [
+        f"the motions place the points of {name} {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they are stated, "
+        f"{1e3 * deviation:.3g} mm were told: intervals take the former; check its points, and whether it bends"
+        for name, part in placed.items() if part.deviation > deviation]
 
 
 def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate], masses: Mapping[str, ComponentMass]) -> None:
@@ -222,22 +255,6 @@ def _with_coordinates(part: Component, deviation: float) -> Component:
     # Noise of unknown size: what the rigid motion leaves, less the coordinates' mean share, at least a hundredth of it.
     left = first.variance.mean(axis=0)
     return replace(part, variance=np.maximum(left - more.mean(axis=0), 0.01 * left) + more)
-
-
-def _with_errors(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], deviation: float
-                 ) -> dict[str, RigidMotion]:
-    """Return the motions with the covariance of all columns together, from noise and from wrong coordinates."""
-    alone = dict(motions)
-    if deviation > 0:
-        for name, motion in motions.items():
-            part, more = parts[name], coordinate_variance(parts[name], motion.twist, deviation)
-            assert part.variance is not None
-            # The noise as stated, widened as the whole was, never narrowed: what coordinates bring is far larger, and a
-            # difference of the two would leave next to nothing. A share of it is no shared error of first order.
-            noise = np.maximum(part.variance - more, 1e-3 * part.variance) + _SECOND_ORDER**2 * more
-            alone[name] = replace(motion, variance=noise * np.maximum(motion.variance / part.variance, 1.0))
-    correlation = column_correlation(parts, alone, deviation)
-    return {name: with_errors(part, alone[name], correlation, deviation=deviation) for name, part in parts.items()}
 
 
 def _twists(method: MotionMethod, part: Component) -> FloatArray | None:

@@ -36,8 +36,8 @@ _HALVINGS = 12
 # Differences of the information criterion that decide, and distances in lengths of the components.
 _VERY_STRONG = 10.0
 _NEAR, _FAR = 5.0, 50.0
-# Steps of a fit, and the misfit over its degrees of freedom beyond which a few steps decide.
-_STEP, _FEW, _MANY, _HOPELESS = 1e-6, 5, 100, 100.0
+# Steps of a fit; where its misfit over its degrees of freedom is hopeless, bursts of a few steps must each go on lowering it.
+_STEP, _FEW, _BURSTS, _MANY, _HOPELESS, _FASTER = 1e-6, 5, 6, 100, 100.0, 0.1
 
 
 @dataclass(frozen=True)
@@ -191,7 +191,7 @@ def _span(stack: Stack, f: int) -> FloatArray:
 
 
 def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None) -> JointFit:
-    """Return the fit of one kind; a kind that a few steps leave far from any noise is not followed to its end."""
+    """Return the fit of one kind; a kind far from any noise is followed only as long as it comes nearer fast."""
     count = len(stack.twists)
 
     def residual(theta: FloatArray) -> FloatArray:
@@ -204,12 +204,14 @@ def fit_kind(stack: Stack, chart: FreedomChart, start: FloatArray | None = None)
     covariance, gain = np.zeros((n, n)), np.zeros((n, count, 6))
     freedom = 6 * count - chart.freedoms * count - n
     if n:
-        for steps in (_FEW, _MANY):
+        before = np.inf
+        for steps in (*[_FEW] * _BURSTS, _MANY):
             solution = optimize.least_squares(residual, theta, jac=slopes, method="trf", x_scale="jac", xtol=1e-10, ftol=1e-10,
                                               gtol=1e-10, max_nfev=steps)
             theta = np.asarray(solution.x)
-            if 2 * solution.cost > _HOPELESS * max(freedom, 1):
+            if solution.status > 0 or (2 * solution.cost > _HOPELESS * max(freedom, 1) and solution.cost > _FASTER * before):
                 break
+            before = solution.cost
         jacobian = np.asarray(solution.jac)
         covariance = np.linalg.pinv(jacobian.T @ jacobian, rcond=1e-14, hermitian=True)
         # d theta = -(J^T J)^-1 J^T (projected, whitened) d t to first order.

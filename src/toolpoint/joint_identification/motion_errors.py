@@ -1,13 +1,13 @@
 r"""Errors of a component's rigid motions over all modes at once: between modes, and from the points' coordinates.
 
 Shapes of different modes come from the same responses, so their errors are correlated between modes; the correlation
-:math:`\rho_{rs}` shows in what the rigid motions leave, pooled over all components. A point that is really at
-:math:`p + \delta` adds :math:`w_r \times \delta` to its displacement in every mode r, the same :math:`\delta` in all of them.
-With the least-squares maps :math:`A_r` from displacements to twists,
+:math:`\rho_{rs}` shows in what the rigid motions leave, pooled over all components. With the least-squares maps :math:`A_r`
+from displacements to twists and S the standard deviations of the displacements,
 
-.. math:: C_{rs} = \rho_{rs} A_r S_r S_s A_s^T + s^2 \sum_p (A_r D_r^p) (A_s D_s^p)^T
+.. math:: C_{rs} = \rho_{rs} A_r S_r S_s A_s^T
 
-where S holds the standard deviations of the displacements and :math:`D_r^p` the rows :math:`(d_i \times w_r)^T` of point p.
+Where coordinates are stated with a deviation, the maps are those of `point_places`, which lead from the noise of one mode to
+the twists of all, and the errors of the coordinates that no motion tells are added.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from scipy import stats
 
 from toolpoint._check import FloatArray
 from toolpoint.joint_identification.measured import Component, about
+from toolpoint.joint_identification.point_places import PlacedComponent
 from toolpoint.joint_identification.rigid_motion import RigidMotion
 
 _ROWS_PER_COLUMN = 10
@@ -60,25 +61,22 @@ def with_common_noise(parts: Mapping[str, Component], motions: Mapping[str, Rigi
     return result
 
 
-def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], deviation: float) -> FloatArray:
+def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, RigidMotion]) -> FloatArray:
     """Return the correlation (n_columns, n_columns) of the noise of different columns, from all components' residuals.
 
-    What wrong coordinates explain is taken off first. Values within two standard errors of zero count as zero; with few
-    residuals all do. `variance` of the motions is that of the noise alone.
+    Values within two standard errors of zero count as zero; with few residuals all do. `variance` of the motions is that of
+    the noise.
     """
     columns = next(iter(motions.values())).twist.shape[1]
     cross, auto, freedom = np.zeros((columns, columns)), np.zeros((columns, columns)), 0
     for name, part in parts.items():
         motion = motions[name]
-        turned = deviation * np.cross(part.ways[None], motion.twist[3:].T[:, None, :])
         noise = np.sqrt(motion.variance)
-        total = np.sqrt(motion.variance + (turned**2).sum(axis=-1).T)
-        total = np.where(total > 0, total, 1.0)
-        error, turned, noise = (part.values - part.rows @ motion.twist) / total, turned / total.T[:, :, None], noise / total
-        share = 1 - 6 / len(error)
-        cross += error.T @ error - share * np.einsum("rix,six->rs", turned, turned)
-        auto += share * noise.T @ noise
-        freedom += len(error) - 6
+        scale = np.where(noise > 0, noise, 1.0)
+        error, noise = (part.values - part.rows @ motion.twist) / scale, noise / scale
+        cross += error.T @ error
+        auto += motion.freedom / len(error) * noise.T @ noise
+        freedom += motion.freedom
     if freedom < _ROWS_PER_COLUMN * columns:
         return np.eye(columns)
     cross[np.abs(cross) < _SIGNIFICANT * np.sqrt(freedom)] = 0.0
@@ -90,20 +88,25 @@ def column_correlation(parts: Mapping[str, Component], motions: Mapping[str, Rig
     return np.asarray((1 - share) * result + share * np.eye(columns))
 
 
-def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray, *, deviation: float) -> RigidMotion:
+def with_errors(part: Component, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
     """Return the motion with the covariance of all its columns: `whole`, and `covariance` as its diagonal blocks."""
-    maps, sd = _maps(part), np.sqrt(motion.variance)
-    noise = maps * sd.T[:, None, :]
-    whole = np.einsum("rs,rin,sjn->risj", correlation, noise, noise)
-    if deviation > 0:
-        turned = np.cross(part.ways[None], motion.twist[3:].T[:, None, :])
-        # Displacements of one point share its error: their contributions are added before they are squared.
-        per_point = np.zeros((motion.twist.shape[1], 6, len(part.points), 3))
-        for p in range(len(part.points)):
-            at = part.owner == p
-            per_point[:, :, p] = maps[:, :, at] @ turned[:, at]
-        whole = whole + deviation**2 * np.einsum("ripx,sjpx->risj", per_point, per_point)
-    each = np.arange(len(maps))
+    noise = _maps(part) * np.sqrt(motion.variance).T[:, None, :]
+    return _with_whole(motion, np.einsum("rs,rin,sjn->risj", correlation, noise, noise))
+
+
+def with_placed_errors(placed: PlacedComponent, motion: RigidMotion, correlation: FloatArray) -> RigidMotion:
+    """Return the motion of a placed component with the covariance of all its columns, from noise and from coordinates.
+
+    `motion` is that of the placed component with its variance as all components together tell it.
+    """
+    noise = placed.noise_maps * np.sqrt(motion.variance)
+    whole = np.einsum("riat,tu,sjau->risj", noise, correlation, noise, optimize=True)
+    place = placed.deviation * placed.place_maps
+    return _with_whole(motion, whole + np.einsum("rip,sjp->risj", place, place))
+
+
+def _with_whole(motion: RigidMotion, whole: FloatArray) -> RigidMotion:
+    each = np.arange(len(whole))
     return replace(motion, whole=whole, covariance=whole[each, :, each])
 
 
@@ -119,8 +122,7 @@ def with_bending(part: Component, motion: RigidMotion, significance: float, *, f
     way = np.linalg.inv(part.rows.T @ part.rows)
     for column in bends:
         whole[column, :, column] += motion.bending[column] ** 2 * float((part.values[:, column] ** 2).sum()) * way
-    each = np.arange(len(whole))
-    return replace(motion, whole=whole, covariance=whole[each, :, each])
+    return _with_whole(motion, whole)
 
 
 def _maps(part: Component) -> FloatArray:

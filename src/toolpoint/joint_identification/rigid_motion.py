@@ -73,7 +73,7 @@ class SmallMotion:
         return _solved(part)[0]
 
 
-def rigid_motion(part: Component, twist: FloatArray | None = None) -> RigidMotion:
+def rigid_motion(part: Component, twist: FloatArray | None = None, *, absorbed: float = 0.0) -> RigidMotion:
     """Return the rigid motion of a component with its covariance and its rigidity.
 
     Parameters
@@ -81,11 +81,13 @@ def rigid_motion(part: Component, twist: FloatArray | None = None) -> RigidMotio
     part : Component
     twist : (6, n_columns) floats, optional
         Twists of another method, to be judged in the same way; the covariance stays that of the least-squares fit.
+    absorbed : float
+        Degrees of freedom of every column that were spent before, on the places of the points.
     """
     best, covariance, weights = _solved(part)
     twist = best if twist is None else twist
     error = (part.values - part.rows @ twist) * weights
-    freedom = len(part.rows) - 6
+    freedom = max(len(part.rows) - 6 - round(absorbed), 1)
     excess = (error**2).sum(axis=0) / freedom
     known = part.variance is not None
     factor = np.maximum(excess, 1.0) if known else excess
