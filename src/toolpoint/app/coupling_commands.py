@@ -84,9 +84,9 @@ def rcsa(tool: Path, stick_out: str | None, lobes: bool, speeds: Any, save: Path
                             speeds=charted, generator=generator, progress=progress)
         run.save(tool_coupling_page(result, run.warnings))
     if save is not None:
-        from toolpoint.app.response_commands import write_responses
+        from toolpoint.io import frf_writing
 
-        write_responses(result.frf, save)
+        frf_writing.write(result.frf, save)
     run.show(result, result.notes, {"Responses": save})
 
 

@@ -11,10 +11,11 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
 from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, POSES, lines_of
+from toolpoint.app.record_commands import RecordOptions, measure, record_options
 
 
 @click.command()
-@click.argument("machine", type=FILE)
+@click.argument("files", nargs=-1, required=True, type=FILE)
 @POSES
 @click.option("--at", "outputs", multiple=True, metavar="POINT:DIRECTION",
               help="Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against table where left out.")
@@ -22,14 +23,48 @@ from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, POSES, lines_o
               help="Force here; where it is seen, where left out.")
 @click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER",
               help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
-@click.option("--save", type=PATH, help="Save the responses here: universal (.uff) or HDF5 (.h5) file, one pose.")
+@click.option("--save", type=PATH, help="Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one pose.")
+@record_options
 @OUTPUT
 @JSON
-def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: Any,
-        save: Path | None, output: Path, as_json: bool) -> None:
-    """Frequency responses of a machine at poses, tool against table, with 95 % intervals where its numbers were identified."""
-    from toolpoint.app.poses import machine_at
+def frf(files: Sequence[Path], poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: Any,
+        save: Path | None, output: Path, as_json: bool, **options: Any) -> None:
+    """Frequency responses: of a machine file at poses, or of the records of a hammer test.
 
+    FILES are one machine file (YAML): responses of the tool against the table, with 95 % intervals where its numbers were
+    identified. Or records of hammer hits (universal 58, CSV, LVM, WAV, TDMS, MATLAB, NumPy, HDF5), one hit a file or many, or a
+    test file (YAML with 'test' and 'records'): every hit is judged, and good ones give the responses.
+    """
+    records = RecordOptions(**options)
+    if is_machine(files):
+        if records.given:
+            raise ToolpointError(f"{records.given[0]}: is for records of a hammer test; {files[0]} is a machine file")
+        _respond(files[0], poses, outputs, inputs=inputs, lines=lines, save=save, output=output, as_json=as_json)
+        return
+    for name, value in (("--pose", poses), ("--at", outputs), ("--force", inputs), ("--lines", lines)):
+        if value is not None and len(value):
+            raise ToolpointError(f"{name}: is for a machine file; {files[0]} is a record of a hammer test")
+    measure(files, records, save=save, output=output, as_json=as_json)
+
+
+def is_machine(files: Sequence[Path]) -> bool:
+    """Return whether the only file is a YAML file that is no test."""
+    from toolpoint.io.suffixes import YAML
+
+    if len(files) > 1 or files[0].suffix.lower() not in YAML:
+        return False
+    from toolpoint.io.yaml import test_file
+
+    return not test_file.is_test(files[0])
+
+
+def _respond(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], *, inputs: Sequence[str], lines: Any,
+             save: Path | None, output: Path, as_json: bool) -> None:
+    from toolpoint.app.poses import machine_at
+    from toolpoint.io import frf_writing
+
+    if save is not None:
+        frf_writing.check_writable(save)
     if save is not None and len(poses) > 1:
         raise ToolpointError(f"--save {save}: {len(poses)} poses; a file of responses holds one; call once for each")
     with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
@@ -43,7 +78,7 @@ def frf(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str]
             frequency=lines, progress=progress)
     run.save(responses_page(result, run.warnings))
     if save is not None:
-        write_responses(result.frfs[0], save)
+        frf_writing.write(result.frfs[0], save)
     run.show(result, result.notes, {"Responses": save})
 
 
@@ -72,18 +107,3 @@ def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str],
         result = rank_tests(built, pose, poses if axes else (), frequency_deviation=frequency_deviation,
                             shape_deviation=shape_deviation, progress=progress)
     run.show(result)
-
-
-def write_responses(response: object, path: Path) -> None:
-    """Write responses as the suffix says: HDF5 or universal."""
-    from toolpoint.io import hdf5, uff
-    from toolpoint.io.suffixes import HDF5, UNIVERSAL
-    from toolpoint.vibration import Frf
-
-    assert isinstance(response, Frf)
-    if path.suffix.lower() in HDF5:
-        hdf5.write(response, path)
-    elif path.suffix.lower() in UNIVERSAL:
-        uff.write(path, response)
-    else:
-        raise ToolpointError(f"--save {path}: the name must end in .h5 or .uff")

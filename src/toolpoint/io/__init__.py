@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
     from toolpoint.io.record_files import read as read_record
+    from toolpoint.io.record_files import read_all as read_records
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.machine_file import read as read_machine
@@ -25,8 +26,8 @@ if TYPE_CHECKING:
     from toolpoint.io.yaml.shaft_file import read as read_shaft
 
 __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_matrices",
-           "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_robot_machine", "read_servo_data",
-           "read_shaft", "write_machine", "write_nouns"]
+           "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_records", "read_robot_machine",
+           "read_servo_data", "read_shaft", "write_machine", "write_nouns"]
 
 _HOME = {
     "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
@@ -36,7 +37,8 @@ _HOME = {
     "read_mesh": ("mesh_files", "read_mesh"), "read_matrices": ("matrix_files", "read_matrices"),
     "read_path": ("program.gcode", "read_path"), "read_program": ("program.gcode", "read"),
     "read_servo_data": ("program.controller_records", "read"),
-    "read_record": ("record_files", "read"), "read_shaft": ("yaml.shaft_file", "read"),
+    "read_record": ("record_files", "read"), "read_records": ("record_files", "read_all"),
+    "read_shaft": ("yaml.shaft_file", "read"),
     "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
 }
 

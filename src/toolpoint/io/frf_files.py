@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint.io import hdf5, mat, numpy_arrays, uff
+from toolpoint.io.name_patterns import dof_of, read_names
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
 from toolpoint.io.text import frf_table
-from toolpoint.signals.setups import join_setups
+from toolpoint.signals.setups import join_bands, join_setups
 from toolpoint.vibration import Dof, Frf
 
 NAMING = "name files like 2=+x__1=+z.txt (response at 2 in x, force at 1 in z)"
@@ -27,7 +28,8 @@ class _Label:
     is_plain: bool
 
 
-def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = None, names: Sequence[str] | None = None) -> Frf:
+def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = None, names: Sequence[str] | None = None,
+         pattern: str | None = None, struck: str | None = None, variables: Mapping[str, str] | None = None) -> Frf:
     """Return the frequency responses of one file or several, assembled into one Frf of one pose, SI.
 
     How a file, or its name, gives the labels of outputs and inputs:
@@ -48,6 +50,14 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
         receptance, MATLAB files as accelerance, and a note says so.
     names : sequence of str, optional
         What to read in place of the names of the text files, one for each of them in their order: ``tip=+x__tip=+y``.
+    pattern : str, optional
+        How the names of text files say it: ``Point_{output}_*``, ``P{input}_at{output}``; see `name_patterns`.
+    struck : label, optional
+        Where text files were struck that name only an output (or measured, that name only an input).
+    variables : mapping, optional
+        Which variables of MATLAB and NumPy files are ``frequency`` and ``values``.
+
+    Files over different bands of the same responses are joined along their lines, where they do not overlap.
 
     Raises
     ------
@@ -58,17 +68,21 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
     files = [Path(paths)] if isinstance(paths, (str, Path)) else [Path(path) for path in paths]
     if not files:
         raise ToolpointError("paths: no file with responses; must be at least one")
-    labels = _labels(files, names)
-    parts = [_read_part(file, quantity, labels.get(k)) for k, file in enumerate(files)]
+    if pattern is not None and names is not None:
+        raise ToolpointError("`name`, `names`: both given; must be one of them")
+    labels = _labels(files, names) if pattern is None else _labels_by_pattern(files, pattern, struck)
+    parts = [_read_part(file, quantity, labels.get(k), variables or {}) for k, file in enumerate(files)]
     for file, part in zip(files, parts, strict=True):
         if part.values.ndim > 3:
             raise ToolpointError(f"{file}: responses of {part.values.shape[0]} poses; must be one pose")
     frf = parts[0] if len(parts) == 1 else _assembled(files, parts, labels)
+    if pattern is not None and struck is None:
+        frf = _struck_note(frf, labels)
     plain = [label.output for label in labels.values() if label.is_plain]
     if len(plain) > 1:
-        struck = next(label.input for label in labels.values() if label.is_plain)
+        at = next((label.input for label in labels.values() if label.is_plain), None)
         frf = frf.noted(f"the names of the files do not say where they were struck: {', '.join(map(str, plain))} are taken as "
-                        f"struck at {struck}, the first one's point; else {NAMING}")
+                        f"struck at {at}, the first one's point; else {NAMING}")
     if quantity is None and not all(states_quantity(file) for file in files):
         frf = frf.noted(f"the files do not say what they hold: read as {frf.quantity}; `quantity` for another")
     return frf
@@ -95,6 +109,42 @@ def _labels(files: Sequence[Path], names: Sequence[str] | None) -> dict[int, _La
         _check_plain([file for file, stem in zip((files[k] for k in tables), stems, strict=True) if stem in plain], plain)
     first = _dof(plain[0]) if plain else None
     return {k: _label(stem, first) for k, stem in zip(tables, stems, strict=True)}
+
+
+def _labels_by_pattern(files: Sequence[Path], pattern: str, struck: str | None) -> dict[int, _Label]:
+    """Return the labels of the text files by a pattern: the side that it does not name is `struck`, else the first point."""
+    tables = [k for k, file in enumerate(files) if file.suffix.lower() not in _READERS]
+    said = read_names([files[k] for k in tables], pattern)
+    other = None if struck is None else dof_of(struck)
+    first = next((dof for name in said for dof in (name.output, name.input) if dof is not None), Dof(1, "+x"))
+    labels = {k: _Label(name.output or other or first, name.input or other or first, False)
+              for k, name in zip(tables, said, strict=True)}
+    seen: dict[tuple[Dof, Dof | None], Path] = {}
+    for k, label in labels.items():
+        key = (label.output, label.input)
+        if key in seen and pattern.count("{") > 0 and not _other_band(seen[key], files[k]):
+            raise ToolpointError(f"`name` {pattern}: {seen[key].name} and {files[k].name} would both be {label.output} struck "
+                                 "at "
+                                 f"{label.input}; let the pattern name what differs")
+        seen[key] = files[k]
+    return labels
+
+
+def _other_band(first: Path, second: Path) -> bool:
+    """Return whether two text files hold other lines, so that they may be two bands of one response."""
+    lines = [frf_table.read(path).frequency for path in (first, second)]
+    return bool(lines[0][-1] < lines[1][0] or lines[1][-1] < lines[0][0])
+
+
+def _struck_note(frf: Frf, labels: dict[int, _Label]) -> Frf:
+    """Return the responses with a note where the pattern names one side only."""
+    inputs, outputs = {label.input for label in labels.values()}, {label.output for label in labels.values()}
+    if len(labels) < 2 or min(len(inputs), len(outputs)) > 1:
+        return frf
+    side, dof = ("struck", inputs.pop()) if len(inputs) == 1 else ("measured", outputs.pop())
+    return frf.noted(f"the names of the files do not say where they were {side}: all are taken as {side} at {dof}; `struck` "
+                     "for "
+                     "another place")
 
 
 def _label(stem: str, first: Dof | None) -> _Label:
@@ -124,7 +174,9 @@ def _check_plain(files: Sequence[Path], stems: Sequence[str]) -> None:
                              "like tip=+x__tip=+y.txt (response at tip in x, force at tip in y)")
 
 
-def _read_part(path: Path, quantity: str | None, label: _Label | None) -> Frf:
+def _read_part(path: Path, quantity: str | None, label: _Label | None, variables: Mapping[str, str]) -> Frf:
+    if label is None and variables and path.suffix.lower() in (*MATLAB, ".npz"):
+        return _read_variables(path, quantity, variables)
     if label is None:
         return _READERS[path.suffix.lower()](path, quantity)
     struck = label.output if label.input is None else label.input
@@ -150,6 +202,17 @@ def _read_mat(path: Path, quantity: str | None) -> Frf:
                      "2 .. along +x, in their order")
 
 
+def _read_variables(path: Path, quantity: str | None, variables: Mapping[str, str]) -> Frf:
+    unknown = set(variables) - {"frequency", "values"}
+    if unknown:
+        raise ToolpointError(f"`variables` {unknown.pop()}: responses have frequency and values")
+    reader = mat.read_frf if path.suffix.lower() in MATLAB else numpy_arrays.read_named
+    frf = reader(path, variables.get("frequency"), variables.get("values"), quantity=quantity)
+    return frf.noted(f"{path.name}: its responses are taken as {len(frf.outputs)} outputs and {len(frf.inputs)} inputs in the "
+                     "order "
+                     "of the variables, points 1, 2 .. along +x where it names none")
+
+
 _READERS: dict[str, Callable[[Path, str | None], Frf]] = {
     **dict.fromkeys(UNIVERSAL, uff.read_frf), **dict.fromkeys(HDF5, _read_hdf5), **dict.fromkeys(MATLAB, _read_mat),
     ".npz": numpy_arrays.read_frf}
@@ -157,7 +220,7 @@ _READERS: dict[str, Callable[[Path, str | None], Frf]] = {
 
 def _assembled(files: Sequence[Path], parts: Sequence[Frf], labels: dict[int, _Label]) -> Frf:
     try:
-        return join_setups(parts)
+        return join_setups(join_bands(parts))
     except ToolpointError as fault:
         error = re.sub(r"set-up (\d+)", lambda number: files[int(number[1])].name, str(fault))
         alone = [files[k].name for k, label in labels.items() if label.input is None or label.is_plain]

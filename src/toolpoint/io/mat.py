@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray, ToolpointError, suggestion
+from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.io.door import door
+from toolpoint.io.mat_columns import RATES, columns_of, pick_variable
 from toolpoint.io.mat_variables import texts, variables
+from toolpoint.io.text.columns import Columns
 from toolpoint.io.text.record_table import TIMES, of_columns
 from toolpoint.vibration import Dof, Frf, Record
 from toolpoint.vibration.dof import dofs
-
-RATES = ("fs", "sample_rate", "rate")
 
 
 @door("MATLAB file")
@@ -41,11 +41,11 @@ def read_frf(path: str | Path, frequency: str | None = None, values: str | None 
     stated = labels.get("quantity", (None,))[0]
     if None not in (stated, quantity) and stated != quantity:
         raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")
-    axis = _named(path, arrays, frequency) if frequency else _only(path, arrays, "frequency", _axes(arrays))
+    axis = pick_variable(path, arrays, frequency) if frequency else _only(path, arrays, "frequency", _axes(arrays))
     if axis.ndim != 1:
         raise ToolpointError(f"{path}: frequency {frequency!r} has shape {axis.shape}; must be a vector of Hz")
     complexes = {name: array for name, array in arrays.items() if np.iscomplexobj(array) and axis.size in array.shape}
-    data = _named(path, arrays, values) if values else _only(path, complexes, "values", complexes)
+    data = pick_variable(path, arrays, values) if values else _only(path, complexes, "values", complexes)
     if axis.size not in data.shape:
         raise ToolpointError(f"{path}: responses of shape {data.shape} beside {axis.size} lines; one axis must be the lines")
     lines = np.moveaxis(data, data.shape.index(axis.size), 0)
@@ -90,18 +90,20 @@ def read_record(path: str | Path) -> Record:
     return of_columns(path, names, time, values=np.stack([vectors[name] for name in names], axis=1))
 
 
+@door("MATLAB file")
+def read_columns(path: str | Path, named: Mapping[str, str] | None = None) -> Columns:
+    """Return the samples of a MATLAB file as columns; `named` says which variables are ``time``, ``rate`` and ``samples``.
+
+    Where left out: the time is ``t`` or ``time``, the rate ``fs`` or ``sample_rate``, and the samples are all vectors as long
+    as the time, and the columns of matrices with as many rows.
+    """
+    return columns_of(path, variables(path), dict(named or {}))
+
+
 def _axes(arrays: dict[str, Array]) -> dict[str, Array]:
     vectors = {name: array for name, array in arrays.items() if array.ndim == 1 and array.size > 1}
     return {name: vector for name, vector in vectors.items()
             if not np.iscomplexobj(vector) and (np.diff(vector) > 0).all() and vector[0] >= 0}
-
-
-def _named(path: str | Path, arrays: dict[str, Array], name: str) -> Array:
-    if name not in arrays:
-        hint = suggestion(name, arrays)
-        raise ToolpointError(f"{path}: no variable {name!r}; it holds {', '.join(arrays) or 'none'}"
-                             + (f" ({hint})" if hint else ""))
-    return arrays[name]
 
 
 def _only(path: str | Path, arrays: dict[str, Array], what: str, fitting: dict[str, Array]) -> FloatArray:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +11,8 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.io.door import door
+from toolpoint.io.mat_columns import columns_of, pick_variable
+from toolpoint.io.text.columns import Columns
 from toolpoint.vibration import Frf
 from toolpoint.vibration.dof import dofs
 
@@ -39,6 +43,24 @@ def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
 
 
 @door("NumPy file")
+def read_named(path: str | Path, frequency: str | None, values: str | None, *, quantity: str | None = None) -> Frf:
+    """Return the responses of an .npz file whose arrays have other names: of `frequency` (Hz) and of `values`."""
+    arrays = _load(Path(path))
+    if not isinstance(arrays, dict):
+        raise ToolpointError(f"{path}: one array without names; must be an .npz file")
+    lines = pick_variable(path, arrays, frequency or "frequency")
+    data = pick_variable(path, arrays, values or "values")
+    if lines.ndim != 1 or lines.size not in data.shape or data.ndim > 3:
+        raise ToolpointError(f"{path}: responses of shape {data.shape} beside lines of shape {lines.shape}; one axis must be "
+                             "the "
+                             "lines, the others outputs and inputs")
+    moved = np.moveaxis(data, data.shape.index(lines.size), 0)
+    moved = moved.reshape(lines.size, -1, 1) if moved.ndim < 3 else moved
+    rows, columns = ([f"{i + 1}:+x" for i in range(count)] for count in moved.shape[1:])
+    return Frf(lines, moved, dofs(rows), dofs(columns), quantity or "receptance")
+
+
+@door("NumPy file")
 def states_quantity(path: str | Path) -> bool:
     """Return whether a file says what its responses are."""
     arrays = _load(Path(path))
@@ -54,6 +76,19 @@ def read_table(path: str | Path) -> FloatArray:
         raise ToolpointError(f"{path}: {held}; an .npy file must hold three columns: Hz, real, imaginary; several responses go "
                              f"into an .npz file with {', '.join(KEYS)}")
     return table.astype(float)
+
+
+@door("NumPy file")
+def read_columns(path: str | Path, named: Mapping[str, str] | None = None) -> Columns:
+    """Return the samples of an .npy table (n, n_channels), or of an .npz file by the names of `mat.read_columns`; an array of
+    text ``channels`` names the columns."""
+    arrays = _load(Path(path))
+    if not isinstance(arrays, dict):
+        arrays = {"samples": arrays}
+    numbers = {name: array for name, array in arrays.items() if array.dtype.kind in "fiu"}
+    columns = columns_of(path, numbers, dict(named or {}))
+    texts = [str(name) for name in arrays["channels"].reshape(-1)] if "channels" in arrays else []
+    return replace(columns, names=tuple(texts)) if len(texts) == len(columns.names) else columns
 
 
 def write_frf(frf: Frf, path: str | Path) -> None:

@@ -4,7 +4,7 @@ from toolpoint.signals.calibration import calibrate
 from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, without_mass
 from toolpoint.signals.hammer import HammerTest, hammer_test
 from toolpoint.signals.hits import Hit, HitRules
-from toolpoint.signals.setups import by_reciprocity, join_setups
+from toolpoint.signals.setups import by_reciprocity, join_bands, join_setups
 from toolpoint.signals.shaker import coherences, shaker_test
 
 __all__ = [
@@ -16,6 +16,7 @@ __all__ = [
            "coherences",
            "driving_points",
            "hammer_test",
+           "join_bands",
            "join_setups",
            "mass_loading",
            "reciprocity",

@@ -12,7 +12,7 @@ from scipy.special import fdtri
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
 from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
-from toolpoint.signals.estimators import average, multiple_coherence, responses, scatter_of_hits
+from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
 from toolpoint.signals.hits import SHORT, Hit, HitRules, find_hits, judge_hits
 from toolpoint.signals.ringing import choose_final, find_ringing
 from toolpoint.signals.windows import exponential, force
@@ -44,6 +44,8 @@ class HammerTest:
         Length of a block, s.
     freedom : like the values, optional
         Degrees of freedom of the error of every response, 1 (one phase) .. 2 (any phase).
+    averages : Spectra, optional
+        Averaged spectra of the hits used, for other estimators.
     """
 
     frf: Frf
@@ -51,11 +53,18 @@ class HammerTest:
     force_spectrum: FloatArray
     duration: float = 0.0
     freedom: FloatArray | None = None
+    averages: Spectra | None = None
 
     @property
     def used(self) -> int:
         """Number of hits used."""
         return sum(hit.accepted for hit in self.hits)
+
+    def estimated_by(self, estimator: str) -> Frf:
+        """Return the responses by another estimator, ``H1``, ``H2`` or ``Hv``, of the same hits."""
+        if self.averages is None:
+            return self.frf
+        return replace(self.frf, values=responses(self.averages, estimator))
 
     @property
     def excited(self) -> float:
@@ -151,7 +160,16 @@ def hammer_test(
     frf = Frf(averages.frequency, responses(averages, estimator), tuple(every[0].channels[i] for i in others),
               (every[0].channels[force_at],), quantity, coherence=coherence, variance=scatter[0], decay=decay,
               notes=notes)
-    return HammerTest(frf, tuple(hits), level, block / rate, scatter[1])
+    return HammerTest(frf, tuple(hits), level, block / rate, scatter[1], averages)
+
+
+def locate_hits(records: Sequence[Record], duration: float | None = None, rules: HitRules | None = None) -> list[Hit]:
+    """Return the hits of records in their order, found but not judged."""
+    force_at, _, _ = _channels(records)
+    rules = rules or HitRules()
+    block = (fit_block(records, force_at, rules)[0] if duration is None
+             else round(positive("duration", duration) * records[0].sample_rate))
+    return _found(records, force_at, block, rules)
 
 
 def _found(records: Sequence[Record], force_at: int, block: int, rules: HitRules) -> list[Hit]:

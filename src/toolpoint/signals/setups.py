@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -52,6 +54,39 @@ def join_setups(parts: Iterable[Frf]) -> Frf:
     return replace(first, values=np.asarray(values / weights, complex), outputs=rows, inputs=columns,
                    variance=1 / weights if stated else None, coherence=_coherence(frfs, rows, columns),
                    notes=_notes(frfs, spread, rows, columns))
+
+
+def join_bands(parts: Iterable[Frf]) -> list[Frf]:
+    """Return set-ups with those of the same outputs and inputs over other bands joined along their lines, the lowest first.
+
+    Raises ToolpointError where bands of one response overlap: which one holds there cannot be told.
+    """
+    groups: dict[tuple[tuple[Dof, ...], tuple[Dof, ...]], list[Frf]] = {}
+    for frf in parts:
+        groups.setdefault((frf.outputs, frf.inputs), []).append(frf)
+    return [joined for group in groups.values() for joined in _along_lines(group)]
+
+
+def _along_lines(group: list[Frf]) -> list[Frf]:
+    ordered = sorted(group, key=lambda frf: float(frf.frequency[0]))
+    lines = [frf.frequency for frf in ordered]
+    apart = all(low[-1] < high[0] for low, high in pairwise(lines))
+    if len(group) == 1 or not apart:
+        if len(group) > 1 and any(low.size != high.size or not np.allclose(low, high) for low, high in pairwise(lines)):
+            spans = ", ".join(f"{part[0]:g} .. {part[-1]:g} Hz" for part in lines)
+            fail("join_bands", f"bands {spans} of {group[0].outputs[0]} / {group[0].inputs[0]} overlap",
+                 "must follow one another", "cut them first: frf.between(low, high)")
+        return group
+    first = ordered[0]
+    for frf in ordered[1:]:
+        if frf.quantity != first.quantity or abs(frf.decay - first.decay) > 1e-9 * max(abs(first.decay), 1):
+            fail("join_bands", f"one band is {frf.quantity} with decay {frf.decay:g}",
+                 f"must be {first.quantity} with decay {first.decay:g}")
+    stacked: dict[str, Any] = {
+        name: None if any(getattr(frf, name) is None for frf in ordered)
+        else np.concatenate([getattr(frf, name) for frf in ordered]) for name in ("coherence", "variance")}
+    return [replace(first, frequency=np.concatenate(lines), values=np.concatenate([frf.values for frf in ordered]), **stacked,
+                    notes=tuple(dict.fromkeys(note for frf in ordered for note in frf.notes)))]
 
 
 def by_reciprocity(frf: Frf) -> Frf:

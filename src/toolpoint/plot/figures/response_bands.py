@@ -11,14 +11,14 @@ from toolpoint._check import FloatArray
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
 
 
-def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]], *, title: str = ""
-                    ) -> go.Figure:
+def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]], *, title: str = "",
+                    quantity: str = "Receptance, m/N") -> go.Figure:
     """Return magnitudes over frequency with bands.
 
     Parameters
     ----------
     frequency : (n_f,) floats, Hz
-    curves : name to (magnitude, lower end, upper end), (n_f,) each, m/N
+    curves : name to (magnitude, lower end, upper end), (n_f,) each, in the unit of `quantity`, the axis' title
     """
     chart = figure(title, 460)
     for k, (name, (middle, low, high)) in enumerate(curves.items()):
@@ -27,7 +27,7 @@ def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray
         chart.add_scatter(x=both, y=np.concatenate([high, low[::-1]]), fill="toself", line={"width": 0}, opacity=0.3,
                           fillcolor=colour, showlegend=False, hoverinfo="skip", legendgroup=str(k))
         chart.add_scatter(x=frequency, y=middle, name=plain(name), line={"color": colour, "width": 1.4}, legendgroup=str(k),
-                          hovertemplate="%{x:.5g} Hz<br>%{y:.4g} m/N")
+                          hovertemplate="%{x:.5g} Hz<br>%{y:.4g} " + quantity.rpartition(", ")[2])
     chart.update_xaxes(title_text="Frequency, Hz")
-    chart.update_yaxes(type="log", title_text="Receptance, m/N")
+    chart.update_yaxes(type="log", title_text=quantity)
     return chart

@@ -1,0 +1,118 @@
+"""Columns of samples as a file holds them: names, units, numbers; before anybody says what they measure and where."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.door import door
+from toolpoint.io.faults import Fault, FileFaults
+
+TIMES = ("t", "time", "zeit", "x_value")
+STEADY = 0.01  # largest deviation of a time step from the mean one
+_HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
+_TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """Samples (n, n_channels) in the file's own units; `sample_rate` in Hz, None where the file does not say it."""
+
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    samples: FloatArray
+    sample_rate: float | None
+    start: float = 0.0
+
+
+@door("table of numbers")
+def read_columns(path: str | Path) -> Columns:
+    """Return the columns of a text file: a first column named time gives the rate, the line before the numbers the names.
+
+    Separators may be commas, semicolons, tabs or blanks; decimal commas are read where semicolons or tabs separate. Columns
+    without names are ``channel 1`` .. Raises FileFaults with every faulty line.
+    """
+    path = Path(path)
+    text = read_text(path)
+    lines = text.splitlines()
+    separator, comma = _style(lines)
+    head, rows, numbers, faults = "", list[list[float]](), list[int](), list[Fault]()
+    for number, line in enumerate(lines, start=1):
+        row = split_numbers(line, separator, comma)
+        if row is None:
+            if rows and line.strip() and line.lstrip()[:1] not in "#%":
+                faults.append(Fault(number, 1, "", f"{line.strip()[:60]!r} is not a line of numbers"))
+            elif not rows and line.strip():
+                head = line.strip().lstrip("#% ")
+            continue
+        rows.append(row)
+        numbers.append(number)
+    faults += [Fault(numbers[i], 1, "", f"{len(row)} numbers; must be {len(rows[0])} as in the first line of numbers")
+               for i, row in enumerate(rows) if len(row) != len(rows[0])]
+    if not rows or faults:
+        raise FileFaults(str(path), text, faults[:50] or [Fault(1, 1, "", "no line of numbers; expected columns of samples")])
+    table = np.array(rows)
+    bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
+    if bad.size:
+        raise FileFaults(str(path), text, [Fault(numbers[i], 1, "", "a value that is not finite") for i in bad[:50]])
+    return _with_time(path, *_names(head, separator, table.shape[1]), table)
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a file; raises ToolpointError where it cannot be read or is binary."""
+    try:
+        raw = path.read_bytes()
+    except OSError as error:
+        raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
+    if b"\0" in raw[:4096]:
+        raise ToolpointError(f"{path}: a binary file of a kind that is not known; records are read from universal files, text, "
+                             "LVM, WAV, TDMS, MATLAB, NumPy and HDF5")
+    return raw.decode("utf-8-sig", errors="replace")
+
+
+def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
+    """Return the numbers of a line, None where it holds anything else."""
+    plain = line.strip().rstrip(";,").strip()
+    if not plain:
+        return None
+    try:
+        return [float(part.replace(",", ".") if comma else part) for part in plain.split(separator) if part.strip()]
+    except ValueError:
+        return None
+
+
+def _style(lines: list[str]) -> tuple[str | None, bool]:
+    """Return the separator of the numbers, and whether they have decimal commas."""
+    body = next((line for line in reversed(lines) if re.match(r"^\s*[-+]?[\d.,]", line)), "")
+    for separator in (";", "\t"):
+        if separator in body.strip():
+            return separator, re.search(r"\d,\d", body) is not None
+    return ("," if "," in body else None), False
+
+
+def _names(head: str, separator: str | None, count: int) -> tuple[list[str], list[str]]:
+    """Return name and unit of every column from the header line; numbered names where it does not fit the columns."""
+    cells = re.split(r"\s{2,}|\s(?![\[(])", head) if separator is None else head.split(separator)
+    matches = [_HEAD.match(cell) for cell in cells]
+    if len(cells) != count or not all(matches):
+        return [f"channel {k + 1}" for k in range(count)], [""] * count
+    return [match[1].strip() for match in matches if match], [(match[2] or "").strip() for match in matches if match]
+
+
+def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray) -> Columns:
+    if names[0].lower() not in TIMES:
+        return Columns(tuple(names), tuple(units), table, None)
+    if table.shape[1] < 2:
+        raise ToolpointError(f"{path}: only a column of time; must hold samples beside it")
+    if units[0].lower() not in _TIME_UNITS:
+        raise ToolpointError(f"{path}: time in {units[0]!r}; must be in {', '.join(u for u in _TIME_UNITS if u)}")
+    time = table[:, 0] * _TIME_UNITS[units[0].lower()]
+    step = (time[-1] - time[0]) / max(time.size - 1, 1)
+    if not step > 0 or np.abs(np.diff(time) - step).max() > STEADY * step + 2e-6 * abs(time[-1]):
+        raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "
+                             "enough digits")
+    return Columns(tuple(names[1:]), tuple(units[1:]), table[:, 1:], 1 / float(step), float(time[0]))

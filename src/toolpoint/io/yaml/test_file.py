@@ -1,0 +1,87 @@
+"""Hammer tests in YAML: channels, records, settings and decisions about hits; read with all faults at once, and written."""
+
+from __future__ import annotations
+
+from dataclasses import fields
+from pathlib import Path
+from typing import Any
+
+from pydantic import BaseModel
+
+from toolpoint._check import ToolpointError
+from toolpoint.io.door import door
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
+from toolpoint.io.yaml.document import parse, validate
+from toolpoint.signals.test_description import HammerTestDescription
+
+VERSION = 1
+
+
+@door("test file")
+def read(path: str | Path) -> HammerTestDescription:
+    """Return the hammer test of a YAML file, SI; raises FileFaults with every fault of the file."""
+    document = parse(Path(path))
+    if document.data.get("toolpoint") != VERSION:
+        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    model: BaseModel | None = validate(model_of(HammerTestDescription, version=True), document.data, (), document=document)
+    description = None if model is None else describe(HammerTestDescription, model)
+    if description is not None and not any(part.files for part in description.records):
+        document.fault(("records",), "no file; must name at least one record, or a pattern such as tip_*.csv")
+    if document.faults or description is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return description
+
+
+def is_test(path: str | Path) -> bool:
+    """Return whether a YAML file describes a hammer test (it has a key 'test' and 'records'), and no machine."""
+    data = parse(Path(path)).data
+    return "test" in data and "records" in data
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of test files, for editors that check YAML while it is typed."""
+    return file_schema(model_of(HammerTestDescription, version=True), "toolpoint test file")
+
+
+def write(description: HammerTestDescription, path: str | Path, *, replace: bool = False) -> None:
+    """Write a test to a YAML file that reads back to the same description; an existing file is only replaced where asked."""
+    path = Path(path)
+    if path.exists() and not replace:
+        raise ToolpointError(f"{path}: exists already; nothing was written; choose another name")
+    if not path.parent.is_dir():
+        raise ToolpointError(f"{path}: the folder {path.parent} does not exist; create it first")
+    path.write_text(text_of(description), encoding="utf-8")
+
+
+def text_of(description: HammerTestDescription) -> str:
+    """Return a test as the text of a YAML file."""
+    lines = [f"toolpoint: {VERSION}", f"test: {_scalar(description.test)}"]
+    units = {"block": " s", "sample_rate": " Hz"}
+    for name in ("estimator", "block", "window_end", "sample_rate", "geometry"):
+        value = getattr(description, name)
+        if value is not None:
+            lines.append(f"{name}: {_scalar(value) + units.get(name, '')}")
+    lines += ["channels:", *_entries(description.channels)] if description.channels else []
+    lines += ["records:", *_entries(description.records)]
+    if description.hits:
+        lines += ["hits:", *(f"  {_scalar(name)}: {decision}" for name, decision in description.hits.items())]
+    return "\n".join(lines) + "\n"
+
+
+def _entries(parts: Any) -> list[str]:
+    rows = []
+    for part in parts:
+        pairs = [(item.name, getattr(part, item.name)) for item in fields(part) if getattr(part, item.name) is not None]
+        rows.append("  - {" + ", ".join(f"{name}: {_value(value)}" for name, value in pairs) + "}")
+    return rows
+
+
+def _value(value: Any) -> str:
+    return "[" + ", ".join(map(_scalar, value)) + "]" if isinstance(value, tuple) else _scalar(value)
+
+
+def _scalar(value: Any) -> str:
+    if isinstance(value, str):
+        return '"' + value.replace("\\", "\\\\").replace('"', '\\"') + '"'
+    return repr(float(value)) if isinstance(value, float) else str(value)

@@ -1,0 +1,90 @@
+"""The page of a hammer test: the answer, doubts, every hit, force, responses with coherence and estimators, checks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from toolpoint.plot import Cell, Chart, Notes, Report, Table
+from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.hits import PulseCurve, force_pulses, force_spectra
+from toolpoint.plot.figures.response_bands import magnitude_bands
+from toolpoint.studies.measured.hammer_study import HEADER, HammerStudy, HitVerdict
+
+BEFORE, AFTER = 4, 20  # pulse widths shown before and after a peak
+MOST = 12  # responses drawn
+
+
+def hammer_page(result: HammerStudy, warnings: Sequence[str] = (), title: str = "Hammer test") -> Report:
+    """Return the page of a hammer test."""
+    report = Report(title, result.status)
+    if result.doubts:
+        report = report.with_section("Doubts", Notes(list(result.doubts), "warning", "Look at these first"))
+    rows = [[v.name, str(v.struck), float(f"{v.hit.force:.4g}"), Cell(v.verdict, "good" if v.hit.accepted else "doubtful"),
+             "; ".join(v.hit.reasons)] for v in result.verdicts]
+    pulses = Chart(force_pulses([_pulse(v) for v in result.verdicts]),
+                   "Forces about their peaks; refused hits are dashed and red.")
+    report = report.with_section("Hits", Table(list(HEADER), rows), pulses)
+    report = report.with_section("Force", _spectra(result))
+    report = _with_responses(report, result)
+    report = _with_checks(report, result)
+    notes = [*result.notes, *result.band.notes]
+    lines = [line for line in dict.fromkeys(warnings) if line not in (*result.doubts, *notes)]
+    parts = [Notes(lines, "warning")] if lines else []
+    return report.with_section("What was assumed and done", *parts, Notes(notes, "assumed"))
+
+
+def _pulse(verdict: HitVerdict) -> PulseCurve:
+    hit, record = verdict.hit, verdict.record
+    channel = record.quantities.index("force")
+    width = max(hit.pulse - hit.peak, 3)
+    first, last = max(hit.peak - BEFORE * width, 0), min(hit.peak + AFTER * width, record.samples.shape[0])
+    time = (np.arange(first, last) - hit.peak) / record.sample_rate
+    return PulseCurve(verdict.name, 1e3 * time, record.samples[first:last, channel], hit.accepted)
+
+
+def _spectra(result: HammerStudy) -> Chart:
+    spectra = [(f"struck at {test.frf.inputs[0]}", test.force_spectrum) for test in result.tests[:MOST]]
+    return Chart(force_spectra(result.frf.frequency, spectra, result.band.ends),
+                 f"Rms over the hits used. Shaded: the band to be believed, {result.band.low:.4g} to {result.band.high:.4g} "
+                 "Hz.")
+
+
+def _with_responses(report: Report, result: HammerStudy) -> Report:
+    count = 0
+    for test in result.tests:
+        frf, radius = test.frf.between(*result.band.ends), test.radius()
+        inside = (test.frf.frequency >= result.band.low) & (test.frf.frequency <= result.band.high)
+        for k, output in enumerate(frf.outputs):
+            if count == MOST:
+                words = f"The first {MOST} responses are drawn; all are saved with --save."
+                return report.with_section("Further responses", words)
+            count += 1
+            estimates = {name: test.estimated_by(name).between(*result.band.ends).selected([k]) for name in ("H1", "H2", "Hv")}
+            parts = [Chart(bode(estimates if test.used > 1 else {"H1": estimates["H1"]}))]
+            if radius is not None:
+                size = np.abs(frf.values[:, k, 0])
+                part = radius[inside][:, k, 0]
+                band = {"95 %": (size, np.maximum(size - part, 1e-3 * size), size + part)}
+                parts.insert(0, Chart(magnitude_bands(frf.frequency, band, quantity=f"{frf.quantity.capitalize()}, "
+                                                                                    f"{frf.unit}"), "With the 95 % interval "
+                                                                                                    "from the scatter of the "
+                                                                                                    "hits."))
+            report = report.with_section(f"{output} struck at {frf.inputs[0]}", *parts)
+    return report
+
+
+def _with_checks(report: Report, result: HammerStudy) -> Report:
+    parts = []
+    if result.driving:
+        parts.append(Table(["driving point", "power taken in, %", ""],
+                           [[str(check.dof), round(100 * check.share, 1), check.remark or "as it must be"]
+                            for check in result.driving],
+                           "Of a passive structure all lines take in power: 100 %."))
+    if result.pairs:
+        parts.append(Table(["pair", "agreement", "ratio", ""],
+                           [[f"{pair.first} / {pair.second}", round(pair.agreement, 4), round(pair.ratio, 4),
+                             "reciprocal" if pair.holds else "not reciprocal"] for pair in result.pairs],
+                           "H(a, b) beside H(b, a): agreement and ratio are 1 in a linear structure."))
+    return report.with_section("Checks", *parts) if parts else report

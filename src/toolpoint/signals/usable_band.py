@@ -1,0 +1,109 @@
+r"""The part of measured lines that can be believed: above where integrated accelerations drift, below where noise takes over.
+
+Noise is the stated variance, else the third differences along the lines; its share of the responses is looked at in windows of
+lines, the median over the responses. From the strongest window the band grows to both sides until several windows in a row are
+mostly noise (antiresonances are narrower). Drift is loud but rough: a window at the low end whose accelerance is a small part
+of the strongest one's and whose noise is not small does not belong to the band.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.vibration.frf import Frf
+
+WINDOW, FEWEST = 0.006, 16  # of the lines in a window; at least so many
+NOISY, IN_A_ROW = 0.25, 4  # share of noise; windows in a row that end the band
+ROUGH, FAINT = 0.1, 0.05  # at the low end: noise above the first and accelerance below the second share
+_POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
+
+
+@dataclass(frozen=True)
+class UsableBand:
+    """Lowest and highest line (Hz) to be believed, and why each is where it is (empty: the end of the lines)."""
+
+    low: float
+    high: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends, Hz."""
+        return self.low, self.high
+
+
+def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
+    """Return the band of responses of one pose that can be believed; `excited`: where the force ends, Hz, if known."""
+    lines = frf.frequency
+    first = int(np.searchsorted(lines, np.nextafter(0, 1)))
+    size = max(FEWEST, round(WINDOW * lines.size))
+    starts = np.arange(first, lines.size - size + 1, size)
+    top = float(lines[-1]) if excited is None else min(excited, float(lines[-1]))
+    if starts.size < 3:
+        return UsableBand(float(lines[first]), top, _force_note(excited, lines))
+    share, level = _looked_at(frf, starts, size)
+    below = lines[starts] < top
+    loudest = int(np.argmax(np.where(below, level * (share < NOISY), 0.0)))
+    low, high = _grown(share, loudest)
+    low = max(low, _drift_end(share, level, loudest))
+    notes = []
+    if low > 0:
+        notes.append(f"lines below {lines[starts[low]]:.4g} Hz are left out: noise and the drift of integrated accelerations "
+                     "are "
+                     "what they show")
+    end = float(lines[-1]) if high == starts.size - 1 else float(lines[starts[high] + size - 1])
+    if end < float(lines[-1]) and end < top:
+        notes.append(f"lines above {end:.4g} Hz are left out: noise is more than {100 * NOISY:.0f} % of the responses there")
+    elif excited is not None and top < float(lines[-1]):
+        notes += _force_note(excited, lines)
+    return UsableBand(float(lines[starts[low]]) if low else float(lines[first]), min(end, top), tuple(notes))
+
+
+def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:
+    if excited is None or excited >= lines[-1]:
+        return ()
+    return (f"lines above {excited:.4g} Hz are left out: the force is 20 dB down there (a harder tip excites more)",)
+
+
+def _looked_at(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
+    """Return of every window the share of noise (median over responses) and the level as accelerance."""
+    values = frf.values.reshape(frf.frequency.size, -1)
+    variance = None if frf.variance is None else frf.variance.reshape(frf.frequency.size, -1)
+    share, level = np.empty(starts.size), np.empty(starts.size)
+    for k, start in enumerate(starts.tolist()):
+        part = values[start:start + size]
+        power = np.maximum((np.abs(part) ** 2).mean(axis=0), 1e-300)
+        noise = _differences(part) if variance is None else variance[start:start + size].mean(axis=0)
+        share[k] = float(np.median(np.sqrt(noise / power)))
+        middle = 2 * np.pi * frf.frequency[start + size // 2]
+        level[k] = float(np.median(np.sqrt(power))) * middle ** _POWER[frf.quantity]
+    return share, level
+
+
+def _differences(part: np.ndarray) -> FloatArray:
+    """Return the noise power of every response from third differences (1, -3, 3, -1: twenty times the power)."""
+    return (np.abs(np.diff(part, 3, axis=0)) ** 2).mean(axis=0) / 20
+
+
+def _drift_end(share: FloatArray, level: FloatArray, loudest: int) -> int:
+    """Return the first window above the drift at the low end: all windows below are faint, and most of them rough."""
+    faint = level[:loudest] < FAINT * level[loudest]
+    run = int(np.argmin(faint)) if not faint.all() else loudest
+    rough = share[:run] > ROUGH
+    ends = [k + 1 for k in np.flatnonzero(rough).tolist() if 2 * rough[:k + 1].sum() >= k + 1]
+    return max(ends, default=0)
+
+
+def _grown(share: FloatArray, start: int) -> tuple[int, int]:
+    low = high = start
+    for step in (-1, 1):
+        noisy, at = 0, start
+        while 0 <= at + step < share.size and noisy < IN_A_ROW:
+            at += step
+            noisy = noisy + 1 if share[at] > NOISY else 0
+            if noisy == 0:
+                low, high = (at, high) if step < 0 else (low, at)
+    return low, high

@@ -1,0 +1,240 @@
+"""A hammer test from its records: every hit judged, responses with coherence and intervals, checks, and what is doubtful."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ToolpointError, suggestion
+from toolpoint.signals.checks import DrivingPointCheck, Reciprocity, driving_points, reciprocity
+from toolpoint.signals.doubts import question
+from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
+from toolpoint.signals.hits import Hit, HitRules
+from toolpoint.signals.record_set import RecordSet
+from toolpoint.signals.setups import join_setups
+from toolpoint.signals.usable_band import UsableBand, usable_band
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Dof, Frf, Record
+
+HEADER = ("hit", "struck", "force N", "verdict", "why")
+
+
+@dataclass(frozen=True)
+class HitVerdict:
+    """What was decided about a hit: its name, where it struck, its peak force (N), its place in its test, whether by hand."""
+
+    name: str
+    struck: Dof
+    hit: Hit
+    record: Record
+    by_hand: bool = False
+
+    @property
+    def verdict(self) -> str:
+        """Accepted or refused, and whether a person decided."""
+        return ("accepted" if self.hit.accepted else "refused") + (" by hand" if self.by_hand else "")
+
+
+@dataclass(frozen=True, eq=False)
+class HammerStudy:
+    """The responses of a hammer test and what they rest on.
+
+    frf : all responses, one column for each struck Dof; tests : the test of each; verdicts : on every hit, in order; band :
+    part of the lines that the test can be believed in; doubts : what may be wrong, first; notes : what was assumed and done.
+    """
+
+    frf: Frf
+    tests: tuple[HammerTest, ...]
+    verdicts: tuple[HitVerdict, ...]
+    band: UsableBand
+    driving: tuple[DrivingPointCheck, ...]
+    pairs: tuple[Reciprocity, ...]
+    doubts: tuple[str, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def used(self) -> int:
+        """Number of hits used."""
+        return sum(verdict.hit.accepted for verdict in self.verdicts)
+
+    @property
+    def status(self) -> str:
+        """The answer in a sentence."""
+        pairs = f"{len(self.frf.outputs)} x {len(self.frf.inputs)} responses ({self.frf.quantity})"
+        return (f"{pairs} from {self.used} of {len(self.verdicts)} hits, lines of {1 / self.tests[0].duration:.4g} Hz, to be "
+                f"believed from {self.band.low:.4g} to {self.band.high:.4g} Hz{self.scatter_words()}.")
+
+    def scatter_words(self) -> str:
+        """Return how far the responses scatter at their peaks (95 %), in words; what is unknown with one hit."""
+        radii = [(test, test.radius()) for test in self.tests]
+        if any(radius is None for _, radius in radii):
+            return "; one hit tells no scatter"
+        shares = []
+        for test, radius in radii:
+            size = np.abs(test.frf.values)
+            inside = (test.frf.frequency >= self.band.low) & (test.frf.frequency <= self.band.high)
+            loud = inside[:, None, None] & (size > 0.3 * size[inside].max(axis=0))
+            shares.append(np.asarray(radius)[loud] / size[loud])
+        return f"; they scatter by +-{100 * float(np.median(np.concatenate(shares))):.2g} % where they are large (95 %)"
+
+    def rows(self) -> list[list[str]]:
+        """Return a row for every hit."""
+        return [[v.name, str(v.struck), f"{v.hit.force:.4g}", v.verdict, "; ".join(v.hit.reasons)] for v in self.verdicts]
+
+    def table(self) -> str:
+        """Return the verdict on every hit as text, and the status."""
+        return text_table("Hits", HEADER, self.rows()) + "\n" + self.status
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data: verdicts, band, doubts, notes, checks."""
+        return {"status": self.status, "doubts": list(self.doubts), "notes": list(self.notes),
+                "hits": [{"name": v.name, "struck": str(v.struck), "force_n": v.hit.force, "accepted": v.hit.accepted,
+                          "by_hand": v.by_hand, "reasons": list(v.hit.reasons)} for v in self.verdicts],
+                "band_hz": [self.band.low, self.band.high], "line_spacing_hz": 1 / self.tests[0].duration,
+                "window_decay_1_s": self.frf.decay, "outputs": [str(dof) for dof in self.frf.outputs],
+                "inputs": [str(dof) for dof in self.frf.inputs],
+                "driving_points": [{"dof": str(check.dof), "passive_share": check.share} for check in self.driving],
+                "reciprocity": [{"first": str(pair.first), "second": str(pair.second), "agreement": pair.agreement,
+                                 "ratio": pair.ratio} for pair in self.pairs]}
+
+
+def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: float | None = None, final: float | None = None,
+                         estimator: str = "H1", rules: HitRules | None = None,
+                         decisions: Mapping[str, bool] | None = None) -> HammerStudy:
+    """Return the responses of a hammer test from its records, one hit a record or many, struck at one Dof or several.
+
+    Parameters
+    ----------
+    records : RecordSet (of `io.read_records`) or sequence of Record
+    duration : float, optional
+        Length of a block, s; the longest that fits behind the hits where left out.
+    final : float, optional
+        End value of the exponential window; what the slowest mode needs where left out, 1 for none.
+    estimator : str
+        ``H1``, ``H2`` or ``Hv``.
+    rules : HitRules, optional
+    decisions : mapping of the name of a hit to bool, optional
+        Hits that a person accepts or refuses, beside those of the record set.
+
+    Raises
+    ------
+    ToolpointError
+        Where no hit is usable (with the reasons of each), channels do not fit together, a decided hit is not there.
+    """
+    given = records if isinstance(records, RecordSet) else RecordSet(tuple(records), tuple(
+        record.name or f"record {k}" for k, record in enumerate(records, 1)))
+    decided = {**given.decisions, **(decisions or {})}
+    groups = _groups(given)
+    tests, more = _tested(given, groups, duration=duration, final=final, estimator=estimator, rules=rules, decided=decided)
+    verdicts = _verdicts(given, tests, decided)
+    _check_decisions(decided, [verdict.name for verdict in verdicts])
+    frf = _joined([test for _, test in tests])
+    notes = tuple(dict.fromkeys([*given.notes, *(note for _, test in tests for note in test.frf.notes)]))
+    doubted = tuple(note for note in notes if "contradict" in note or "no majority" in note or "one hit only" in note)
+    checks = tuple(driving_points(frf))
+    # A doubt says the same of a driving point as its check, and more.
+    said = question(frf)
+    failing = [check.remark for check in checks if check.remark and not any(str(check.dof) in line for line in said)]
+    doubts = (*more, *doubted, *said, *failing)
+    band = usable_band(frf, min(test.excited for _, test in tests))
+    return HammerStudy(frf, tuple(test for _, test in tests), verdicts, band, checks, tuple(reciprocity(frf)),
+                       tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))
+
+
+def _groups(given: RecordSet) -> dict[Dof, list[int]]:
+    """Return the records of every struck Dof, in their order."""
+    groups: dict[Dof, list[int]] = {}
+    for k, record in enumerate(given.records):
+        forces = [dof for dof, kind in zip(record.channels, record.quantities, strict=True) if kind == "force"]
+        if len(forces) != 1 or len(record.quantities) < 2:
+            raise ToolpointError(f"{given.names[k]}: {len(forces)} force channels and {len(record.quantities) - len(forces)} "
+                                 "responses; must hold one force and some responses; say what each channel is with `channel`")
+        groups.setdefault(forces[0], []).append(k)
+    return groups
+
+
+def _tested(given: RecordSet, groups: Mapping[Dof, list[int]], *, duration: float | None, final: float | None, estimator: str,
+            rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[str]]:
+    """Return the test of every struck Dof that has a usable hit, all with one block and one window, and doubts on the
+    others."""
+    def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
+        records = [given.records[k] for k in places]
+        numbers = _numbers([given.names[k] for k in places], records, block, rules, decided)
+        return hammer_test(records, block, estimator=estimator, final=end, rules=rules, decisions=numbers)
+
+    tests, doubts = [], []
+    for struck, places in groups.items():
+        try:
+            tests.append((places, test(places, duration, final)))
+        except ToolpointError as error:
+            words = f"struck at {struck}: {_by_name(str(error), [given.names[k] for k in places])}"
+            if len(groups) == 1:
+                raise ToolpointError(words) from None
+            doubts.append(f"left out, {words}")
+    if not tests:
+        raise ToolpointError("; ".join(doubts))
+    block = min(result.duration for _, result in tests)
+    ends = [float(np.exp(-result.frf.decay * result.duration)) for _, result in tests]
+    if any(result.duration > block * (1 + 1e-9) for _, result in tests) or max(ends) - min(ends) > 1e-9:
+        tests = [(places, test(places, block, min(ends))) for places, _ in tests]
+    return tests, doubts
+
+
+def _numbers(names: Sequence[str], records: Sequence[Record], block: float | None, rules: HitRules | None,
+             decided: Mapping[str, bool]) -> dict[int, bool]:
+    """Return the decisions about the hits of a test by the number of the hit, which takes a look at where they are."""
+    if not decided:
+        return {}
+    labels = _hit_names(names, locate_hits(records, block, rules))
+    return {number: decided[label] for number, label in enumerate(labels) if label in decided}
+
+
+def _hit_names(names: Sequence[str], hits: Sequence[Hit]) -> list[str]:
+    """Return the names of hits: that of their record, with a number where it holds several."""
+    counts = [sum(hit.record == k for hit in hits) for k in range(len(names))]
+    seen = [0] * len(names)
+    labels = []
+    for hit in hits:
+        seen[hit.record] += 1
+        labels.append(names[hit.record] + (f"#{seen[hit.record]}" if counts[hit.record] > 1 else ""))
+    return labels
+
+
+def _by_name(error: str, names: Sequence[str]) -> str:
+    """Return an error with the names of records for the numbers of hits, where every record holds one."""
+    count = re.search(r"none of (\d+) hits", error)
+    if count is None or int(count[1]) != len(names):
+        return error
+    return re.sub(r"\bhit (\d+):", lambda number: f"{names[int(number[1]) - 1]}:", error)
+
+
+def _verdicts(given: RecordSet, tests: Sequence[tuple[list[int], HammerTest]], decided: Mapping[str, bool]
+              ) -> tuple[HitVerdict, ...]:
+    verdicts = []
+    for places, test in tests:
+        labels = _hit_names([given.names[k] for k in places], test.hits)
+        verdicts += [HitVerdict(label, test.frf.inputs[0], hit, given.records[places[hit.record]], label in decided)
+                     for label, hit in zip(labels, test.hits, strict=True)]
+    return tuple(verdicts)
+
+
+def _check_decisions(decided: Mapping[str, bool], names: Sequence[str]) -> None:
+    for name in decided:
+        if name not in names:
+            raise ToolpointError(f"`accept`, `refuse` {name}: no such hit; {suggestion(name, names) or 'known: '}"
+                                 + ("" if suggestion(name, names) else ", ".join(names[:6])))
+
+
+def _joined(tests: Sequence[HammerTest]) -> Frf:
+    if len(tests) == 1:
+        return replace(tests[0].frf, notes=())
+    try:
+        return replace(join_setups([test.frf for test in tests]), notes=())
+    except ToolpointError as error:
+        listed = "; ".join(f"struck at {test.frf.inputs[0]}: sensors {', '.join(map(str, test.frf.outputs))}" for test in tests)
+        raise ToolpointError(f"the struck points do not make one set of responses ({error}); {listed}; give the files of each "
+                             "set of sensors apart") from None
