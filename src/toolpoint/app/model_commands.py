@@ -10,6 +10,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
+from toolpoint.app.naming import naming_options
 from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
 
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
@@ -32,11 +33,12 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 @click.option("--method", default="refined", show_default=True, help="Identification method.")
 @BAND
 @QUANTITY
+@naming_options
 @click.option("-m", "--modes", "modes_file", type=PATH, help="Save the modes here (HDF5).")
 @OUTPUT
 @JSON
 def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tuple[float, float] | None,
-             quantity: str | None, modes_file: Path | None, output: Path, as_json: bool) -> None:
+             quantity: str | None, naming: dict[str, Any], modes_file: Path | None, output: Path, as_json: bool) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
 
     An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
@@ -50,7 +52,7 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         raise ToolpointError(f"{modes_file}: the folder {modes_file.parent} does not exist; create it first")
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
-        frf = frf_files.read(files, quantity=quantity)
+        frf = frf_files.read(files, quantity=quantity, **naming)
         shape = None if geometry is None else geometry_files.read(geometry)
         run.step("identification")
 

@@ -11,6 +11,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
+from toolpoint.app.naming import pairs_of
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ def _records(files: Sequence[Path], options: RecordOptions) -> tuple[Any, Any]:
         return record_files.read_test(description, files[0].parent), description
     channels = [parse_channel(text) for text in options.channel]
     records = record_files.read_all(files, channels, struck=options.struck, pattern=options.name, rate=options.rate,
-                                    variables=_variables(options.variables))
+                                    variables=pairs_of("--variables", options.variables))
     base = None if options.test is None else options.test.parent.resolve()
     names = tuple(_relative(file, base) for file in files)
     return records, HammerTestDescription(
@@ -119,13 +120,6 @@ def _estimator(options: RecordOptions) -> Any:
 def _relative(file: Path, base: Path | None) -> str:
     full = file.resolve()
     return str(full.relative_to(base)) if base is not None and full.is_relative_to(base) else str(full)
-
-
-def _variables(text: str | None) -> dict[str, str]:
-    pairs = [part.partition("=") for part in (text or "").split(",") if part]
-    if any(not equals for _, equals, _ in pairs):
-        raise ToolpointError(f"--variables {text}: write NAME=VARIABLE, for example time=t,samples=y")
-    return {name.strip(): variable.strip() for name, _, variable in pairs}
 
 
 def _decisions(options: RecordOptions) -> dict[str, bool]:

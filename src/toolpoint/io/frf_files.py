@@ -10,6 +10,7 @@ from pathlib import Path
 from toolpoint._check import ToolpointError
 from toolpoint.io import hdf5, mat, numpy_arrays, uff
 from toolpoint.io.name_patterns import dof_of, read_names
+from toolpoint.io.record_signs import check_responses
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
 from toolpoint.io.text import frf_table
 from toolpoint.signals.setups import join_bands, join_setups
@@ -175,6 +176,7 @@ def _check_plain(files: Sequence[Path], stems: Sequence[str]) -> None:
 
 
 def _read_part(path: Path, quantity: str | None, label: _Label | None, variables: Mapping[str, str]) -> Frf:
+    check_responses(path)
     if label is None and variables and path.suffix.lower() in (*MATLAB, ".npz"):
         return _read_variables(path, quantity, variables)
     if label is None:

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.io.door import door
-from toolpoint.io.mat_columns import RATES, columns_of, pick_variable
+from toolpoint.io.mat_columns import RATES, are_samples, columns_of, pick_variable
 from toolpoint.io.mat_variables import texts, variables
 from toolpoint.io.text.columns import Columns
 from toolpoint.io.text.record_table import TIMES, of_columns
@@ -88,6 +88,11 @@ def read_record(path: str | Path) -> Record:
     if not names:
         raise ToolpointError(f"{path}: no vector beside the time of {length} samples; it holds {', '.join(arrays)}")
     return of_columns(path, names, time, values=np.stack([vectors[name] for name in names], axis=1))
+
+
+def holds_samples(path: str | Path) -> bool:
+    """Return whether a file has a time or a sample rate among its variables, and nothing complex."""
+    return are_samples(variables(path))
 
 
 @door("MATLAB file")

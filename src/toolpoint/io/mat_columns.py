@@ -14,6 +14,12 @@ TIMES = ("t", "time")
 RATES = ("fs", "sample_rate", "rate")
 
 
+def are_samples(arrays: Mapping[str, Array]) -> bool:
+    """Return whether named arrays are those of a record: a time or a sample rate, and nothing complex."""
+    last = {name.rsplit(".", 1)[-1].lower() for name in arrays}
+    return bool(last & {*TIMES, *RATES}) and not any(np.iscomplexobj(array) for array in arrays.values())
+
+
 def columns_of(path: str | Path, arrays: Mapping[str, Array], named: Mapping[str, str]) -> Columns:
     """Return named arrays as columns of samples; see `read_columns`."""
     unknown = set(named) - {"time", "rate", "samples"}

@@ -11,7 +11,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
 from toolpoint.io.door import door
-from toolpoint.io.mat_columns import columns_of, pick_variable
+from toolpoint.io.mat_columns import are_samples, columns_of, pick_variable
 from toolpoint.io.text.columns import Columns
 from toolpoint.vibration import Frf
 from toolpoint.vibration.dof import dofs
@@ -76,6 +76,12 @@ def read_table(path: str | Path) -> FloatArray:
         raise ToolpointError(f"{path}: {held}; an .npy file must hold three columns: Hz, real, imaginary; several responses go "
                              f"into an .npz file with {', '.join(KEYS)}")
     return table.astype(float)
+
+
+def holds_samples(path: str | Path) -> bool:
+    """Return whether a file has a time or a sample rate among its arrays, and nothing complex."""
+    arrays = _load(Path(path))
+    return isinstance(arrays, dict) and are_samples(arrays)
 
 
 @door("NumPy file")

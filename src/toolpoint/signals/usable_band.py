@@ -69,17 +69,17 @@ def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:
 
 
 def _looked_at(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
-    """Return of every window the share of noise (median over responses) and the level as accelerance."""
-    values = frf.values.reshape(frf.frequency.size, -1)
-    variance = None if frf.variance is None else frf.variance.reshape(frf.frequency.size, -1)
+    """Return of every window the share of noise (median over responses) and the level, both as accelerance."""
+    factor = (frf.omega ** _POWER[frf.quantity])[:, None]
+    values = frf.values.reshape(frf.frequency.size, -1) * factor
+    variance = None if frf.variance is None else frf.variance.reshape(frf.frequency.size, -1) * factor**2
     share, level = np.empty(starts.size), np.empty(starts.size)
     for k, start in enumerate(starts.tolist()):
         part = values[start:start + size]
         power = np.maximum((np.abs(part) ** 2).mean(axis=0), 1e-300)
         noise = _differences(part) if variance is None else variance[start:start + size].mean(axis=0)
         share[k] = float(np.median(np.sqrt(noise / power)))
-        middle = 2 * np.pi * frf.frequency[start + size // 2]
-        level[k] = float(np.median(np.sqrt(power))) * middle ** _POWER[frf.quantity]
+        level[k] = float(np.median(np.sqrt(power)))
     return share, level
 
 
