@@ -95,14 +95,14 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         run.step("reading")
         shape, described = geometry_files.read(geometry), component_file.read(components)
         run.step("modes")
-        modes = _modes_of(files, band)
+        modes, doubts = _modes_of(files, band)
         run.step("joints")
 
         from toolpoint.pages.measured.joints import joints_page
         from toolpoint.studies.measured.joint_study import study_joints
 
         deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
-        result = study_joints(modes, shape, described, coordinate_deviation=deviation)
+        result = study_joints(modes, shape, described, coordinate_deviation=deviation, channel_doubts=doubts)
         if written is not None and result.machine is not None:
             machine_file.write(result.machine, written)
             # What is written is read back and run before it is called the machine of the test.
@@ -115,17 +115,18 @@ def joints(files: Sequence[Path], geometry: Path, components: Path, written: Pat
         raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
 
 
-def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> Any:
-    """Return the saved modes of the only file, or those identified from responses."""
+def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> tuple[Any, tuple[str, ...]]:
+    """Return the saved modes of the only file, or those identified from responses with the doubts of their channels."""
     from toolpoint.io import frf_files, mode_files
 
     if len(files) == 1 and mode_files.holds_modes(files[0]):
-        return mode_files.read(files[0])
+        return mode_files.read(files[0]), ()
     frf = frf_files.read(files)
 
-    from toolpoint.modal_identification import identify
+    from toolpoint.studies.measured.identification import identify_modes
 
-    return identify(frf, band=band).modes
+    result = identify_modes(frf, band=band)
+    return result.modes, result.doubts
 
 
 @click.command()

@@ -41,7 +41,7 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     if samples is not None:
         report = report.with_section("Posterior", *_posterior(updated, samples))
     report = report.with_section("Shapes before and after", _shapes(before, updated, measured[0].pose))
-    return report.with_doubts(*warnings)
+    return report.with_doubts(*result.doubts, *warnings)
 
 
 def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:

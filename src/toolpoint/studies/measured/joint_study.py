@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -23,7 +24,7 @@ class JointStudy:
     """Joints, the modes, points and components that they came from, and the machine where masses were known.
 
     machine : its description, None where there is none, for the reason in `missing`; checked : the machine as it runs beside
-    the measured modes.
+    the measured modes; channel_doubts : what the responses that the modes came from betray of their channels.
     """
 
     joints: JointIdentification
@@ -33,12 +34,13 @@ class JointStudy:
     machine: MachineDescription | None
     missing: str = ""
     checked: MachineCheck | None = None
+    channel_doubts: tuple[str, ...] = ()
 
     @property
     def doubts(self) -> tuple[str, ...]:
-        """What speaks against the result, each once: of the joints, of the whole, of the machine that was run."""
+        """What speaks against the result, each once: of the channels, the joints, the whole, the machine that was run."""
         lines = [f"{joint.parent} - {joint.child}: {text}" for joint in self.joints.joints for text in joint.doubts]
-        return tuple(dict.fromkeys([*self.joints.doubts, *lines, *(self.checked.doubts if self.checked else ())]))
+        return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *lines, *(self.checked.doubts if self.checked else ())]))
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""
@@ -64,8 +66,8 @@ class JointStudy:
                 "missing": self.missing, "modes": None if self.checked is None else self.checked.to_dict()}
 
 
-def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float | None = None
-                 ) -> JointStudy:
+def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float | None = None,
+                 channel_doubts: Sequence[str] = ()) -> JointStudy:
     """Identify the joints between components from measured modes; with the components' masses also the machine of them.
 
     Parameters
@@ -78,12 +80,14 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         Which points ride on which component, the chain or tree, and the bodies where known.
     coordinate_deviation : float, optional
         Standard deviation of the points' coordinates, m; it enters all intervals. That of the components where left out.
+    channel_doubts : sequence of str
+        Of the responses that the modes were identified from (`identify_modes(...).doubts`), to be shown first.
     """
     bodies = components.bodies
     deviation = components.coordinate_deviation if coordinate_deviation is None else coordinate_deviation
     joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
                              masses=component_masses(components) if bodies else None, coordinate_deviation=deviation)
-    study = JointStudy(joints, modes, geometry, components, None)
+    study = JointStudy(joints, modes, geometry, components, None, channel_doubts=tuple(channel_doubts))
     if not bodies:
         return replace(study, missing="no mass properties; a machine needs the body of every component")
     try:

@@ -10,14 +10,16 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
-from toolpoint.machine import Machine
+from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
 from toolpoint.modal_identification import identify, real_modes
+from toolpoint.signals.doubts import question
+from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes
 from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
 from toolpoint.updating.sampler import Samples, require_emcee, sample
-from toolpoint.vibration import Frf, Modes
+from toolpoint.vibration import Frf, Modes, eigen
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,12 +38,14 @@ class Measurement:
 
 @dataclass(frozen=True, eq=False)
 class MeasuredUpdate:
-    """The machine before, its update to the measurements, and samples of the posterior where they were asked for."""
+    """The machine before, its update to the measurements, samples of the posterior where they were asked for, and what the
+    updated machine makes doubtful about channels of the test."""
 
     before: Machine
     update: MachineUpdate
     measured: tuple[Measurement, ...]
     samples: Samples | None = None
+    doubts: tuple[str, ...] = ()
 
     @property
     def machine(self) -> Machine:
@@ -49,13 +53,13 @@ class MeasuredUpdate:
         return self.update.machine
 
     def table(self) -> str:
-        """Return identifiability, fit report, agreement, and the samples, as text."""
-        return self.update.report() + ("" if self.samples is None else "\n\n" + self.samples.table())
+        """Return the doubts first, identifiability, fit report, agreement, and the samples, as text."""
+        return "".join(f"doubt: {line}\n" for line in self.doubts) + self.update.report() + ("" if self.samples is None else "\n\n" + self.samples.table())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fitted values (SI) as plain data, with the intervals of the samples where there are any."""
         fit, drawn = self.update.fit, self.samples
-        return {"values": fit.values, "status": fit.status} | ({} if drawn is None else {
+        return {"values": fit.values, "status": fit.status, "doubts": list(self.doubts)} | ({} if drawn is None else {
             "samples": drawn.status, "intervals": {name: drawn.interval(name) for name in drawn.names}})
 
 
@@ -85,7 +89,23 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     targets = [default_targets(names, part.modes, part.frf) for part in known]
     result = update(machine, names, targets=targets, pose=[part.pose for part in known],
                     lead=[_leading(machine, part) for part in known])
-    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None)
+    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known))
+
+
+def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[str, ...]:
+    """Return what the channels are doubted for, each once: responses by themselves, all beside the updated machine.
+
+    Beside the machine before it would be unfair: what is wrong with the machine is what the update is for.
+    """
+    lines: list[str] = []
+    for part, agreement in zip(measured, result.all_after, strict=True):
+        if part.modes is not None:
+            modes = real_modes(part.modes)
+            system = assemble(result.machine, part.pose, modes.dofs)
+            lines += question_shapes(modes, eigen.solve_undamped(system).selected(agreement.modes))
+        if part.frf is not None and agreement.frf is not None:
+            lines += (*question(part.frf), *question_responses(part.frf, agreement.frf))
+    return tuple(dict.fromkeys(lines))
 
 
 def _leading(machine: Machine, part: Measurement) -> Modes | None:
