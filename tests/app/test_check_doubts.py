@@ -9,7 +9,7 @@ from toolpoint.app.main import cli
 FILE = """toolpoint: 1
 name: small
 bodies:
-  bed: {{mass: {mass}, inertia: {{xx: 1, yy: 1, zz: 1}}}}
+  bed: {{mass: {mass}, inertia: {{xx: 30, yy: 30, zz: 30}}}}
 joints:
   feet:
     parent: ground

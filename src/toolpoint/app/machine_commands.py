@@ -104,43 +104,6 @@ def _show_matrix_modes(stiffness: Path, mass: Path | None, count: int, as_json: 
     run.show(result, result.notes)
 
 
-@click.command()
-@click.argument("machine", type=FILE)
-@click.option("--mass", type=click.FloatRange(0, min_open=True), help="Mass of a robot (URDF) by its catalogue, kg.")
-@JSON
-def check(machine: Path, mass: float | None, as_json: bool) -> None:
-    """Check a machine file (or a robot's URDF): all its faults at once, or what it holds."""
-    from toolpoint.app import console
-    from toolpoint.io.yaml import machine_file
-
-    inertias: tuple[str, ...] = ()
-    if machine.suffix.lower() == ".urdf":
-        from toolpoint.io import urdf
-
-        inertias = urdf.read_robot(machine, mass).doubts
-    for doubt in () if as_json else inertias:
-        console.text("doubt: " + doubt)
-    built = machine_file.read(machine)
-
-    from toolpoint.cutting.build import words
-    from toolpoint.studies.machines.machine_doubts import question_machine
-    from toolpoint.studies.machines.machine_words import describe_motion
-
-    doubts = question_machine(built)
-    cut = None if built.description.cutting is None else words(built.description.cutting)
-    if as_json:
-        click.echo(json.dumps({"ok": True, "doubts": [*inertias, *doubts], "coordinates": built.size, "cutting": cut,
-                               "motion": list(describe_motion(built))}))
-        return
-    for doubt in doubts:
-        console.text("doubt: " + doubt)
-    click.echo(repr(built))
-    for line in describe_motion(built):
-        console.text(line)
-    if cut is not None:
-        click.echo(f"cutting: {cut}")
-
-
 @click.command("map")
 @click.argument("machine", type=FILE)
 @click.option("--axis", "axes", multiple=True, required=True, metavar="X=-300mm:300mm:21",

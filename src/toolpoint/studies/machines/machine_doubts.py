@@ -20,7 +20,7 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
     """Return doubts about joints without a place, masses beyond machine tools, and a speed range that runs backwards."""
     description = machine.description
     lines = [f"bodies.{name}: {body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg); check the unit"
-             for name, body in zip(description.bodies, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
+             for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
     lines += [f"joints.{name}: no place is given, so its springs stand at 0, 0, 0 of the machine; write 'at: [x, y, z]' unless "
               "that is where they are" for name, joint in description.joints.items()
               if _is_out_of_place(joint)]

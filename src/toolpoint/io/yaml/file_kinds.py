@@ -1,0 +1,51 @@
+"""Which of toolpoint's YAML files a file is, by the keys that only this kind has, and the reader of each."""
+
+from __future__ import annotations
+
+import importlib
+from pathlib import Path
+from typing import Any
+
+from toolpoint._check import ToolpointError
+from toolpoint.io.door import check_regular
+from toolpoint.io.yaml.document import parse
+
+# Kind, the key that gives it away, module of its reader, and how it is called.
+KINDS: dict[str, tuple[str, str, str]] = {
+    "components": ("components", "component_file", "components of a test"),
+    "shaft": ("segments", "shaft_file", "a shaft"),
+    "plan": ("machine", "plan_file", "a screening plan"),
+    "datasheet": ("members", "robot_file", "a robot's datasheet"),
+}
+
+
+def kind_of(path: str | Path) -> str:
+    """Return the kind of a file: machine, servo, cut, or one of `KINDS`; ``machine`` where nothing else is recognised."""
+    file = Path(path)
+    if file.suffix.lower() == ".urdf":
+        return "machine"
+    check_regular(file)
+    data = parse(file).data
+    if "bodies" in data or "joints" in data:
+        return "machine"
+    for kind, (key, *_) in KINDS.items():
+        if key in data:
+            return kind
+    axes = data.get("axes")
+    if isinstance(axes, dict) and any(isinstance(axis, dict) and "mechanics" in axis for axis in axes.values()):
+        return "servo"
+    return "cut" if set(data) == {"cutting"} else "machine"
+
+
+def read_kind(path: str | Path, kind: str) -> str:
+    """Read a file by the reader of its kind, whose faults it raises; return what it is in words."""
+    if kind == "cut":
+        raise ToolpointError(f"{path}: a section 'cutting' alone; paste it into a machine file, which is checked with it")
+    if kind == "servo":
+        from toolpoint.io.yaml import drive_file
+
+        drives = drive_file.read(path)
+        return f"a servo, {drives.name}, of the axes {', '.join(drives.axes)}"
+    module, words = KINDS[kind][1:]
+    part: Any = importlib.import_module(f"toolpoint.io.yaml.{module}").read(path)
+    return f"{words}, {part.name}" if getattr(part, "name", "") else words

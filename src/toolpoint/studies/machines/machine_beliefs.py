@@ -1,0 +1,80 @@
+"""Doubts that a unit gives away: masses that no material has in their size, springs of no machine, levers of no joint.
+
+Nothing here is refused: a doubt names the number, what it would mean, and the likely slip.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint.machine import Machine, assemble
+from toolpoint.machine.description import BodyDescription
+from toolpoint.machine.extent import equal_box, shape_size
+from toolpoint.vibration import eigen
+
+DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal
+STIFFEST, SOFTEST = 1e12, 1e4  # N/m of a joint of a machine tool
+LONGEST_LEVER, SHORTEST_LEVER = 30.0, 1e-3  # m, root of turning over translational stiffness
+SLOWEST, FASTEST = 0.5, 5e3  # Hz of the first elastic mode
+FURTHEST = 50.0  # m of travel
+
+
+def question_units(machine: Machine) -> list[str]:
+    """Return doubts about masses against sizes, stiffness, travel and the lowest natural frequency."""
+    return [*_densities(machine), *_springs(machine), *_travels(machine), *_frequencies(machine)]
+
+
+def _densities(machine: Machine) -> list[str]:
+    lines = []
+    for name, body in zip(machine.body_names, machine.bodies, strict=True):
+        described, mass = machine.description.bodies[name], float(body.mass[0, 0])
+        if described.elastic is not None or described.mesh is not None or described.density is not None or mass < 1e-6:
+            continue
+        size = _size(described, body.mass)
+        density = mass / float(np.prod(size))
+        words = f"bodies.{name}: {mass:.4g} kg in {' x '.join(f'{v:.3g}' for v in size)} m is {density:.3g} kg/m^3, "
+        if density > DENSEST:
+            lines.append(f"{words}more than any metal; check the units of mass, of size (numbers without a unit are m) and of "
+                         "inertia")
+        elif density < LIGHTEST and max(size) > 0.05:
+            lines.append(f"{words}less than a hollow box of sheet; check the units of mass (t as kg?), of size and of inertia")
+    return lines
+
+
+def _size(body: BodyDescription, mass: np.ndarray) -> np.ndarray:
+    """Size of the box that the body's mass is in: its own shape, else the uniform box with its moments of inertia."""
+    return equal_box(mass) if body.shape is None or body.inertia is not None else shape_size(body.shape)
+
+
+def _springs(machine: Machine) -> list[str]:
+    lines = []
+    for name, joint in machine.description.joints.items():
+        along = {way: value for way, value in joint.stiffness.items() if "r" not in way}
+        about = {way: value for way, value in joint.stiffness.items() if "r" in way}
+        lines += [f"joints.{name}.stiffness.{way}: {value:.3g} N/m, {word}; check its unit (N/um is 1e6 N/m)"
+                  for way, value in along.items()
+                  for word in ("stiffer than any joint of a machine tool",) * (value > STIFFEST)
+                  + ("softer than a mounting of rubber",) * (value < SOFTEST)]
+        if along and about:
+            levers = {way: float(np.sqrt(value / max(along.values()))) for way, value in about.items()}
+            lines += [f"joints.{name}.stiffness.{way}: {about[way]:.3g} N m/rad beside {max(along.values()):.3g} N/m is a "
+                      f"lever of {lever:.2g} m; check its unit (GN*mm/rad is 1e6 N*m/rad, N*m/deg is 57.3)"
+                      for way, lever in levers.items() if not SHORTEST_LEVER < lever < LONGEST_LEVER]
+    return lines
+
+
+def _travels(machine: Machine) -> list[str]:
+    return [f"axes.{axis.name}: travels {axis.upper - axis.lower:.4g} m; check the unit of its limits"
+            for axis in machine.chain.axes if not axis.is_rotary and FURTHEST < axis.upper - axis.lower < np.inf]
+
+
+def _frequencies(machine: Machine) -> list[str]:
+    try:
+        frequency = np.asarray(eigen.solve_undamped(assemble(machine), None).frequency)
+    except ValueError:  # a machine that cannot be solved here says so where it is asked
+        return []
+    elastic = frequency[frequency > 1e-3]
+    if not elastic.size or SLOWEST <= elastic[0] <= FASTEST:
+        return []
+    return [f"the lowest natural frequency is {elastic[0]:.3g} Hz, {'that of a tower' if elastic[0] < SLOWEST else 'too high'} "
+            "for a machine tool; check the units of mass and stiffness"]

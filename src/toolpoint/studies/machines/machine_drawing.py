@@ -1,0 +1,134 @@
+"""A machine drawn in words, as `check` shows it: what carries what, how heavy and large it is, how far it travels, what was
+assumed. What it says was understood from the file; a reader compares it with the machine in the hall."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from toolpoint.machine.description import GROUND, AxisDescription, JointDescription
+from toolpoint.machine.extent import equal_box, shape_size
+from toolpoint.machine.model import Machine
+
+WAYS = ("x", "y", "z", "rx", "ry", "rz")
+
+
+def draw_chain(machine: Machine) -> tuple[str, ...]:
+    """Return the tree of bodies from the ground up, a line for each: its joint, its mass and size, the points it carries."""
+    description = machine.description
+    carried: dict[str, list[str]] = {}
+    for name, joint in description.joints.items():
+        carried.setdefault(joint.parent, []).append(name)
+    marks = {description.tool: "tool", description.table: "table"}
+    points: dict[str, list[str]] = {}
+    for name, point in description.points.items():
+        points.setdefault(point.body, []).append(name + (f" ({marks[name]})" if name in marks else ""))
+    total = sum(float(body.mass[0, 0]) for body in machine.bodies)
+    seen = f"; {', '.join(points[GROUND])}" if GROUND in points else ""
+    return (f"{description.name}: {len(machine.bodies)} bodies of {total:.4g} kg in all, {machine.size} coordinates",
+            f"ground{seen}", *_branches(machine, carried, points, GROUND, 1))
+
+
+def _branches(machine: Machine, carried: Mapping[str, list[str]], points: Mapping[str, list[str]], parent: str, depth: int
+              ) -> Iterator[str]:
+    for name in carried.get(parent, ()):
+        joint = machine.description.joints[name]
+        lead = "   " * depth + f"{name} ({joint_words(machine, name)}): "
+        if joint.closes_loop:
+            yield lead + f"closes a loop to {joint.child}"
+            continue
+        seen = f"; {', '.join(points[joint.child])}" if joint.child in points else ""
+        yield lead + f"{joint.child}, {body_words(machine, joint.child)}{seen}"
+        yield from _branches(machine, carried, points, joint.child, depth + 1)
+
+
+def body_words(machine: Machine, name: str) -> str:
+    """Return mass and size of a body in words; the size is that of the box with its moments of inertia where none is drawn."""
+    link, body = machine.body_names.index(name), machine.description.bodies[name]
+    mass = machine.bodies[link].mass
+    shape = body.draw or body.shape
+    size = equal_box(mass) if shape is None else shape_size(shape)
+    about = "about " if shape is None else ""
+    spin = "" if body.spin is None else f", spinning at {body.spin.speed * 30 / np.pi:.4g} rev/min"
+    kind = ", by finite elements" if body.elastic is not None else ""
+    return f"{mass[0, 0]:.4g} kg, {about}{' x '.join(f'{v:.3g}' for v in size)} m{kind}{spin}"
+
+
+def joint_words(machine: Machine, name: str) -> str:
+    """Return what a joint does: the directions that it springs in, leaves free, and is driven in."""
+    joint = machine.description.joints[name]
+    springs = _springs(joint)
+    free = [way for way in WAYS if way in joint.free]
+    drives = [f"{drive.direction.lstrip('-')} by {axis_name}" for axis_name, axis in machine.description.axes.items()
+              for drive in axis.moved if drive.joint == name]
+    words = [f"springs {springs}"] if springs else []
+    words += [f"free {' '.join(free)}"] if free else []
+    words += [f"free along {len(joint.screws)} screws"] if joint.screws else []
+    return ", ".join([*(words or ["rigid"]), *(f"driven in {drive}" for drive in drives)])
+
+
+def _springs(joint: JointDescription) -> str:
+    if joint.law is not None:
+        more = f" and {' '.join(joint.stiffness)}" if joint.stiffness else ""
+        return f"by the law of its kind{more}"
+    if joint.stiffness_matrix is not None:
+        return "by a whole matrix"
+    return " ".join(way for way in WAYS if way in joint.stiffness)
+
+
+def describe_travel(machine: Machine) -> tuple[str, ...]:
+    """Return a line for every axis: what it moves, along what, from where to where."""
+    axes = {axis.name: axis for axis in machine.chain.axes}
+    lines = []
+    for name, described in machine.description.axes.items():
+        axis = axes[name]
+        span = f"{axis.words(axis.lower)} .. {axis.words(axis.upper)}" if np.isfinite([axis.lower, axis.upper]).all() else \
+            "no limits given"
+        lines.append(f"axis {name} moves {_moved(machine, described)}; travel {span}")
+    return tuple(lines)
+
+
+def _moved(machine: Machine, axis: AxisDescription) -> str:
+    joints = machine.description.joints
+    words = []
+    for drive in axis.moved:
+        way = drive.direction.lstrip("-")
+        sign = "-" if (drive.direction[0] == "-") != (drive.factor < 0) else "+"
+        words.append(f"{joints[drive.joint].child} {'about' if way[0] == 'r' else 'along'} {sign}{way[-1]} of {drive.joint}")
+    return " and ".join(words)
+
+
+def describe_assumed(machine: Machine) -> tuple[str, ...]:
+    """Return what a result of this file rests on beside its numbers: what it leaves out, and where its numbers are from."""
+    description = machine.description
+    rigid = [name for name, joint in description.joints.items() if joint_words(machine, name).startswith("rigid")]
+    lines = [f"assumed: {', '.join(rigid)}: rigid but for what is driven" if len(rigid) > 1 else
+             f"assumed: {rigid[0]} is rigid but for what is driven"] if rigid else []
+    if description.damping_ratio is not None:
+        lines.append(f"assumed: a damping ratio of {100 * description.damping_ratio:.3g} % for every mode")
+    elif not any(_is_damped(joint) for joint in description.joints.values()):
+        lines.append("assumed: no damping at all, so peaks of responses have no height and stable depths no limit; write "
+                     "'damping_ratio: 3 %' or damping in the joints")
+    if description.gravity is None and not description.loads:
+        lines.append("assumed: no gravity and no loads, so no preload of joints")
+    if description.tool is None:
+        lines.append("assumed: no tool, so no responses of the tool and no lobes; write 'tool: POINT'")
+    elif description.table is None:
+        lines.append("assumed: the work stands still with the ground; write 'table: POINT' for the point that carries it")
+    lines += [f"assumed by the file: {text}" for text in description.assumptions]
+    return (*lines, *_sources(machine))
+
+
+def _is_damped(joint: JointDescription) -> bool:
+    return bool(joint.damping or joint.loss_factor) or joint.damping_matrix is not None
+
+
+def _sources(machine: Machine) -> list[str]:
+    description = machine.description
+    sources = [body.source for body in description.bodies.values()] + [joint.source for joint in description.joints.values()]
+    counts = Counter(source or "of unstated source" for source in sources)
+    if set(counts) == {"of unstated source"}:
+        return ["sources: no body and no joint says where its numbers are from (write 'source: measured', published, chosen)"]
+    return ["sources: " + ", ".join(f"{number} parts {source}" for source, number in counts.most_common())]
