@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from toolpoint._rounding import with_uncertainty
 from toolpoint.plot import Chart, Listing, Notes, Picture, Report, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
@@ -30,8 +31,7 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
                warnings: Sequence[str] = ()) -> Report:
     """Return the page of one or more videos, with the ranking and update of a machine where there is one."""
     names = ", ".join(video.scan.clip.name for video in videos)
-    summary = "; ".join(f"{video.scan.clip.name}: {int(video.is_mode.sum())} modes" for video in videos)
-    report = Report("Modes from video", summary, subtitle=names)
+    report = Report("Modes from video", " ".join(map(_answer, videos)), subtitle=names)
     doubts = [*warnings, *(f"{video.scan.clip.name}: {text}" for video in videos for text in video.doubts)]
     report = report.with_doubts(*doubts)
     if result is not None:
@@ -40,6 +40,19 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
         report = _video(report, video, number)
     notes = list(dict.fromkeys(note for video in videos for note in video.notes))
     return report.with_assumptions(*notes)
+
+
+def _answer(video: VideoStudy) -> str:
+    """Return the modes of a video with the intervals of their frequencies."""
+    at = np.flatnonzero(video.is_mode)
+    name = video.scan.clip.name or "The clip"
+    if not at.size:
+        return f"{name}: no mode is seen."
+    half = video.poles.frequency_interval if video.poles.covariance is not None else None
+    parts = [with_uncertainty(float(video.poles.frequency[i]), None if half is None else float(half[i]), "Hz")
+             for i in at[:4].tolist()]
+    more = f" and {at.size - 4} more" if at.size > 4 else ""
+    return f"{name}: {at.size} mode{'s' if at.size > 1 else ''}, {', '.join(parts)}{more}{'' if half is None else ' (95 %)'}."
 
 
 def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from toolpoint._rounding import with_uncertainty
 from toolpoint.cutting.build import engagement_of, tool_of
+from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.calibration import mean_forces, plot_force_fit
 from toolpoint.studies.cuts.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
@@ -16,8 +18,9 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
     """Return the page of a calibration."""
     test = result.test
     tool = tool_of(result.description)
-    report = Report("Calibration of cutting coefficients", f"{tool!r}, {engagement_of(result.description)!r}",
-                    subtitle=f"{test.speed:g} rev/min, depth {1e3 * test.depth:g} mm, {result.feeds.size} records")
+    words = f"{inside(tool)}, engaged {inside(engagement_of(result.description)).replace('..', ' to ')}"
+    report = Report("Calibration of cutting coefficients", _answer(result),
+                    subtitle=f"{words}; {test.speed:g} rev/min, depth {1e3 * test.depth:g} mm, {result.feeds.size} records")
     report = report.with_section(
         "Coefficients and run-out", f"Fit of the forces over rotation; residual {result.fit.residual:.4g} N, "
         f"{result.fit.status}." + (f" {NAMED}" if result.is_named_by_fit else ""), Table(list(HEADER), fit_rows(result.fit)))
@@ -32,4 +35,18 @@ def calibration_page(result: CalibrationStudy, warnings: Sequence[str] = ()) -> 
               for i, (feed, name) in enumerate(zip(result.feeds[:CHARTS], result.names, strict=False))]
     report = report.with_section("Measured and fitted forces", "Forces on the tool over one revolution, the mean of all whole "
                                "revolutions of the record.", *charts)
-    return report.with_doubts(*warnings, *result.doubts)
+    report = report.with_doubts(*warnings, *result.doubts)
+    return report.with_assumptions(
+        f"Forces act on the {test.force_on}; the spindle turns at {test.speed:g} rev/min exactly, at a depth of "
+        f"{1e3 * test.depth:g} mm.", "The tool is rigid in the test: no vibration is taken off the forces.",
+        *(() if test.runout else ("Run-out is taken as zero.",)))
+
+
+def _answer(result: CalibrationStudy) -> str:
+    """Return the coefficients with their 95 % intervals in a sentence."""
+    fit, parts = result.fit, []
+    for name, value, (_, high) in zip(fit.names, fit.values, fit.interval, strict=True):
+        if name in ("kt", "kn", "ka"):
+            parts.append(f"K_{name[1]} = {with_uncertainty(float(value) / 1e6, float(high - value) / 1e6)}")
+    return f"{', '.join(parts)} N/mm^2 (95 %), fitted to {result.feeds.size} records."
+

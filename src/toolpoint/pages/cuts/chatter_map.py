@@ -2,39 +2,56 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
+from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.cuts.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
+from toolpoint.studies.machines.pose_grid import Grid
 
 QUANTITY = "Stable depth, mm"
 
 
 def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] = ()) -> Report:
     """Return the page of a map: least stable depth over the workspace, by feed direction, and what is stable everywhere."""
-    units = {axis.name: axis.unit for axis in machine.chain.axes}
     described = words(result.cut).replace(f", feed along {result.cut.feed}", "")  # the feed turns here
-    report = Report(f"Chatter limits over the workspace: {machine.description.name}", f"{described}.",
-                    subtitle=repr(result)[11:-1])
+    report = Report(f"Chatter limits over the workspace: {machine.description.name}", _answer(result), subtitle=described)
     report = report.with_section(
-        "Stable depth", *_map_parts(result, units),
+        "Stable depth", *_map_parts(result),
         Table(list(HEADER), result.rows(), "Depth that is stable at every charted speed; the worst pose of each feed "
               "direction"))
     report = report.with_section("Over the speed", *_speed_parts(result))
     failed = result.failed()
     if failed:
-        report = report.with_section("Failed poses", Notes(failed, "warning"))
-    return with_remarks(report, notes)
+        report = report.with_section("Failed poses", Notes(failed, "warning")).with_doubts(
+            f"{len(failed)} poses could not be computed; what is said of all poses is said of the others")
+    return with_remarks(report, [*notes, f"Computed: {inside(result)}; between these poses nothing is known."])
 
 
-def _map_parts(result: ChatterMap, units: Mapping[str, str]) -> list[Chart | str]:
+def _answer(result: ChatterMap) -> str:
+    """Return the worst and what is stable everywhere in a sentence."""
+    worst = result.worst()
+    at = int(np.argmax(np.minimum(result.everywhere, np.nanmin(result.depth_max))))
+    deepest = float(result.everywhere[at])
+    best = f"{number_text(1e3 * deepest, digits=3)} mm at {result.speeds[at]:.0f} rev/min" if np.isfinite(deepest) else \
+        f"no limit to {number_text(1e3 * float(np.nanmin(result.depth_max)), digits=3)} mm at {result.speeds[at]:.0f} rev/min"
+    if not np.isfinite(worst.depth):
+        return "No limit was found at any pose."
+    return (f"{number_text(1e3 * worst.depth, digits=3)} mm is stable at every pose, feed direction and charted speed; "
+            f"worst is {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}, "
+            f"{worst.speed:.0f} rev/min, where chatter begins at {worst.frequency:.0f} Hz. The speed that is best everywhere "
+            f"allows {best}.")
+
+
+def _map_parts(result: ChatterMap) -> list[Chart | str]:
     """Return the map of the least depth over the first two axes that have several positions; the worst of further ones."""
     lowest = np.minimum(result.lowest, result.depth_max[..., None])
     several = [k for k, at in enumerate(result.axes.values()) if at.size > 1]
@@ -49,8 +66,8 @@ def _map_parts(result: ChatterMap, units: Mapping[str, str]) -> list[Chart | str
         names_of_ways = ["worst direction", *names_of_ways]
     remark = _remark(result, [names[k] for k in several[2:]])
     parts: list[Chart | str] = [f"Depth that is stable at every charted speed. {remark}".strip()]
-    at = [(names[k], np.degrees(result.axes[names[k]]) if names[k] in result.angles else result.axes[names[k]],
-           units[names[k]]) for k in several[:2]]
+    grid = Grid(result.axes, result.angles)
+    at = [(names[k], grid.shown(names[k]), grid.unit(names[k])) for k in several[:2]]
     if len(at) == 1:
         chart = frequency_curves(at[0][1], values, axis=at[0][0], unit=at[0][2], names=names_of_ways, quantity=QUANTITY)
     else:

@@ -1,4 +1,4 @@
-"""The page of a lobes study: chart, surface location error, cuts to make, probability of stability, remarks."""
+"""The page of a lobes study: the answer, how deep at a speed, the chart, its dynamics, cuts to make, probability, remarks."""
 
 from __future__ import annotations
 
@@ -6,13 +6,21 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.surface.location import location_error, wall_side
+from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, problem_words
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.cutting import intervals_of, simulation_series, surface_location, with_simulations
+from toolpoint.plot import Chart, ClickedSeries, Lookup, Report, Table
+from toolpoint.plot.figures.cutting import (
+    chatter_frequencies,
+    intervals_of,
+    simulation_series,
+    surface_location,
+    with_simulations,
+)
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.probability import importance_chart, probability_chart
 from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy
@@ -21,28 +29,58 @@ from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, cont
 
 def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a lobes study: the chart, surface location error where it can be told, cuts to make, probability."""
-    report = _with_chart(result)
-    report = _with_surface_error(report, result.problem, result.chart)
+    report = Report("Stability of a milling cut", _answer(result), subtitle=problem_words(result.problem))
+    report = _with_chart(report, result)
     report = report.with_section("Cuts to make", *result.contradictions, Table(ADVICE, result.advice))
+    report = report.with_section("The dynamics it stands on", *dynamics_parts(result.problem.plane))
+    report = _with_surface_error(report, result.problem, result.chart)
     if result.probability is not None:
         report = _with_probability(report, result.probability, result.uncertainty)
-    return with_remarks(report, result.chart.notes, [*warnings, *result.doubts])
+    doubts = [*warnings, *result.doubts, *result.contradictions]
+    return with_remarks(report, [*result.chart.notes, *_rests(result)], doubts)
 
 
-def _with_chart(result: LobesStudy) -> Report:
-    problem, chart, runs = result.problem, result.chart, result.runs
-    report = Report("Stability of a milling cut", f"{problem!r}", subtitle=f"method {chart.method}")
+def _answer(result: LobesStudy) -> str:
+    """Return what is stable at every speed, with its interval where one is known, and the best cut."""
+    chart, best = result.chart, from_chart(result.chart)
+    words = limit_sentence(chart)
+    if result.spread is not None and np.isfinite(chart.limit).any():
+        half = result.spread.factor * result.spread.lowest
+        low, high = (1e3 * float(np.min(chart.limit)) * np.exp(sign * half) for sign in (-1, 1))
+        words += f" Its 95 % interval from the machine's identified numbers: {number_text(low, digits=3)} to " \
+                 f"{number_text(high, digits=3)} mm."
+    return words + (f" The best cut with a margin: {number_text(1e3 * best.depth, digits=3)} mm at {best.speed:.0f} rev/min."
+                    if best.depth > 0 else "")
+
+
+def _rests(result: LobesStudy) -> list[str]:
+    """Return what the limits rest on, where nothing else says it."""
+    lines = [f"Method {result.chart.method}; stated errors are those of the computation alone."]
+    if result.spread is None and result.probability is None:
+        lines.append("Dynamics and cutting coefficients are taken as exact: an interval of the limits needs a machine with "
+                     "identified numbers, or --probability.")
+    return lines
+
+
+def _with_chart(report: Report, result: LobesStudy) -> Report:
+    chart, runs = result.chart, result.runs
     words = "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error."
     best = from_chart(chart)
     top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
     figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")], max_depth=top,
                            points=[(best.speed, best.depth, "best cut, with some margin")])
+    start = float(best.speed if best.depth > 0 else np.median(chart.speeds))
+    lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
+                    "depth")
+    parts: list[Chart | ClickedSeries]
     if runs:
-        report = report.with_section("Chart", words, Chart(with_simulations(figure, runs), name="stability"),
-                                     simulation_series(runs, "stability"))
+        parts = [Chart(with_simulations(figure, runs), name="stability"), simulation_series(runs, "stability")]
     else:
-        report = report.with_section("Chart", words, Chart(figure, name="stability"))
-    return report
+        parts = [Chart(figure, name="stability")]
+    if np.isfinite(chart.limit).any():
+        parts.append(Chart(chatter_frequencies(chart), "Frequency at which chatter begins at the first limit of each speed.",
+                           name="chatter"))
+    return report.with_section("Chart", lookup, words, *parts)
 
 
 def _with_surface_error(report: Report, problem: MillingProblem, chart: StabilityChart) -> Report:
@@ -52,7 +90,7 @@ def _with_surface_error(report: Report, problem: MillingProblem, chart: Stabilit
         if np.isfinite(depth) and depth > 0:
             error = location_error(problem, chart.speeds, depth, side=side)
             where = "leave" if side == "exit" else "enter"
-            words = f"At a depth of {1e3 * depth:.4g} mm, of the wall where the teeth {where} the cut."
+            words = f"At a depth of {number_text(1e3 * depth, digits=3)} mm, of the wall where the teeth {where} the cut."
             report = report.with_section("Surface location error", words, Chart(surface_location(chart.speeds, error)))
     return report
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from toolpoint.pages.cuts.cut_words import dynamics_parts, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cutting import simulation_charts
@@ -13,8 +14,17 @@ from toolpoint.studies.cuts.simulated_cut import SimulatedCut
 def simulation_page(result: SimulatedCut, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a simulated cut."""
     run = result.run
-    report = Report("Simulated cut", f"{run.problem!r}", subtitle=f"{run.speed:g} rev/min, depth {1e3 * run.depth:g} mm")
+    report = Report("Simulated cut", _answer(result), subtitle=f"{problem_words(run.problem)}; {run.speed:g} rev/min, depth "
+                                                               f"{1e3 * run.depth:g} mm")
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
     for name, figure in simulation_charts(run).items():
         report = report.with_section(name, Chart(figure))
-    return with_remarks(report, [*result.notes, *warnings])
+    report = report.with_section("The dynamics it stands on", *dynamics_parts(run.problem.plane))
+    return with_remarks(report, [*result.notes, "Dynamics and cutting coefficients are taken as exact."], warnings)
+
+
+def _answer(result: SimulatedCut) -> str:
+    """Return the verdict with its reason."""
+    run, verdict = result.run, result.run.verdict()
+    said = {"chatter": "chatters", "stable": "is stable"}.get(verdict.state, "is undecided")
+    return (f"The cut at {run.speed:g} rev/min and {1e3 * run.depth:g} mm depth {said}: {verdict.reason.split(';')[0]}.")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
@@ -20,7 +21,8 @@ from toolpoint.substructuring.receptance import PlaneReceptance
 def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a coupled tool; doubts stand first."""
     doubts = [note for note in result.notes if note.startswith("doubt")]
-    report = Report("Tool-point response by receptance coupling", result.tool.words, subtitle=result.tool.source)
+    source = f"; {result.tool.source}" if result.tool.source else ""
+    report = Report("Tool-point response by receptance coupling", _answer(result), subtitle=f"{result.tool.words}{source}")
     report = report.with_doubts(*doubts)
     curves = {f"tool along {tip.plane}": _with_band(tip) for tip in result.tips}
     report = report.with_section(
@@ -34,6 +36,17 @@ def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Re
         report = _with_stick_outs(report, result)
     notes = result.notes if result.lobes is None else (*result.notes, *result.lobes.chart.notes)
     return with_remarks(report, [note for note in notes if note not in doubts], warnings)
+
+
+def _answer(result: ToolCoupling) -> str:
+    """Return the greatest compliance of the tip, with its interval and frequency."""
+    tip = max(result.tips, key=lambda part: float(np.abs(part.values[:, 0, 0]).max()))
+    size, low, high = _with_band(tip)
+    at = int(np.argmax(size))
+    ends = [number_text(1e6 * float(end[at]), digits=3) for end in (low, high)]
+    band = "" if tip.draws is None else f" ({ends[0]} to {ends[1]}, 95 %)"
+    return (f"The tip is most compliant along {tip.plane} at {tip.frequency[at]:.0f} Hz: "
+            f"{number_text(1e6 * size[at], digits=3)} µm/N{band}.")
 
 
 def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, plane_words
 from toolpoint.pages.remarks import with_remarks
-from toolpoint.plot import Chart, Report, Table
+from toolpoint.plot import Chart, Lookup, Report, Table
 from toolpoint.plot.figures.cutting import chip_response, intervals_of
 from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
 from toolpoint.studies.cuts.turning_study import HEADER, TurningStudy
@@ -19,7 +21,7 @@ def turning_page(result: TurningStudy) -> Report:
     chart, limit, cut = result.chart, result.limit, result.cut
     words = f"K_f {cut.cutting / 1e6:g} N/mm^2" + (f", K_t {cut.tangential / 1e6:g} N/mm^2" if cut.tangential else "") + (
         f", process damping {cut.process_damping:g} N/m" if cut.process_damping else "")
-    report = Report("Stability of a turning cut", f"{words}; {result.problem.plane!r}", subtitle=f"method {chart.method}")
+    report = Report("Stability of a turning cut", _answer(result), subtitle=f"{words}; {plane_words(result.problem.plane)}")
     curves: list[StabilityCurve | StabilityIntervals] = [intervals_of(chart),
                                                          StabilityCurve(chart.speeds, chart.limit, "first limit")]
     if limit is not None and np.isfinite(limit.width):
@@ -28,15 +30,26 @@ def turning_page(result: TurningStudy) -> Report:
     best, finite = from_chart(chart), np.isfinite(chart.limit).any()
     figure = stability_chart(curves, max_depth=None if finite else chart.depth_max, depth_name="Width of cut",
                            points=[(best.speed, best.depth, "best cut, with some margin")])
+    lookup = Lookup("How wide at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart),
+                    float(best.speed if best.depth > 0 else np.median(chart.speeds)), "width")
     report = report.with_section(
-        "Chart", "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
+        "Chart", lookup, "Hover shows the stable interval, the chatter frequency at its end, and the stated numerical error.",
         Chart(figure, name="stability"), Table(list(HEADER), result.rows()))
     least = (limit.frequency, limit.real) if limit is not None and np.isfinite(limit.width) else None
     report = report.with_section(
         "Response of the chip thickness", "The part of the receptance that the cutting force turns into chip thickness. Its "
         "least real part sets the width that is stable at every speed: b = -1/(2 K_f min Re G).",
         Chart(chip_response(_response(result.problem.plane), least), name="oriented"))
-    return with_remarks(report, chart.notes)
+    report = report.with_section("The dynamics it stands on", *dynamics_parts(result.problem.plane))
+    return with_remarks(report, [*chart.notes, f"Method {chart.method}; dynamics and coefficients are taken as exact."])
+
+
+def _answer(result: TurningStudy) -> str:
+    limit = result.limit
+    words = limit_sentence(result.chart, width=True)
+    if limit is not None and np.isfinite(limit.width):
+        words += f" Below {number_text(1e3 * limit.width, digits=3)} mm it is stable at any speed at all."
+    return words
 
 
 def _response(plane: PlaneDynamics) -> Frf:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.campbell import campbell_diagram
 from toolpoint.studies.machines.campbell import SENSES, Campbell
@@ -12,12 +13,27 @@ from toolpoint.studies.machines.pose_words import pose_words
 
 def campbell_page(result: Campbell) -> Report:
     """Return the page of a Campbell diagram."""
-    report = Report(f"Campbell diagram: {result.machine.name}", "Natural frequencies without damping while the spindle turns.",
+    report = Report(f"Campbell diagram: {result.machine.name}", _answer(result),
                     subtitle=pose_words(result.machine, result.pose))
     chart = campbell_diagram(result.speeds, result.frequency, result.whirl, orders=result.orders)
-    rows = [[f"{order:g}", round(speed, 1), round(f, 3), SENSES[w + 1]] for order, speed, f, w in result.critical]
+    rows = [[f"{order:g}", f"{speed:.0f}", float(f), SENSES[w + 1]] for order, speed, f, w in result.critical]
     spread = np.ptp(result.frequency, axis=0)
     words = [f"mode {int(k) + 1} moves most: by {spread[k]:.4g} Hz over the range" for k in [np.argmax(spread)]]
     table = Table(["per revolution", "rev/min", "Hz", "whirl"], rows, "Critical speeds: where a line meets a mode")
     return report.with_section("Frequencies over the spindle speed", Chart(chart), *([table] if rows else []),
-                               Notes(words, "note"))
+                               Notes(words, "note")).with_assumptions(
+        "Natural frequencies without damping; the machine is linear about its pose.",
+        f"Computed at {len(result.speeds)} speeds; between them lines are straight.",
+        "A critical speed is where an excitation of a whole or given order meets a mode: how strongly it shakes is not told.")
+
+
+def _answer(result: Campbell) -> str:
+    """Return the lowest critical speed in a sentence."""
+    low, high = float(result.speeds[0]), float(result.speeds[-1])
+    if not result.critical:
+        return f"No critical speed lies between {low:.0f} and {high:.0f} rev/min for the orders looked at."
+    order, speed, frequency, whirl = min(result.critical, key=lambda row: row[1])
+    return (f"{len(result.critical)} critical speeds lie between {low:.0f} and {high:.0f} rev/min; the lowest is "
+            f"{speed:.0f} rev/min, where {order:g} per revolution meets {number_text(float(frequency))} Hz "
+            f"({SENSES[whirl + 1]}).")
+

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from toolpoint.pages.machines.frequency_map import map_page
-from toolpoint.pages.machines.machine import machine_page, with_responses
+from toolpoint.pages.machines.machine import answer, machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.machine_report import MachineReport
@@ -32,6 +32,9 @@ def demo_page(casting: MachineReport, drives: MachineReport, files: Sequence[tup
     """Return the page of the published machine, without and with its feed drives; `files`: name and text of either."""
     (casting_name, casting_text), (drives_name, drives_text) = files
     page = machine_page(casting, casting_text, casting_name)
+    lead = answer(casting).partition(". ")[0]
+    page = replace(page, summary=f"{lead} as a casting alone. With its feed drives: {answer(drives)}\n\n"
+                                 f"{casting.machine.description.description}")
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
     scene, shapes = machine_shapes(drives.machine, {}, 18)
     page = page.with_section(

@@ -7,9 +7,10 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._rounding import number_text, with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report
-from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
+from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map, is_coarse
 from toolpoint.studies.machines.pose_grid import Grid
 from toolpoint.studies.machines.pose_map import PoseMap
 from toolpoint.studies.machines.response_map import NAMES as DIRECTIONS
@@ -26,24 +27,33 @@ def map_page(result: PoseMap | StiffnessMap | ResponseMap, name: str) -> Report:
 
 def frequency_map_page(result: PoseMap, name: str) -> Report:
     """Return a page with the map of every mode over the first two axes (the others at their first position)."""
-    report = Report(f"Natural frequencies over the workspace: {name}", repr(result))
+    report = Report(f"Natural frequencies over the workspace: {name}", _extreme_sentence(
+        result.grid, result.frequency[..., 0], "The lowest natural frequency", "Hz", _half(result)),
+        subtitle=_grid_words(result))
     modes = [f"mode {i + 1}" for i in range(result.frequency.shape[-1])]
     return _map_page(report, "Frequencies", result.grid, (result.frequency, modes, "Natural frequency, Hz"),
-                     lines=result.extremes(), failures=result.failures)
+                     lines=[*result.extremes(), *result.uncertain()], failures=result.failures).with_assumptions(
+        "Undamped natural frequencies of the linear machine about each pose.", *(
+            () if result.uncertainty is not None else ("The numbers of the machine file are taken as exact.",)))
 
 
 def stiffness_map_page(result: StiffnessMap, name: str) -> Report:
     """Return a page with the map of the stiffness along the tool's axes and in principal directions."""
-    report = Report(f"{result.kind.capitalize()} stiffness over the workspace: {name}",
-                    repr(result) + ". Along the tool's x, y and z, and in the softest, middle and stiffest direction.")
-    return _map_page(report, "Stiffness", result.grid, (1e-6 * result.stiffness, list(NAMES), "Stiffness, N/um"),
-                     lines=result.extremes(), failures=result.failures)
+    softest = 1e-6 * result.stiffness[..., list(NAMES).index("softest direction")]
+    report = Report(f"{result.kind.capitalize()} stiffness over the workspace: {name}", _extreme_sentence(
+        result.grid, softest, f"The {result.kind} stiffness of the tool in its softest direction", "N/µm"),
+        subtitle=_grid_words(result))
+    return _map_page(report, "Stiffness", result.grid, (1e-6 * result.stiffness, list(NAMES), "Stiffness, N/µm"),
+                     lines=result.extremes(), failures=result.failures).with_assumptions(
+        "Of the tool against the work, along the tool's x, y and z and in principal directions; the machine is linear about "
+        "each pose and its numbers are taken as exact.")
 
 
 def response_map_page(result: ResponseMap, name: str) -> Report:
     """Return a page with the responses over the lines and the first axis, and the greatest of each pose over two axes."""
-    report = Report(f"Responses over the workspace: {name}",
-                    repr(result) + ". Along the tool's x, y and z; force and motion in the same direction.")
+    report = Report(f"Responses over the workspace: {name}", _extreme_sentence(
+        result.grid, 1e6 * result.greatest().max(axis=-1), "The greatest receptance of the tool", "µm/N", worst_is_high=True),
+        subtitle=_grid_words(result))
     grid = result.grid
     first = next((k for k, at in enumerate(grid.axes.values()) if len(at) > 1), None)
     if first is not None:
@@ -52,11 +62,36 @@ def response_map_page(result: ResponseMap, name: str) -> Report:
         others = [other for other in grid.axes if other != name]
         rest = f"; {', '.join(others)} at the first position" if others else ""
         chart = frequency_map(grid.shown(name), result.frequency, np.log10(1e6 * size), axes=(name, "frequency"),
-                              units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of um/N")
+                              units=(grid.unit(name), "Hz"), names=DIRECTIONS, quantity="log10 of µm/N")
         report = report.with_section("Responses over the position", f"Receptance over {name}{rest}.", Chart(chart))
-    greatest = (1e6 * result.greatest(), list(DIRECTIONS), "Greatest receptance, um/N")
+    greatest = (1e6 * result.greatest(), list(DIRECTIONS), "Greatest receptance, µm/N")
     report = _map_page(report, "Greatest response", grid, greatest, lines=result.extremes(), failures=result.failures)
-    return with_remarks(report, result.notes)
+    return with_remarks(report, [*result.notes, "Along the tool's x, y and z, force and motion in the same direction."])
+
+
+def _half(result: PoseMap) -> FloatArray | None:
+    return None if result.uncertainty is None else result.uncertainty.interval[..., 0]
+
+
+def _grid_words(result: PoseMap | StiffnessMap | ResponseMap) -> str:
+    return f"{result.grid} poses computed" + (f", {len(result.failures)} failed" if result.failures else "")
+
+
+def _extreme_sentence(grid: Grid, values: FloatArray, what: str, unit: str, half: FloatArray | None = None, *,
+                      worst_is_high: bool = False) -> str:
+    """Return where a quantity over a grid is worst, and how far it reaches, in a sentence."""
+    if np.isnan(values).all():
+        return "No pose could be computed."
+    low, high = (tuple(int(i) for i in np.unravel_index(int(pick(values)), values.shape))
+                 for pick in (np.nanargmin, np.nanargmax))
+    first, second = (high, low) if worst_is_high else (low, high)
+    if values[high] - values[low] <= 1e-6 * abs(values[high]):
+        return f"{what} is {number_text(float(values[low]))} {unit} at every pose."
+    size = with_uncertainty(float(values[first]), None if half is None else float(half[first]), unit)
+    words = "highest" if worst_is_high else "lowest"
+    other = "falls to" if worst_is_high else "rises to"
+    return (f"{what} is {words}, {size}{'' if half is None else ' (95 %)'}, at {grid.words(first)}; it {other} "
+            f"{number_text(float(values[second]))} {unit} at {grid.words(second)}.")
 
 
 def _map_page(report: Report, title: str, grid: Grid, shown: tuple[FloatArray, Sequence[str], str], *, lines: Sequence[str],
@@ -78,10 +113,17 @@ def _map_page(report: Report, title: str, grid: Grid, shown: tuple[FloatArray, S
                               units=(grid.unit(names[0]), grid.unit(names[1])), names=columns, quantity=quantity,
                               reasons={(index[drawn[0]], index[drawn[1]]): reason for index, reason in failures.items()
                                        if all(i == 0 for k, i in enumerate(index) if k not in drawn)})
-        report = report.with_section(title, Chart(chart), where)
+        report = report.with_section(title, Chart(chart, _map_caption(grid, names)), where)
     rest = [name for name in grid.axes if name not in names]
     if rest and names:
         report = report.with_section("Cut", f"Axes {', '.join(rest)} stand at their first position.")
     if failures:
-        report = report.with_section("Failed poses", Notes(grid.failure_lines(failures), "warning"))
+        report = report.with_section("Failed poses", Notes(grid.failure_lines(failures), "warning")).with_doubts(
+            f"{len(failures)} of {int(np.prod(grid.shape))} poses could not be computed (crosses on the map)")
     return report
+
+
+def _map_caption(grid: Grid, names: Sequence[str]) -> str:
+    if is_coarse(*(len(grid.axes[name]) for name in names)):
+        return "Every cell is a pose that was computed; with so few nothing is interpolated."
+    return "Dots are poses that were computed; between them the contours are interpolated."

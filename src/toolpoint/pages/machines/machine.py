@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
@@ -22,20 +23,37 @@ from toolpoint.studies.machines.tool_point import ToolPoint
 def machine_page(result: MachineReport, source: str, file_name: str, *, problems: Sequence[str] = ()) -> Report:
     """Return the page of a machine; `source` is the text of its file."""
     description = result.machine.description
-    report = Report(description.name, description.description,
-                    subtitle=f"{file_name}, {pose_words(result.machine, result.pose)}")
+    summary = "\n\n".join(part for part in (answer(result), description.description) if part)
+    report = Report(description.name, summary, subtitle=f"{file_name}, {pose_words(result.machine, result.pose)}")
     scene, shapes = machine_shapes(result.machine, result.pose, 12)
     report = report.with_section(
         "Machine and modes", ShapeView(scene, shapes, "machine", description.name,
                                        "Undamped modes at the pose named above; shapes are scaled to be seen."))
     report = report.with_section("Natural frequencies", *_frequency_parts(result))
     report = with_responses(report, result)
-    problems = [*problems, *result.missing]
-    report = report.with_section(
-        "Inputs and assumptions", *( [Notes(problems, "warning")] if problems else []),
-        Notes([*description.assumptions, *_method_notes(result)], "assumed"), _input_table(result.machine),
-        Listing(f"Machine file {file_name}", source))
-    return report
+    report = report.with_doubts(*problems, *result.missing)
+    rests = ["Small, linear motion about each pose.", *description.assumptions, *_method_notes(result)]
+    return report.with_section("Inputs and assumptions", Notes(rests, "assumed"), _input_table(result.machine),
+                               Listing(f"Machine file {file_name}", source))
+
+
+def answer(result: MachineReport) -> str:
+    """Return the lowest mode, the greatest compliance of the tool and the lowest stable depth in two sentences."""
+    words = f"The lowest mode is at {number_text(float(result.frequency[0]))} Hz"
+    if result.study is not None:
+        frf = result.study.frf
+        sizes = [(float(np.abs(frf.at_pose(k).values[:, i, i]).max()), k, i) for k in range(len(result.study.poses))
+                 for i in range(len(frf.outputs))]
+        size, k, i = max(sizes)
+        line = int(np.argmax(np.abs(frf.at_pose(k).values[:, i, i])))
+        words += (f"; the tool is most compliant along {'xyz'[i]} at {frf.frequency[line]:.1f} Hz "
+                  f"({number_text(1e6 * size, digits=3)} µm/N)")
+    finite = [limit for limit in result.lowest if np.isfinite(limit.depth)]
+    if finite:
+        least = min(finite, key=lambda limit: limit.depth)
+        words += (f". In the cut of the file {number_text(1e3 * least.depth, digits=3)} mm is stable at every charted speed "
+                  f"and pose (least at {least.speed:.0f} rev/min)")
+    return words + ". Computed from the numbers of the file, without an interval."
 
 
 def with_responses(report: Report, result: MachineReport) -> Report:
@@ -55,6 +73,7 @@ def _frequency_parts(result: MachineReport) -> list[Table | str]:
              *("" for _ in references)]
     marked = [[Cell(round(v, 2) if isinstance(v, float) else v, mark if v != "" else "")
                for v, mark in zip(row, marks, strict=True)] for row in rows]
+    header = [name.replace(" Hz", ", Hz").replace(" %", ", %") for name in header]
     words = f"The machine has {freedoms(result.machine)} degrees of freedom in minimal coordinates."
     return [words, Table(header, marked, "Natural frequencies")]
 
@@ -87,14 +106,16 @@ def lobe_parts(result: MachineReport) -> list[Chart | Table | str]:
              "the machine's structure alone; the tool and spindle add their own at higher frequencies.")
     rows = [[name, *_lowest(limit, chart)] for name, chart, limit in zip(names, result.charts, result.lowest, strict=True)]
     return [words, Chart(stability_chart(curves)),
-            Table(["pose", "lowest limit mm", "+- mm", "at rev/min"], rows,
-                  "Depth that is stable at every speed of the chart, also between its lines")]
+            Table(["pose", "lowest limit, mm", "chatter, Hz", "at rev/min"], rows,
+                  "Depth that is stable at every speed of the chart, also between its lines; ± is the numerical error alone")]
 
 
 def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
     if not np.isfinite(limit.depth):
         return [f"above {1e3 * chart.depth_max:.3g}", "", ""]
-    return [round(1e3 * limit.depth, 4), f"{1e3 * limit.error:.1g}", round(limit.speed)]
+    # The digits below a thousandth of a depth are those of the computation, not of any machine.
+    return [Cell(1e3 * limit.depth, uncertainty=1e3 * max(limit.error, 1e-3 * limit.depth)), f"{limit.frequency:.0f}",
+            round(limit.speed)]
 
 
 def _method_notes(result: MachineReport) -> list[str]:

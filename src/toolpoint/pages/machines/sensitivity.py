@@ -20,7 +20,7 @@ _KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor")
 
 def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,
                      pose: Mapping[str, float] | None = None,
-         warnings: Sequence[str] = ()) -> Report:
+                     warnings: Sequence[str] = ()) -> Report:
     """Return the page of a study."""
     report = Report(f"Sensitivities of {machine.name}", _summary(result), subtitle=f"{len(result.paths)} parameters")
     order = _largest(np.abs(result.frequency).max(axis=1))
@@ -45,7 +45,9 @@ def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float =
         result.paths, result.values, result.frequency, strict=True)]
     report = report.with_section("All numbers", Table(
         ["parameter", "value (SI)", *(f"{f:.3f} Hz" for f in result.frequencies)], rows, "Relative sensitivity of frequency"))
-    return report.with_doubts(*warnings)
+    return report.with_doubts(*warnings).with_assumptions(
+        "First-order sensitivities of undamped modes at this pose: they hold for small changes.",
+        f"Shapes and frequencies after a change of {100 * change:g} % of a parameter are extrapolated from them.")
 
 
 def _largest(size: FloatArray) -> np.ndarray:

@@ -25,9 +25,7 @@ _CURVES = 4
 def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a comparison of a machine with a test."""
     now, machine, test = result.now, result.machine, result.test
-    total = "no mode is paired" if now.coefficients is None else f"total correlation {now.coefficients.total:.3f}"
-    words = (f"{len(now.pairs.pairs)} of {now.measured.count} measured modes are paired; {total}. "
-             f"{len(now.points.pairs)} points are paired ({now.points.status}).")
+    words = f"{_answer(now)} {len(now.points.pairs)} points are paired ({now.points.status})."
     report = Report(f"Test beside {machine.name}", words, subtitle=_tested(test))
     model = point_positions(machine, result.pose)
     report = report.with_section("Modes", *_mode_parts(result))
@@ -37,7 +35,23 @@ def correlation_page(result: Comparison, warnings: Sequence[str] = ()) -> Report
     if now.frac is not None:
         report = report.with_section("Responses", *_response_parts(result))
     report = report.with_section("Points", *_point_parts(now, model, test))
-    return report.with_doubts(*now.doubts, *warnings)
+    return report.with_doubts(*now.doubts, *warnings).with_assumptions(
+        "The measured modes are taken as they stand: their own intervals are not in MAC, COMAC and coefficients.",
+        "Modes are paired by MAC and frequency together; a pair below the limit of MAC is none.",
+        "The model's modes are undamped, at the pose named in the test.")
+
+
+def _answer(now: ModelCorrelation) -> str:
+    """Return how many modes agree, how far frequencies and shapes differ, and where the shapes differ most."""
+    if now.coefficients is None or not len(now.pairs.pairs):
+        return f"None of the {now.measured.count} measured modes has a partner in the model."
+    ratio = np.array([now.predicted.frequency[j] / now.measured.frequency[i] - 1 for i, j in now.pairs.pairs])
+    macs = np.array([now.mac[i, j] for i, j in now.pairs.pairs])
+    place = min(now.comac, key=lambda point: now.comac[point]) if now.comac else None
+    where = f"; shapes differ most at {place} (COMAC {now.comac[place]:.2f})" if place is not None else ""
+    return (f"{len(macs)} of {now.measured.count} measured modes have a partner in the model; frequencies differ by at most "
+            f"{100 * np.abs(ratio).max():.1f} %, the lowest MAC is {macs.min():.2f}{where}. Total correlation "
+            f"{now.coefficients.total:.2f} (1 is equal).")
 
 
 def _tested(test: MeasuredTest) -> str:
@@ -54,9 +68,9 @@ def _mode_parts(result: Comparison) -> list[Table | Chart | Notes]:
     for r, (i, j) in enumerate(now.pairs.pairs):
         f, g, c = float(now.measured.frequency[i]), float(now.predicted.frequency[j]), now.coefficients
         assert c is not None
-        rows.append([int(i) + 1, f"{f:.3f}", int(j) + 1, f"{g:.3f}", f"{100 * (g / f - 1):+.2f}", f"{now.mac[i, j]:.3f}",
+        rows.append([int(i) + 1, f"{f:.2f}", int(j) + 1, f"{g:.2f}", f"{100 * (g / f - 1):+.2f}", f"{now.mac[i, j]:.3f}",
                      f"{c.frequency[r]:.3f}", f"{c.displacement[r]:.3f}", f"{c.weight[r]:.3f}"])
-    header = ["measured mode", "Hz", "model mode", "Hz ", "difference %", "MAC", "frequency", "displacement", "mass share"]
+    header = ["measured mode", "Hz", "model mode", "Hz ", "difference, %", "MAC", "frequency", "displacement", "mass share"]
     parts.append(Table(header, rows, "Paired modes and their correlation coefficients (0 nothing in common, 1 equal)"))
     if now.coefficients is not None:
         named = [("model", now.coefficients)]

@@ -12,14 +12,14 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import HEADER
 
-HEADER_OF_JOINTS = ["joint", "kind", "free", "position mm (95 %)", "stiffness N m/rad or N/m (95 %)", "loss factor (95 "
-                                                                                                      "%)", "status"]
+HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness, N m/rad or N/m (95 %)",
+                    "loss factor (95 %)", "status"]
 
 
 def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a joint study: doubts first, joints, measured shapes, and the machine or why there is none."""
     joints, components, geometry = result.joints, result.components, result.geometry
-    report = Report(f"Joints of {components.name}", joints.status, subtitle=components.order_text)
+    report = Report(f"Joints of {components.name}", f"{_answer(joints)}\n\n{joints.status}", subtitle=components.order_text)
     doubts = list(dict.fromkeys([*result.doubts, *(text for text in warnings if not text.startswith("doubtful"))]))
     report = report.with_doubts(*doubts)
     report = report.with_section("Joints", Table(HEADER_OF_JOINTS, _joint_rows(joints)), Chart(
@@ -29,12 +29,22 @@ def joints_page(result: JointStudy, warnings: Sequence[str] = ()) -> Report:
     scene = Scene.of_points(geometry.points, geometry.lines, components=components.points)
     shapes = AnimatedShapes.from_modes(result.modes, geometry.points)
     report = report.with_section("Measured mode shapes", ShapeView(scene, shapes, "measured"))
+    report = report.with_assumptions(
+        "Components are rigid and their points lie where the geometry says; joints are linear springs at one place each.",
+        "Stiffness intervals hold for damping by loss factors; viscous damping would change them (modes cannot tell).")
     if result.machine is None or result.checked is None:
         return report.with_section("No machine", Notes([result.missing], "warning"))
     machine = build(result.machine)
     drawn, moved = machine_shapes(machine, {}, min(12, machine.size))
     return report.with_section("The machine of these joints", result.checked.status, Table(HEADER, result.checked.rows()),
                                ShapeView(drawn, moved, "model"))
+
+
+def _answer(joints: JointIdentification) -> str:
+    """Return what every joint leaves free and how stiff it is, in one sentence a joint."""
+    words = [f"{joint.parent} – {joint.child}: {joint.kind}" + (f", {joint.stiffness_text}" if joint.stiffness_text else "")
+             for joint in joints.joints]
+    return f"{len(words)} joint{'s' if len(words) != 1 else ''} (95 % intervals). " + "; ".join(words) + "."
 
 
 def _joint_rows(joints: JointIdentification) -> list[list[str]]:

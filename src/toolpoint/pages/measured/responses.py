@@ -3,36 +3,68 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._rounding import number_text
 from toolpoint.cutting import build
-from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.frf import bode, real_imaginary
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
 from toolpoint.studies.cuts.measured_response import MeasuredResponse
-from toolpoint.vibration import Modes
+from toolpoint.vibration import Frf, Modes
 
 
 def with_measured(report: Report, result: MeasuredResponse, warnings: Sequence[str] = ()) -> Report:
     """Return the report with sections on the measured FRFs."""
     frf = result.frf
     shown = frf.selected(range(min(8, len(frf.outputs))), range(min(3, len(frf.inputs))))
-    parts: list[Chart | Table | Notes | str] = [Chart(bode(shown, modes=result.modes)), Chart(real_imaginary(shown))]
+    parts: list[Chart | Table | str] = [Chart(bode(shown, modes=result.modes)), Chart(real_imaginary(shown))]
     if result.modes is not None and result.modes.count:
         parts.append(_mode_table(result.modes))
-    report = report.with_section("Measured responses", f"{frf!r}", *parts)
+    report = replace(report, summary=_answer(result) if not report.sections else f"{report.summary}\n\n{_answer(result)}")
+    report = report.with_section("Measured responses", _described(frf), *parts)
     if result.chart is not None:
         curve = StabilityCurve(result.chart.speeds, result.chart.limit, "from the measured FRF")
         cut = result.cut
         words = (f"{build.words(cut)}. Straight from the measured lines, no modal fit. "
                  f"Method: {result.chart.method or 'default'}.")
         report = report.with_section("Stability from the measured FRF", words, Chart(stability_chart(curve)))
-    return report.with_section("Remarks on the measurement", *([Notes(warnings, "warning")] if warnings else []),
-                               Notes(result.notes, "assumed"))
+    return report.with_doubts(*warnings).with_assumptions(*result.notes)
+
+
+def _described(frf: Frf) -> str:
+    outputs, inputs = len(frf.outputs), len(frf.inputs)
+    return (f"{outputs} output{'s' * (outputs > 1)} and {inputs} input{'s' * (inputs > 1)}, "
+            f"{frf.frequency.size} lines from {frf.frequency[0]:.4g} to {frf.frequency[-1]:.4g} Hz, {frf.quantity}.")
+
+
+def _answer(result: MeasuredResponse) -> str:
+    """Return the strongest mode and the lowest stable depth."""
+    words = "No mode was picked"
+    if result.modes is not None and result.modes.count:
+        f = result.modes.frequency
+        words = (f"{result.modes.count} modes from {f.min():.4g} to {f.max():.4g} Hz, picked at the peaks of the imaginary "
+                 "part (a first look, without an interval: toolpoint identify gives one)")
+    if result.chart is not None:
+        words += ". " + limit_words(result.chart.limit, result.chart.speeds, result.chart.depth_max)
+    return words if words.endswith(".") else words + "."
+
+
+def limit_words(limit: FloatArray, speeds: FloatArray, top: float) -> str:
+    """Return the least limit of a chart in a sentence."""
+    if not np.isfinite(limit).any():
+        return f"No limit was found up to {number_text(1e3 * top, digits=3)} mm."
+    at = int(np.argmin(limit))
+    return f"Straight from the data {number_text(1e3 * float(limit[at]), digits=3)} mm is stable at every charted speed " \
+           f"(least at {speeds[at]:.0f} rev/min)."
 
 
 def _mode_table(modes: Modes) -> Table:
     rows = [[i + 1, float(modes.frequency[i]), 100 * float(modes.damping_ratio[i])] for i in range(modes.count)]
-    return Table(["mode", "frequency Hz", "damping %"], rows,
+    return Table(["mode", "frequency, Hz", "damping, %"], rows,
                  "Modes by quadrature picking (peaks of the imaginary part): a first look, closely spaced modes merge")
 
 

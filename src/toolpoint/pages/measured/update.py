@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from toolpoint._rounding import with_uncertainty
 from toolpoint.machine import Machine, assemble
 from toolpoint.plot import Chart, Listing, Report, ShapeView, Table
 from toolpoint.plot.figures.correlation import mac_matrix
@@ -26,7 +27,8 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     """Return the page of an update of a machine to measurements."""
     before, updated, measured, samples = result.before, result.update, result.measured, result.samples
     free = f"{len(updated.fit.free)} of {len(updated.problem.parameters)} parameters moved"
-    report = Report(f"Updated: {before.name}", updated.fit.status[:1].upper() + updated.fit.status[1:] + ".", subtitle=free)
+    status = updated.fit.status[:1].upper() + updated.fit.status[1:] + "."
+    report = Report(f"Updated: {before.name}", f"{_answer(before, updated)}\n\n{status}", subtitle=free)
     report = report.with_section("Parameters", _parameters(before, updated),
                                  Listing("Identifiability, fit report and agreement", updated.report()))
     for k, part in enumerate(measured):
@@ -41,7 +43,25 @@ def update_page(result: MeasuredUpdate, warnings: Sequence[str] = ()) -> Report:
     if samples is not None:
         report = report.with_section("Posterior", *_posterior(updated, samples))
     report = report.with_section("Shapes before and after", _shapes(before, updated, measured[0].pose))
-    return report.with_doubts(*result.doubts, *warnings)
+    return report.with_doubts(*result.doubts, *warnings).with_assumptions(
+        "Only the parameters of the table may move; everything else of the machine file is taken as exact, so an error there "
+        "shows up in what moves.", "Standard errors are of the fit's linearisation at the value found.")
+
+
+def _answer(before: Machine, updated: MachineUpdate) -> str:
+    """Return what moved, by how much and how surely, and what the agreement has become."""
+    moves = []
+    for name in updated.fit.free:
+        old, value, error = before.value(name), updated.machine.value(name), updated.fit.standard_error[name]
+        change = f" ({100 * (value / old - 1):+.0f} %)" if old else ""
+        moves.append(f"{name} to {with_uncertainty(value, 1.96 * error)}{change}")
+    shown = "; ".join(moves[:3]) + (f"; and {len(moves) - 3} more" if len(moves) > 3 else "")
+    words = f"The data move {shown} (SI, 95 %)" if moves else "The data move no parameter"
+    b, a = updated.before, updated.after
+    if a.modes.size:
+        words += (f". The largest frequency error falls from {100 * np.abs(b.frequency_error).max():.1f} to "
+                  f"{100 * np.abs(a.frequency_error).max():.1f} %")
+    return words + "."
 
 
 def _posterior(updated: MachineUpdate, samples: Samples) -> list[Table | Chart | str]:
@@ -72,13 +92,13 @@ def _parameters(before: Machine, updated: MachineUpdate) -> Table:
         verdict = ("moved, at a bound" if path in updated.fit.at_bounds else "moved") if moved else (
             "left alone: " + updated.fit.left_alone.get(path, ""))
         rows.append([path, f"{old:.6g}", f"{new:.6g}", error, f"{100 * (new / old - 1):+.2f}" if old else "", verdict])
-    return Table(["parameter", "before", "after", "standard error", "change %", "verdict"], rows, "SI units")
+    return Table(["parameter", "before", "after", "standard error", "change, %", "verdict"], rows, "SI units")
 
 
 def _agreement(b: Agreement, a: Agreement) -> Table:
-    rows = [[r + 1, f"{b.measured[r]:.3f}", f"{b.predicted[r]:.3f}", f"{100 * b.frequency_error[r]:+.2f}", f"{b.mac[r]:.3f}",
-             f"{a.predicted[r]:.3f}", f"{100 * a.frequency_error[r]:+.2f}", f"{a.mac[r]:.3f}"] for r in range(b.measured.size)]
-    return Table(["mode", "measured Hz", "before Hz", "before %", "before MAC", "after Hz", "after %", "after MAC"], rows)
+    rows = [[r + 1, f"{b.measured[r]:.2f}", f"{b.predicted[r]:.2f}", f"{100 * b.frequency_error[r]:+.2f}", f"{b.mac[r]:.3f}",
+             f"{a.predicted[r]:.2f}", f"{100 * a.frequency_error[r]:+.2f}", f"{a.mac[r]:.3f}"] for r in range(b.measured.size)]
+    return Table(["mode", "measured, Hz", "before, Hz", "before, %", "before MAC", "after, Hz", "after, %", "after MAC"], rows)
 
 
 def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Mapping[str, float] | None) -> list[Chart]:

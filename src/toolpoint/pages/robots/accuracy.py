@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._rounding import number_text
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.screening import error_curves, error_spectrum
@@ -17,30 +18,39 @@ _SHOWN = 3000  # samples of the middle of a side that are drawn
 
 def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a milling accuracy."""
-    report = Report(f"Milling accuracy: {result.machine}", repr(result), subtitle=f"Loads: {result.loads}")
+    report = Report(f"Milling accuracy: {result.machine}", _answer(result), subtitle=f"Loads: {result.loads}")
     rows = [[s.name, 1e6 * s.position_error, 1e6 * s.rotation_error,
              *(1e6 * s.error.std(axis=0)).tolist()] for s in result.sides]
-    table = Table(["side", "position, um", "rotation, urad", *(f"{c} rms" for c in COORDINATES)], rows,
-                  "Mean radii of the error spheres, and the root mean square of every coordinate (um, urad)")
+    table = Table(["side", "position, µm", "rotation, µrad", *(f"{c} rms" for c in COORDINATES)], rows,
+                  "Mean radii of the error spheres, and the root mean square of every coordinate (µm, µrad)")
     report = report.with_section("Errors", table, Notes([result.status], "note", "Step and spacing"))
     for side in result.sides:
         report = _side(report, side, result.setup.speed / 60 * teeth)
     notes = list(dict.fromkeys(note for side in result.sides for note in side.notes))
-    return with_remarks(report, [*notes, *warnings])
+    return with_remarks(report, [*notes, f"Loads that count: {result.loads}; the other ones are left out.",
+                                 "Dynamics and cutting coefficients are taken as exact."], warnings)
+
+
+def _answer(result: MillingAccuracy) -> str:
+    """Return the largest mean error over the sides, and what step and spacing change in it."""
+    worst = max(result.sides, key=lambda side: side.position_error)
+    share = f" (halving step and spacing changes it by {100 * worst.halving:.1f} %)" if np.isfinite(worst.halving) else ""
+    return (f"The tool is off by {number_text(1e6 * worst.position_error, digits=3)} µm on average along the worst side, "
+            f"{worst.name}{share}, and tilted by {number_text(1e6 * worst.rotation_error, digits=3)} µrad.")
 
 
 def _side(report: Report, side: SideAccuracy, tooth: float) -> Report:
     middle = len(side.time) // 2
     part = slice(max(0, middle - _SHOWN // 2), middle + _SHOWN // 2)
     curves = error_curves(1e3 * side.length[part], 1e6 * side.error[part, :3], names=COORDINATES[:3],
-                          quantity="Position error, um")
+                          quantity="Position error, µm")
     turns = error_curves(1e3 * side.length[part], 1e6 * side.error[part, 3:], names=COORDINATES[3:],
-                         quantity="Rotation error, urad")
+                         quantity="Rotation error, µrad")
     frequency, amplitude = side.spectrum()
     low = frequency <= 5 * tooth
     step = max(1, int(low.sum()) // 4000)
     lines = error_spectrum(frequency[low][::step], 1e6 * _peaks(amplitude[low][:, :3], step), names=COORDINATES[:3],
-                           quantity="Amplitude, um", tooth=tooth)
+                           quantity="Amplitude, µm", tooth=tooth)
     return report.with_section(side.name.capitalize(), Chart(curves), Chart(turns), Chart(lines))
 
 

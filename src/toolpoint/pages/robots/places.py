@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Notes, Report, Table, frequency_curves
 from toolpoint.plot.figures.place_map import place_contours
 from toolpoint.studies.robots.place_map import PlaceMap, place_words
@@ -15,7 +16,8 @@ _DRAWN = 3
 def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Report:
     """Return the page of a map over places, with the most even segments where they were searched for."""
     quantity = result.quantity
-    report = Report(f"{quantity.kind.capitalize()} over places: {name}", repr(result))
+    report = Report(f"{quantity.kind.capitalize()} over places: {name}", _answer(result, search),
+                    subtitle=f"{np.prod(result.grid.shape)} places along {', '.join(result.grid.names)}")
     label = f"{quantity.kind.capitalize()}, {quantity.unit}"
     axes = [k for k, count in enumerate(result.grid.shape) if count > 1]
     if len(axes) == 1:
@@ -30,12 +32,29 @@ def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Repo
                 for i, r in enumerate(search.regions[:8])]
         report = report.with_section("Most even segments", Table(["rank", "from", "to", f"spread, {quantity.unit}",
                                                                   "largest share"],
-                                                                 rows, repr(search)))
+                                                                 rows, f"Of {len(search.regions)} segments"))
     failures = [f"{place_words(place)}: {reason}" for place, reason in zip(result.reach.places, result.reach.reasons,
                                                                            strict=True)
                 if reason]
+    report = report.with_assumptions(
+        "The machine is linear about each pose and its numbers are taken as exact.",
+        "A segment is judged at the places computed along it; between them nothing is known.")
     return report if not failures else report.with_section(
         "Places that cannot be", Notes([f"{len(failures)} places", *failures[:20]], "note", "Out of reach, or beyond limits"))
+
+
+def _answer(result: PlaceMap, search: RegionSearch | None) -> str:
+    """Return the range of the first column, and the most even segment."""
+    column, unit = result.values[..., 0], result.quantity.unit
+    if np.isnan(column).all():
+        return "No place could be computed."
+    words = (f"{result.quantity.columns[0].capitalize()}: {number_text(float(np.nanmin(column)))} to "
+             f"{number_text(float(np.nanmax(column)))} {unit} over the places")
+    if search is not None and search.regions:
+        best = search.regions[0]
+        words += (f". Most even is the segment from {place_words(best.start)} to {place_words(best.end)}, spread "
+                  f"{number_text(float(best.total), digits=3)} {unit}")
+    return words + "."
 
 
 def _contours(result: PlaceMap, search: RegionSearch | None, axes: tuple[int, int]) -> object:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from toolpoint._rounding import number_text
 from toolpoint.plot import Cell, Listing, Notes, Report, Table
 from toolpoint.studies.robots.datasheet_study import DatasheetStudy
 
 
 def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
     """Return the page of a datasheet study; `text` is the file."""
-    report = Report(f"From the datasheet: {result.sheet.name}", repr(result.machine), subtitle=result.sheet.source)
+    report = Report(f"From the datasheet: {result.sheet.name}", _answer(result), subtitle=result.sheet.source)
     gearing = Table(
         ["axis", "R_t", "R_r", "T_t, N m", "against load moment, %", "reducer", "holds, N m", "inertia, kg m^2"],
         [[row.axis, row.total_ratio, row.reducer_ratio, row.torque,
@@ -25,8 +26,17 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
         for i, (f, r) in enumerate(zip(result.frequency, result.rigid, strict=True))], "At the reference pose, undamped")
     origins = Table(["part", "numbers", "origin"], [[part, what, Cell(origin, origin.split()[0].rstrip(";:"))]
                                                     for part, what, origin in result.origins])
-    report = report.with_section("What does not follow or agree", Notes(list(result.differences), "warning", "Differences"))
+    report = report.with_doubts(*result.differences)
     report = report.with_section("Gear ratios and torques", gearing).with_section("Forces on the base", base)
     report = report.with_section("Natural frequencies", modes)
     report = report.with_section("What the numbers rest on", Notes(list(result.sheet.assumptions)), origins)
     return report.with_section("File", Listing(name, text))
+
+
+def _answer(result: DatasheetStudy) -> str:
+    """Return the lowest frequency and how far the load moments agree."""
+    drop = 100 * (float(result.frequency[0]) / float(result.rigid[0]) - 1)
+    off = [abs(row.deviation) for row in result.gearing if row.deviation is not None]
+    words = (f"The lowest natural frequency is {number_text(float(result.frequency[0]))} Hz ({drop:+.0f} % against rigid "
+             "members), at the reference pose, undamped")
+    return words + (f"; torques by gear ratio and stated load moments differ by up to {100 * max(off):.0f} %." if off else ".")

@@ -23,6 +23,7 @@ def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequen
     for part in parts:
         for section in part.sections:
             report = report.with_section(section.title, *section.parts)
+        report = report.with_doubts(*part.doubts).with_assumptions(*part.assumptions)
         if part is parts[0]:
             report = report.with_section("Beside the source", Notes(result.region_lines(), "note", "The region"))
             report = report.with_section("Stable depths", Chart(frequency_curves(

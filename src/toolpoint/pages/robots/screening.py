@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._rounding import with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.screening import effect_bars, variant_scatter
@@ -18,7 +19,7 @@ _MOST = 60
 def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a planned screening."""
     screening = result.screening
-    report = Report(f"Screening: {name}", repr(screening), subtitle=f"Loads: {screening.loads}")
+    report = Report(f"Screening: {name}", _answer(result), subtitle=f"Loads: {screening.loads}")
     labels = [screening.design.words(i) for i in range(len(screening.stated))]
     has_base = bool(screening.design.labels) and screening.design.labels[0] == "as it is"
     if len(screening.metrics) > 1:
@@ -34,4 +35,18 @@ def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] 
         report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
     rows = [[i, label, *map(float, row)] for i, (label, row) in enumerate(zip(labels[:_MOST], screening.stated, strict=False))]
     report = report.with_section("All variants", Table(["number", "variant", *screening.metrics], rows, digits=6))
-    return with_remarks(report, [screening.status, *screening.failures.values(), *warnings])
+    return with_remarks(report, [screening.status, "Effects are those of the file's numbers, with its doubts drawn at random "
+                                                   "where it states any."], [*screening.failures.values(), *warnings])
+
+
+def _answer(result: PlannedScreening) -> str:
+    """Return the greatest effect on the first metric with its interval."""
+    count = len(result.screening.stated)
+    if not result.rankings or not result.rankings[0].effects:
+        return f"{count} variants were computed."
+    ranking = result.rankings[0]
+    best = max(ranking.effects, key=lambda effect: abs(effect.value))
+    half = (best.high - best.low) / 2
+    words = with_uncertainty(float(best.value), float(half) if np.isfinite(half) else None)
+    sure = " (95 %)" if np.isfinite(half) else ", without an interval"
+    return f"Of {count} variants, {best.name} moves {ranking.metric} most: {ranking.what} {words}{sure}."

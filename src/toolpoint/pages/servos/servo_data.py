@@ -13,23 +13,32 @@ from toolpoint.studies.servos.servo_data import AxisFindings, ServoData
 
 def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of findings; `warnings` are those of the run."""
-    report = Report(f"Servo data: {result.source}", "Friction, gains, margins and positioning from records of a controller.")
-    first = [Notes(result.doubts(), "warning")] if result.doubts() else []
-    report = report.with_section("Result", *first, Table(["axis", "quantity", "value"], result.rows()))
+    report = Report(f"Servo data: {result.source}", _answer(result)).with_doubts(*result.doubts(), *warnings)
+    report = report.with_section("Result", Table(["axis", "quantity", "value"], result.rows()))
     for axis in result.axes:
         if axis.runs.velocity.size:
             charts = [Chart(friction_points(axis.runs.velocity, axis.runs.current, axis.force_unit, unit=axis.unit))] \
                 if np.isfinite(axis.runs.current).any() else []
             report = report.with_section(f"Constant speeds of axis {axis.axis}", _runs(axis), *charts)
-    notes = list(dict.fromkeys([*result.notes, *warnings]))
-    parts: list[Notes | Table] = [Notes(notes, "assumed")] if notes else []
+    parts: list[Notes | Table] = [Notes([*result.notes, "Signals are what their names say; nothing else tells what they are."],
+                                        "assumed")]
     if result.signals:
         parts.append(Table(["signal and what it is taken for"], [[name] for name in result.signals]))
-    return report.with_section("Inputs and assumptions", *parts) if parts else report
+    return report.with_section("Inputs and assumptions", *parts)
+
+
+def _answer(result: ServoData) -> str:
+    """Return the first quantities of every axis in a sentence."""
+    rows = [row for row in result.rows() if row[2]]
+    if not rows:
+        return "The record holds nothing that could be judged."
+    words = "; ".join(f"{f'{axis}: ' if axis else ''}{quantity} {value}" for axis, quantity, value in rows[:3])
+    more = f"; {len(rows) - 3} more below" if len(rows) > 3 else ""
+    return f"{words}{more}."
 
 
 def _runs(axis: AxisFindings) -> Table:
-    factor, unit = (180 / np.pi, "deg") if axis.unit == "rad" else (1e3, "mm")
+    factor, unit = (180 / np.pi, "°") if axis.unit == "rad" else (1e3, "mm")
     runs = axis.runs
     rows = [[f"{factor * v:.5g}", f"{t:.3g}", f"{i:.4g}", f"{s:.2g}", f"{factor * e:.6g}"] for v, t, i, s, e in
             zip(runs.velocity, runs.duration, runs.current, runs.scatter, runs.following_error, strict=True)]

@@ -7,8 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.plot import Chart, Notes, Report, Table
+from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
+from toolpoint.studies.machines.pose_grid import Grid
+from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.servo_map import QUANTITIES, ServoMap
 
 # A map of less change than this share would show rounding, not the machine.
@@ -17,7 +19,8 @@ _FLAT = 1e-3
 
 def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a map over a grid of one or two axes; `warnings` are those of the run."""
-    report = Report(f"Servo over the workspace: {result.name}", repr(result))
+    report = Report(f"Servo over the workspace: {result.name}", _answer(result),
+                    subtitle=f"{len(result.poses)} poses, axes {', '.join(result.axes)}")
     table = Table(["quantity", "axis", "smallest", "largest"], result.rows())
     report = report.with_section("Range over the poses", table)
     for key, words, factor in QUANTITIES:
@@ -29,14 +32,28 @@ def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
             report = report.with_section(heading, f"The same at every pose to {100 * _FLAT:g} %: see the table.")
         else:
             report = report.with_section(heading, _chart(result, values, names, words))
-    notes = [*result.notes(), *dict.fromkeys(warnings)]
-    return report.with_section("Failed poses and warnings", Notes(notes, "warning")) if notes else report
+    return report.with_doubts(*result.notes(), *warnings).with_assumptions(
+        "The loops are linear: friction, backlash and limits of torque are not in margins and bandwidths.",
+        "At each pose the structure is that of the pose; between the poses nothing is known.")
+
+
+def _answer(result: ServoMap) -> str:
+    """Return how many poses are stable and where the phase margin is least."""
+    stable = int(result.stable.sum())
+    words = f"{stable} of {len(result.poses)} poses are stable"
+    if not np.isfinite(result.velocity_phase_margin).any():
+        return f"{words}; no margin could be computed."
+    pose, axis = result.worst()
+    place = ", ".join(f"{name} {position_words(value, name in result.angles)}" for name, value in result.poses[pose].items())
+    least = float(np.nanmin(result.velocity_phase_margin))
+    return (f"{words}; the least phase margin of a velocity loop is {least:.1f}° (axis {axis}, "
+            f"{place or 'reference pose'}).")
 
 
 def _chart(result: ServoMap, values: FloatArray, names: tuple[str, ...], words: str) -> Chart:
     axes = list(result.grid)
-    units = ["deg" if axis in result.angles else "m" for axis in axes]
-    positions = [np.degrees(at) if axis in result.angles else at for axis, at in result.grid.items()]
+    grid = Grid(result.grid, result.angles)
+    units, positions = [grid.unit(axis) for axis in axes], [grid.shown(axis) for axis in axes]
     if len(axes) == 1:
         return Chart(frequency_curves(positions[0], values, axis=axes[0], unit=units[0], names=names, quantity=words))
     shaped = values.reshape(len(positions[0]), len(positions[1]), -1)

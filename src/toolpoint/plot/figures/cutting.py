@@ -35,6 +35,20 @@ def intervals_of(chart: StabilityChart, name: str = "stable") -> StabilityInterv
     return StabilityIntervals(chart.speeds, intervals, frequencies, errors, name)
 
 
+def chatter_frequencies(chart: StabilityChart) -> go.Figure:
+    """Return the chatter frequency at the first limit over spindle speed."""
+    points = chart.limit_points()
+    at = np.flatnonzero(points >= 0)
+    frequency = chart.frequency[points[at]]
+    figure_ = figure("Chatter frequency", 320)
+    figure_.add_scatter(x=chart.speeds[at], y=frequency, mode="markers", name="chatter frequency",
+                        marker={"size": 5, "color": COLOURS[1]}, hovertemplate="%{x:.0f} rev/min<br>%{y:.1f} Hz<extra></extra>")
+    figure_.update_xaxes(title_text="Spindle speed, rev/min", exponentformat="none",
+                         range=[float(chart.speeds.min()), float(chart.speeds.max())])
+    figure_.update_yaxes(title_text="Chatter frequency, Hz")
+    return figure_
+
+
 def surface_location(speeds: FloatArray, error: FloatArray, title: str = "") -> go.Figure:
     """Return the surface location error (m) over spindle speed (rev/min)."""
     chart = figure(title, 380)

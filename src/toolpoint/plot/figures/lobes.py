@@ -122,14 +122,14 @@ def stability_chart(
         if isinstance(part, StabilityCurve):
             _curve(chart, part, colour, top, len(parts) == 1)
         else:
-            _bars(chart, part, colour, top)
+            _region(chart, part, colour, top)
     for number, (speed, depth, words) in enumerate(points):
         chart.add_scatter(x=[speed], y=[1e3 * depth], name=plain(words), mode="markers",
                          marker={"size": 11, "symbol": "x", "color": COLOURS[(len(parts) + number) % len(COLOURS)]},
                          hovertemplate="%{x:.0f} rev/min<br>%{y:.4g} mm")
     chart.update_xaxes(title_text="Spindle speed, rev/min", range=_speed_range(parts), exponentformat="none")
     chart.update_yaxes(title_text=f"{plain(depth_name)}, mm", range=[0, 1e3 * top])
-    chart.update_layout(bargap=0, showlegend=True, barmode="overlay")
+    chart.update_layout(showlegend=True)
     return chart
 
 
@@ -149,30 +149,57 @@ def _curve(chart: go.Figure, curve: StabilityCurve, colour: str, top: float, fil
         customdata=list(zip(*extra)) if extra else None, hovertemplate="<br>".join(words))
 
 
-def _bars(chart: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
-    width = _widths(part.speed_rpm)
-    rows: list[tuple[float, float, float, float, str]] = []
-    for i, speed in enumerate(part.speed_rpm):
-        for k, (low, high) in enumerate(np.asarray(part.intervals[i])):
-            if low < top:
-                words = f"stable {1e3 * low:.5g} … "
-                words += f"{1e3 * high:.5g} mm" if np.isfinite(high) else "no limit found"
-                if part.chatter_frequency is not None:
-                    words += f"<br>chatter above {np.asarray(part.chatter_frequency[i])[k]:.1f} Hz"
-                if part.error is not None:
-                    words += f"<br>error ± {1e3 * np.asarray(part.error[i])[k]:.2g} mm"
-                rows.append((float(speed), float(low), min(float(high), top), width[i], words))
-    chart.add_bar(
-        x=[r[0] for r in rows], base=[1e3 * r[1] for r in rows], y=[1e3 * (r[2] - r[1]) for r in rows],
-        width=[r[3] for r in rows], name=plain(part.name),
-        marker={"color": with_alpha(colour, 0.42), "line": {"width": 0}},
-        customdata=[r[4] for r in rows], hovertemplate="%{x:.0f} rev/min<br>%{customdata}")
+def _region(chart: go.Figure, part: StabilityIntervals, colour: str, top: float) -> None:
+    """Draw the stable depths as one region: between neighbouring speeds intervals that overlap are joined by straight lines,
+    as the limit's line joins its points; hover tells what was computed at each speed."""
+    x, y = _outlines(part.speed_rpm, [_below(np.asarray(row), top) for row in part.intervals])
+    chart.add_scatter(x=x, y=y, mode="lines", line={"width": 0}, fill="toself", fillcolor=with_alpha(colour, 0.34),
+                      name=plain(part.name), hoverinfo="skip", legendgroup=part.name)
+    ends = [(float(part.speed_rpm[i]), 1e3 * min(high, top), _interval_words(part, i, k))
+            for i, row in enumerate(part.intervals) for k, (low, high) in enumerate(np.asarray(row)) if low < top]
+    chart.add_scatter(x=[e[0] for e in ends], y=[e[1] for e in ends], mode="markers", marker={"size": 9, "opacity": 0},
+                      customdata=[e[2] for e in ends], hovertemplate="%{x:.0f} rev/min<br>%{customdata}<extra></extra>",
+                      showlegend=False, name=plain(part.name), legendgroup=part.name)
 
 
-def _widths(speed: FloatArray) -> FloatArray:
-    if speed.size == 1:
-        return np.array([0.02 * speed[0]])
-    return np.gradient(speed)
+def _below(row: FloatArray, top: float) -> FloatArray:
+    return np.minimum(row[row[:, 0] < top], top)
+
+
+def _outlines(speed: FloatArray, rows: Sequence[FloatArray]) -> tuple[list[float | None], list[float | None]]:
+    """Return the outlines (rev/min, mm) of four-sided pieces, parted by None."""
+    x: list[float | None] = []
+    y: list[float | None] = []
+    half = 0.2 * _spacing(speed)  # of an interval of one speed alone
+    for i, row in enumerate(rows):
+        for low, high in row:
+            after = [other for other in (rows[i + 1] if i + 1 < len(rows) else ()) if other[0] < high and other[1] > low]
+            pieces = [(speed[i], speed[i + 1], other[0], other[1]) for other in after]
+            if not pieces and not _is_joined(rows, i, low, high):
+                pieces = [(speed[i] - half, speed[i] + half, low, high)]
+            for left, right, next_low, next_high in pieces:
+                x += [float(left), float(right), float(right), float(left), None]
+                y += [1e3 * float(v) for v in (low, next_low, next_high, high)] + [None]
+    return x, y
+
+
+def _is_joined(rows: Sequence[FloatArray], i: int, low: float, high: float) -> bool:
+    """Return whether an interval overlaps one of the speed before."""
+    return i > 0 and any(other[0] < high and other[1] > low for other in rows[i - 1])
+
+
+def _interval_words(part: StabilityIntervals, i: int, k: int) -> str:
+    low, high = np.asarray(part.intervals[i])[k]
+    words = f"stable {1e3 * low:.5g} … " + (f"{1e3 * high:.5g} mm" if np.isfinite(high) else "no limit found")
+    if part.chatter_frequency is not None and np.isfinite(np.asarray(part.chatter_frequency[i])[k]):
+        words += f"<br>chatter above {np.asarray(part.chatter_frequency[i])[k]:.1f} Hz"
+    if part.error is not None and np.isfinite(np.asarray(part.error[i])[k]):
+        words += f"<br>error ± {1e3 * np.asarray(part.error[i])[k]:.2g} mm"
+    return words
+
+
+def _spacing(speed: FloatArray) -> float:
+    return 0.05 * float(speed[0]) if speed.size == 1 else float(np.diff(speed).min())
 
 
 def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:

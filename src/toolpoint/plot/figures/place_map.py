@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from toolpoint._check import FloatArray
-from toolpoint.plot.figures.pose_map import frequency_map
+from toolpoint.plot.figures.pose_map import frequency_map, set_column_buttons
 from toolpoint.plot.figures.theme import COLOURS
 
 
@@ -23,14 +23,6 @@ def place_contours(across: FloatArray, along: FloatArray, values: FloatArray, *,
         chart.add_scatter(x=x, y=y, mode="lines+markers", name="most even segment" if number == 0 else f"rank {number + 1}",
                           line={"color": COLOURS[1] if number == 0 else "rgba(255,255,255,0.85)",
                                 "width": 4 if number == 0 else 2})
-    _keep_overlays(chart, len(columns))
+    set_column_buttons(chart, [str(name) for name in columns])
     chart.update_yaxes(scaleanchor="x", scaleratio=1)
     return chart
-
-
-def _keep_overlays(chart: go.Figure, columns: int) -> None:
-    """Let the buttons that change the column leave crosses and segments visible."""
-    extra = len(chart.data) - columns
-    for menu in chart.layout.updatemenus:
-        for number, button in enumerate(menu.buttons):
-            button.args = [{"visible": [k == number for k in range(columns)] + [True] * extra}]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import plotly.graph_objects as go
@@ -10,6 +11,8 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, increasing
 from toolpoint.plot.figures.theme import COLOURS, figure, plain
+
+COARSE = 7  # positions of an axis below which a map is not smoothed
 
 
 def frequency_curves(
@@ -46,7 +49,7 @@ def frequency_curves(
     for i, name in enumerate(words):
         chart.add_scatter(x=at, y=values[:, i], name=name, mode="lines+markers" if at.size <= 40 else "lines",
                          line={"color": COLOURS[i % len(COLOURS)], "width": 2}, marker={"size": 5},
-                         hovertemplate=f"{plain(axis)} %{{x:.4g}} {plain(unit)}<br>%{{y:.4f}}")
+                         hovertemplate=f"{plain(axis)} %{{x:.4g}} {plain(unit)}<br>%{{y:.5g}}")
     chart.update_xaxes(title_text=f"{plain(axis)}, {plain(unit)}")
     chart.update_yaxes(title_text=plain(quantity))
     return chart
@@ -64,7 +67,10 @@ def frequency_map(
     title: str = "",
     reasons: Mapping[tuple[int, ...], str] | None = None,
 ) -> go.Figure:
-    """Return contours over two axes, one mode at a time with buttons to change it.
+    """Return a map over two axes, one mode at a time with buttons to change it, its lowest and highest pose marked.
+
+    Fewer than `COARSE` positions of an axis are drawn as cells with their values, nothing between them; more as contours
+    with a dot at every pose that was computed.
 
     Parameters
     ----------
@@ -83,35 +89,73 @@ def frequency_map(
              "for one axis use frequency_curves")
     words = _names(names, values.shape[2])
     chart = figure(title, 500)
+    point = (f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, {plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.5g}}"
+             "<extra></extra>")
     for i, name in enumerate(words):
-        chart.add_contour(
-            x=across, y=along, z=values[:, :, i].T, name=name, visible=i == 0, colorscale="Viridis", connectgaps=False,
-            contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}}, line={"width": 0.6},
-            colorbar={"title": {"text": plain(quantity), "side": "right"}, "thickness": 14},
-            hovertemplate=f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, "
-                          f"{plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.4f}}")
-    lost = _crosses(chart, (across, along), values, reasons or {})
-    chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(units[0])}")
-    chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(units[1])}")
-    if len(words) > 1:
-        buttons = [{"label": name, "method": "restyle",
-                    "args": [{"visible": [k == i for k in range(len(words))] + [True] * lost}]}
-                   for i, name in enumerate(words)]
-        chart.update_layout(updatemenus=[{"type": "dropdown", "buttons": buttons, "x": 0, "xanchor": "left", "y": 1.14,
-                                         "yanchor": "bottom", "bgcolor": "rgba(127,127,127,0.12)"}], margin={"t": 96})
+        shown = {"x": across, "y": along, "z": values[:, :, i].T, "name": name, "visible": i == 0, "colorscale": "Viridis",
+                 "colorbar": {"title": {"text": plain(quantity), "side": "right"}, "thickness": 14}, "hovertemplate": point}
+        if is_coarse(across.size, along.size):
+            texts = [[f"{v:.4g}" if np.isfinite(v) else "" for v in row] for row in values[:, :, i].T]
+            chart.add_heatmap(**shown, text=texts, texttemplate="%{text}", xgap=1, ygap=1)
+        else:
+            chart.add_contour(**shown, connectgaps=False, line={"width": 0.6},
+                              contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}})
+    for i in range(len(words)):
+        _extremes(chart, (across, along), values[:, :, i], i == 0)
+    if not is_coarse(across.size, along.size):
+        x, y = np.meshgrid(across, along, indexing="ij")
+        chart.add_scatter(x=x.ravel(), y=y.ravel(), mode="markers", name="poses computed", hoverinfo="skip",
+                         marker={"size": 3, "color": "rgba(255,255,255,0.75)", "line": {"width": 0.5, "color": "#333"}})
+    _crosses(chart, (across, along), values, reasons or {})
+    chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(units[0])}", **_ticks(across))
+    chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(units[1])}", **_ticks(along))
+    chart.update_layout(legend={"y": -0.22, "yanchor": "top"})
+    set_column_buttons(chart, words)
     return chart
 
 
+def is_coarse(*counts: int) -> bool:
+    """Return whether a map has too few positions to be smoothed: its poses are then drawn as they were computed."""
+    return min(counts) < COARSE
+
+
+def set_column_buttons(chart: go.Figure, words: Sequence[str]) -> None:
+    """Give a map its buttons: one column and its extremes at a time (the first traces), everything else always."""
+    count = len(words)
+    if count < 2:
+        return
+    rest = [True] * (len(chart.data) - 2 * count)
+    buttons = [{"label": name, "method": "restyle", "args": [{"visible": [k % count == i for k in range(2 * count)] + rest}]}
+               for i, name in enumerate(words)]
+    chart.update_layout(updatemenus=[{"type": "dropdown", "buttons": buttons, "x": 0, "xanchor": "left", "y": 1.03,
+                                     "yanchor": "bottom", "bgcolor": "rgba(127,127,127,0.12)"}], margin={"t": 64})
+
+
+def _extremes(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, is_shown: bool) -> None:
+    """Mark where a column is lowest and highest; the trace is there also where nothing could be computed."""
+    places = ([] if np.isnan(values).all() else [np.unravel_index(int(pick(values)), values.shape)
+                                                for pick in (np.nanargmin, np.nanargmax)])
+    chart.add_scatter(x=[at[0][i] for i, _ in places], y=[at[1][j] for _, j in places], mode="markers", visible=is_shown,
+                     name="lowest (▽) and highest (△)", text=[f"{values[place]:.4g}" for place in places],
+                     hovertemplate="%{text}<extra></extra>",
+                     marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": 17,
+                             "color": COLOURS[1], "line": {"width": 3}})
+
+
+def _ticks(at: FloatArray) -> dict[str, Any]:
+    """Return axis settings that name every position where they are few."""
+    return {"tickvals": at.tolist(), "ticktext": [f"{v:.4g}" for v in at]} if at.size < COARSE else {}
+
+
 def _crosses(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, reasons: Mapping[tuple[int, ...], str]
-             ) -> int:
+             ) -> None:
     x, y = at
     i, j = np.nonzero(np.isnan(values).any(axis=2))
     if i.size == 0:
-        return 0
+        return
     texts = [plain(reasons.get((int(a), int(b)), "pose failed")) for a, b in zip(i, j, strict=True)]
     chart.add_scatter(x=x[i], y=y[j], mode="markers", name="pose failed", showlegend=True, text=texts, hoverinfo="text",
                      marker={"symbol": "x", "color": COLOURS[1], "size": 9})
-    return 1
 
 
 def _names(names: Sequence[str], count: int) -> list[str]:

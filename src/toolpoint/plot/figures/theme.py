@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from plotly.colors import sequential, unlabel_rgb
 
 from toolpoint._check import Array, fail
+from toolpoint.plot.page.markup import typeset
 
 FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, sans-serif"
 # Okabe and Ito, Color Universal Design (2008), without its black and yellow, which vanish on dark and on light pages.
@@ -50,8 +51,8 @@ def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
 
 
 def plain(text: object) -> str:
-    """Return text that plotly shows as it is: its small markup language is switched off by escaping."""
-    return str(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
+    """Return text that plotly shows as it is, typeset as the page's: its small markup language is switched off by escaping."""
+    return typeset(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 def with_alpha(colour: str, alpha: float) -> str:

@@ -1,4 +1,4 @@
-"""Text of a page: escaped, with the letters of the field set as a book sets them (K_t with a subscript)."""
+"""Text of a page as a book sets it: units and signs spelled one way (µm, °, ±, mm²), letters with subscripts (K_t)."""
 
 from __future__ import annotations
 
@@ -7,8 +7,24 @@ import re
 
 # Letters of forces, coefficients, gains and torques; other words with an underscore are names that a user gave.
 _SYMBOL = re.compile(r"(?<![\w.])(K|F|M|R|T|J|n|w|g|f)_(max|min|te|ne|ae|tc|nc|ac|[tnafvhrmscxyz]|\d)(?!\w)")
+# A unit stands after a number, a comma, a stroke, a bar or a bracket; so a body called "um" keeps its name.
+_BEFORE = r"(?:(?<=\d)|(?<=\d )|(?<=, )|(?<=/)|(?<=\|)|(?<=\()|(?<=\| ))"
+_UNITS = (
+    (re.compile(_BEFORE + r"um(?![\w.])"), "µm"), (re.compile(_BEFORE + r"urad(?![\w.])"), "µrad"),
+    (re.compile(r"(?<=position )um|(?<=rms )um"), "µm"), (re.compile(_BEFORE + r"us(?![\w.])"), "µs"),
+    (re.compile(r"(?<=\d) ?deg(?![\w.])"), "°"), (re.compile(r"(?<=, )deg(?![\w.])|(?<=\()deg(?=[/)])"), "°"),
+    (re.compile(r"\+-(?=[ \d])"), "±"), (re.compile(r"(?<=mm)\^2|(?<=kg m)\^2|(?<= m)\^2|(?<=\bm)\^2"), "²"),
+    (re.compile(r"(?<=mm)\^3|(?<= m)\^3"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−\d])"), " … "))
+
+
+def typeset(text: object) -> str:
+    """Return text with units and signs spelled one way."""
+    words = str(text)
+    for pattern, sign in _UNITS:
+        words = pattern.sub(sign, words)
+    return words
 
 
 def mark_up(text: object) -> str:
-    """Return text as HTML: escaped, letters with their subscripts."""
-    return _SYMBOL.sub(r"\1<sub>\2</sub>", html.escape(str(text)))
+    """Return text as HTML: typeset, escaped, letters with their subscripts."""
+    return _SYMBOL.sub(r"\1<sub>\2</sub>", html.escape(typeset(text)))

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.bodies import mesh
 from toolpoint.kinematics import Pose
-from toolpoint.machine.description import BodyDescription
+from toolpoint.machine.description import BodyDescription, ShapeDescription
 from toolpoint.machine.extent import equal_box, shape_size
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import Placement
 from toolpoint.machine.shapes import body_shapes
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
+from toolpoint.plot.shape_view.round_shapes import cylinder_scene, sphere_scene
 from toolpoint.plot.shape_view.scene import Box, Scene
 from toolpoint.spatial import transform as tf
 
@@ -51,6 +54,16 @@ def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray)
         return Scene.of_mesh(name, tf.move(frame, nodes + np.array(body.centre)), faces)
     shape = body.draw or body.shape
     centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+    at = tf.move(frame, centre[None])[0]
+    part = None if shape is None else _round_part(name, shape)
+    if part is not None:
+        return replace(part, nodes=part.nodes @ frame[:3, :3].T + at)
     size = shape_size(shape) if shape is not None else equal_box(mass)
-    centre = tf.move(frame, centre[None])[0]
-    return Scene.of_boxes([Box(name, centre, size, frame[:3, :3])])
+    return Scene.of_boxes([Box(name, at, size, frame[:3, :3])])
+
+
+def _round_part(name: str, shape: ShapeDescription) -> Scene | None:
+    """Return a cylinder or a sphere about the origin, None of what is drawn as a box."""
+    if shape.kind == "cylinder" and shape.diameter and shape.length:
+        return cylinder_scene(name, diameter=shape.diameter, length=shape.length, axis=shape.axis, bore=shape.bore)
+    return sphere_scene(name, diameter=shape.diameter) if shape.kind == "sphere" and shape.diameter else None

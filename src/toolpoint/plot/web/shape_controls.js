@@ -117,7 +117,7 @@ window.ToolpointControls = (function () {
       on ? view.hidden.delete(name) : view.hidden.add(name);
       view.panes.forEach((_, k) => view.elements(k)); view.touch();
     }));
-    view.side.append(make("h4", { text: "Bodies" }), list);
+    view.bar.after(make("div", { class: "tp-below" }, make("h4", { text: "Bodies" }), list));
   }
 
   function overlays(view) {

@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.cuts.limit_spread import LimitSpread
+from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.text_table import text_table
 
 HEADER = ("feed direction", "stable depth mm", "pose", "rev/min", "chatter Hz")
@@ -148,8 +149,8 @@ def _finite(values: FloatArray) -> Any:
 
 
 def pose_words(pose: Mapping[str, float], angles: Sequence[str] = ()) -> str:
-    """Return a pose in words, axes that are angles in degrees."""
-    return ", ".join(f"{name} {angle_words(value)}" if name in angles else f"{name} {value:g}" for name, value in pose.items())
+    """Return a pose in words: ``X 100 mm, B 30°``."""
+    return ", ".join(f"{name} {position_words(value, name in angles)}" for name, value in pose.items())
 
 
 def depth_words(value: float, top: float) -> str:

@@ -35,15 +35,15 @@ class Grid:
 
     def unit(self, name: str) -> str:
         """Unit in which a person reads an axis."""
-        return "deg" if name in self.angles else "m"
+        return "°" if name in self.angles else "mm"
 
     def shown(self, name: str) -> FloatArray:
         """Positions of an axis in the unit that a person reads."""
-        return np.degrees(self.axes[name]) if name in self.angles else np.asarray(self.axes[name])
+        return np.degrees(self.axes[name]) if name in self.angles else 1e3 * np.asarray(self.axes[name])
 
     def words(self, index: Sequence[int]) -> str:
         """A place of the grid in words."""
-        return ", ".join(f"{name} {self.shown(name)[i]:.6g}" + (" deg" if name in self.angles else "")
+        return ", ".join(f"{name} {self.shown(name)[i]:.6g}" + ("°" if name in self.angles else " mm")
                          for name, i in zip(self.axes, index, strict=True))
 
     def failure_lines(self, failures: Mapping[tuple[int, ...], str]) -> list[str]:

@@ -12,10 +12,15 @@ from toolpoint.machine.model import Machine
 
 
 def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = "reference pose") -> str:
-    """Return a pose in words, ``X 0.1, B 30 deg``: m where no unit stands; without a machine the bare numbers."""
+    """Return a pose in words, ``X 100 mm, B 30°``; without a machine the bare numbers."""
     axes: dict[str, Axis] = {} if machine is None else {axis.name: axis for axis in machine.chain.axes}
-    return ", ".join(f"{name} {axes[name].words(value)}" if name in axes and axes[name].is_rotary else f"{name} {value:g}"
+    return ", ".join(f"{name} {position_words(value, axes[name].is_rotary) if name in axes else f'{value:g}'}"
                      for name, value in pose.items()) or empty
+
+
+def position_words(value: float, is_angle: bool) -> str:
+    """Return an axis position (m or rad) as a person reads it: ``100 mm``, ``30°``."""
+    return f"{np.degrees(value):.6g}°" if is_angle else f"{1e3 * value:.6g} mm"
 
 
 def direction_words(direction: ArrayLike) -> str:

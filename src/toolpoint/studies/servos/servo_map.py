@@ -17,6 +17,7 @@ from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.program.command import circle as circle_command
 from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.model import Machine
+from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.drive_structure import free_machine, structure_at
 from toolpoint.studies.text_table import text_table
 
@@ -73,7 +74,7 @@ class ServoMap:
                          if k not in self.failures]
 
     def _pose_text(self, k: int) -> str:
-        return ", ".join(f"{name} {np.degrees(value):g} deg" if name in self.angles else f"{name} {value:g} m"
+        return ", ".join(f"{name} {position_words(value, name in self.angles)}"
                          for name, value in self.poses[k].items()) or "reference pose"
 
     def columns(self, quantity: str, factor: float = 1.0) -> tuple[FloatArray, tuple[str, ...]]:

@@ -1,0 +1,96 @@
+"""Words of a cut on a page: tool, arc, coefficients and dynamics as a shop writes them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._rounding import number_text
+from toolpoint.cutting import MillingProblem, StabilityChart
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.plot import Chart, Table
+from toolpoint.plot.figures.frf import bode
+from toolpoint.vibration import Dof, Frf
+
+
+def problem_words(problem: MillingProblem) -> str:
+    """Return tool, arc of cut and coefficients in one line."""
+    k = problem.coefficients
+    parts = [inside(problem.tool), "engaged " + inside(problem.engagement).replace("..", " to "),
+             f"K_t {k.kt / 1e6:g}, K_n {k.kn / 1e6:g}" + (f", K_a {k.ka / 1e6:g}" if k.ka else "") + " N/mm^2"]
+    return ", ".join(parts)
+
+
+def plane_words(plane: PlaneDynamics) -> str:
+    """Return what the dynamics are in words: modes, or lines that were measured."""
+    if plane.is_modal:
+        f = np.abs(plane.poles) / (2 * np.pi)
+        span = f"{f.min():.4g}" if np.ptp(f) < 1e-3 * f.max() else f"{f.min():.4g} to {f.max():.4g}"
+        return f"{f.size} mode{'s' if f.size > 1 else ''}, {span} Hz"
+    lines = plane.lines[0]
+    return f"{lines.size} measured lines, {lines[0]:.4g} to {lines[-1]:.4g} Hz"
+
+
+def dynamics_parts(plane: PlaneDynamics) -> list[Chart | Table | str]:
+    """Return the dynamics that a chart stands on: the response along x and y, and the modes with their stiffness."""
+    low, high = plane.span
+    f = np.linspace(max(0.3 * low, 1e-3 * high), 1.4 * high, 1500) if plane.is_modal else np.asarray(plane.frequency)
+    values = plane.response(f)
+    ways = [k for k in range(plane.size) if np.abs(values[:, k, k]).max() > 0]
+    single = {"xyz"[k]: Frf(f, values[:, k:k + 1, k:k + 1], (Dof("tool", f"+{'xyz'[k]}"),), (Dof("tool", f"+{'xyz'[k]}"),))
+              for k in ways}
+    parts: list[Chart | Table | str] = [
+        f"Response of the tool against the work: {plane_words(plane)}. x is the feed, y normal to it."]
+    if single:
+        parts.append(Chart(bode({f"along {way}": frf for way, frf in single.items()}), name="dynamics"))
+    if plane.is_modal:
+        parts.append(_mode_table(plane))
+    return parts
+
+
+def limit_sentence(chart: StabilityChart, *, width: bool = False) -> str:
+    """Return what is stable at every charted speed, and where it is least, in a sentence."""
+    what, low, high = "width" if width else "depth", chart.speeds.min(), chart.speeds.max()
+    span = f"from {low:.0f} to {high:.0f} rev/min"
+    if not np.isfinite(chart.limit).any():
+        return f"No limit was found {span}: every {what} up to {number_text(1e3 * chart.depth_max, digits=3)} mm is stable."
+    at = int(np.argmin(chart.limit))
+    point = int(chart.limit_points()[at])
+    above = f"; above it chatter begins at {chart.frequency[point]:.0f} Hz" if point >= 0 else ""
+    return (f"A {what} of {number_text(1e3 * float(chart.limit[at]), digits=3)} mm is stable at every charted speed {span}; "
+            f"the limit is least at {chart.speeds[at]:.0f} rev/min{above}.")
+
+
+def depth_answers(chart: StabilityChart) -> list[str]:
+    """Return for every charted speed how deep a cut may be, and at which frequency chatter begins above."""
+    answers = []
+    points = chart.limit_points()
+    for i, speed in enumerate(chart.speeds):
+        if not np.isfinite(chart.limit[i]):
+            answers.append(f"{speed:.0f} rev/min: no limit found up to {number_text(1e3 * chart.depth_max, digits=3)} mm.")
+            continue
+        words = f"{speed:.0f} rev/min: stable up to {number_text(1e3 * float(chart.limit[i]), digits=3)} mm"
+        words += f", chatter above at {chart.frequency[points[i]]:.0f} Hz" if points[i] >= 0 else ""
+        bands = [f"{1e3 * a:.3g} to {'the end of the chart' if b >= chart.depth_max else f'{1e3 * b:.3g} mm'}"
+                 for a, b in chart.intervals(i) if a > 0]
+        answers.append(words + (f"; again stable {', '.join(bands)}" if bands else "") + ".")
+    return answers
+
+
+def _mode_table(plane: PlaneDynamics) -> Table:
+    rows = []
+    for k, pole in enumerate(plane.poles):
+        omega, zeta = abs(pole), -pole.real / abs(pole)
+        sizes = np.abs(np.diag(plane.residues[k]))
+        # k of a direction: the mode alone has the peak 1/(2 k zeta) there, as its residue is 1/(2 i m w_d).
+        stiffness = [f"{omega**2 / (2 * abs(pole.imag) * r) / 1e6:.4g}" if r > 1e-9 * max(sizes.max(), 1e-300) else "rigid"
+                     for r in sizes]
+        rows.append([k + 1, omega / (2 * np.pi), 100 * zeta, *stiffness])
+    ways = "xyz"[:plane.size]
+    return Table(["mode", "frequency, Hz", "damping, %", *(f"stiffness {way}, N/µm" for way in ways)], rows,
+                 "Modes of the dynamics; stiffness: modal, seen from the tool")
+
+
+def inside(part: object) -> str:
+    """Return the words between the brackets of a noun's repr."""
+    text = repr(part)
+    return text[text.index("(") + 1:-1]
