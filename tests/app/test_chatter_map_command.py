@@ -47,7 +47,7 @@ def test_the_worst_pose_is_named_and_a_folder_resumes(tmp_path, capsys):
     found = json.loads(again.out)
     assert "6 of 6 poses kept in" in " ".join(again.err.split())
     worst = found["worst"]
-    told = ", ".join(f"{name} {value:g}" for name, value in worst["pose"].items())
+    told = ", ".join(f"{name} {1e3 * value:g} mm" for name, value in worst["pose"].items())
     assert f"Worst: {1e3 * worst['depth_m']:.4f} mm at {told}, feed at {worst['feed_angle_deg']:.4g}°" in shown
     assert found["feed_angle_deg"] == pytest.approx([0, 45, 90])
     with pytest.raises(SystemExit):
@@ -60,7 +60,7 @@ def test_failed_poses_are_told_and_are_no_numbers():
     cut = machine_file.read(MACHINE).description.cutting
     found = ChatterMap({"X": np.array([0.0, 0.1])}, np.radians([0, 90]), np.array([1000.0, 2000.0]), limit,
                         np.where(np.isfinite(limit), 80.0, np.nan), np.array([0.01, 0.01]), cut, {(0, 1): "why"})
-    assert found.failed() == ["X 0, feed at 90°: why"]
+    assert found.failed() == ["X 0 mm, feed at 90°: why"]
     text = json.dumps(found.to_dict(), allow_nan=False)
     assert json.loads(text)["limit_m"][0][1] == [None, None] and json.loads(text)["stable_everywhere_m"] == [1e-3, 2e-3]
     html = chatter_map_page(found, machine_file.read(MACHINE)).html()

@@ -46,7 +46,7 @@ def test_demo_compares_with_the_paper_and_writes_the_page(tmp_path, capsys):
 
 def test_report_of_a_machine_at_a_pose(tmp_path, capsys):
     assert run(["report", MACHINE, "--pose", "X=0.1,Y=0.2", "-o", str(tmp_path / "page.html")]) == 0
-    assert "X 0.1, Y 0.2" in (tmp_path / "page.html").read_text()
+    assert "X 100 mm, Y 200 mm" in (tmp_path / "page.html").read_text()
 
 
 @pytest.mark.slow
@@ -116,7 +116,7 @@ def test_the_installed_program_runs_without_a_display():
 
 def test_poses_that_fail_in_a_map_are_told_with_their_reason():
     found = PoseMap({"X": np.array([0.0, 0.1])}, np.array([[20.0, 30.0], [np.nan, np.nan]]), {(1,): "no equilibrium"})
-    assert found.failed() == ["X 0.1: no equilibrium"]
+    assert found.failed() == ["X 100 mm: no equilibrium"]
     assert json.loads(json.dumps(found.to_dict(), allow_nan=False))["frequency_hz"][1] == [None, None]
 
 

@@ -29,7 +29,7 @@ def test_robot_writes_its_machine_and_page(tmp_path, capsys):
     shown = capsys.readouterr().out
     assert "total ratio printed 75, follows 80" in shown
     assert (tmp_path / "m.yaml").read_text() == (MACHINES / "milling_robot.yaml").read_text()
-    assert "What does not follow or agree" in (tmp_path / "index.html").read_text()
+    assert "Before you rely on this" in (tmp_path / "index.html").read_text()
 
 
 def test_screen_resumes_and_says_the_same(tmp_path, capsys):

@@ -112,10 +112,20 @@ def test_stability_chart_is_in_mm_and_hover_tells_frequency_and_error():
 def test_intervals_are_drawn_island_by_island_and_open_ends_reach_the_top():
     intervals = [[(0, 1e-3), (2e-3, 3e-3)], np.zeros((0, 2)), [(0, np.inf)]]
     made = stability_chart(StabilityIntervals([1000, 2000, 3000], intervals), max_depth=5e-3)
-    bars = made.data[0]
-    assert bars.x == (1000, 1000, 3000)
-    assert bars.base == pytest.approx((0, 2, 0))
-    assert bars.y == pytest.approx((1, 1, 5))
+    region, ends = made.data
+    assert region.fill == "toself"
+    pieces = np.array([v for v in region.y if v is not None]).reshape(-1, 4)  # each alone: no neighbour overlaps it
+    np.testing.assert_allclose(pieces, [[0, 0, 1, 1], [2, 2, 3, 3], [0, 0, 5, 5]])
+    np.testing.assert_allclose(ends.x, [1000, 1000, 3000])
+    np.testing.assert_allclose(ends.y, [1, 3, 5])
+
+
+def test_stable_region_ends_on_the_limit_line_between_speeds():
+    speeds, limit = [1000.0, 2000.0, 3000.0], np.array([1e-3, 3e-3, 2e-3])
+    made = stability_chart([StabilityIntervals(speeds, [[(0, b)] for b in limit]), StabilityCurve(speeds, limit)])
+    x, y = (np.array([v for v in values if v is not None]).reshape(-1, 4) for values in (made.data[0].x, made.data[0].y))
+    for piece_x, piece_y in zip(x, y):
+        np.testing.assert_allclose(piece_y[[3, 2]], np.interp(piece_x[[3, 2]], speeds, 1e3 * limit))
 
 
 @pytest.mark.parametrize(("make", "message"), [
@@ -149,10 +159,15 @@ def test_pose_maps_put_x_across_and_mark_failures():
     values[1, 1] = np.nan
     made = frequency_map(x, y, values)
     assert made.data[0].z[1][2] == pytest.approx(15.2)  # z[y][x]
-    assert [trace.visible for trace in made.data[:2]] == [True, False]
-    cross = made.data[2]
+    assert [trace.type for trace in made.data[:2]] == ["heatmap", "heatmap"]  # too few positions to be smoothed
+    assert [trace.visible for trace in made.data[:4]] == [True, False, True, False]
+    lowest = made.data[2]
+    assert (lowest.x[0], lowest.y[0]) == (0, 0) and lowest.text[0] == "10"
+    cross = made.data[4]
     assert (cross.x[0], cross.y[0]) == (0.1, 1.0)
-    assert made.layout.updatemenus[0].buttons[1].args[0]["visible"] == [False, True, True]
+    assert made.layout.updatemenus[0].buttons[1].args[0]["visible"] == [False, True, False, True, True]
+    fine = frequency_map(np.arange(8.0), np.arange(9.0), np.arange(72.0).reshape(8, 9, 1))
+    assert fine.data[0].type == "contour" and fine.data[2].name == "poses computed" and len(fine.data[2].x) == 72
     lines = frequency_curves(x, values[:, 0], axis="Y")
     assert len(lines.data) == 2 and lines.layout.xaxis.title.text == "Y, m"
     with pytest.raises(ToolpointError, match="frequency_curves"):

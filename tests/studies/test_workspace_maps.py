@@ -63,7 +63,7 @@ def test_poses_that_cannot_be_are_kept_with_their_reason_and_drawn(head, tmp_pat
     result = pose_map(head, {"Z": np.array([0.9, 1.39]), "tilt": np.radians([0, 50]), "azimuth": [np.pi]})
     assert list(result.failures) == [(1, 1, 0)]
     assert "beyond 0.3 m .. 1.5 m" in result.failed()[0]
-    assert "tilt 50 deg" in result.failed()[0]
+    assert "tilt 50°" in result.failed()[0]
     assert np.isnan(result.frequency[1, 1]).all()
     assert result.extremes()[0].startswith("mode 1: lowest")
     two = pose_map(head, {"Z": np.array([0.9, 1.0, 1.39]), "tilt": np.radians([0, 30, 60])})
@@ -86,9 +86,9 @@ def test_map_command_speaks_degrees(tmp_path):
     axes = ["--axis", "tilt=0:20deg:2", "--axis", "azimuth=0:240deg:3"]
     done = CliRunner().invoke(cli, ["map", machine, *axes, "--quantity", "static", "-o", str(tmp_path)])
     assert done.exit_code == 0, done.output
-    assert "at tilt 20 deg, azimuth" in done.output
+    assert "at tilt 20°, azimuth" in done.output
     page = (tmp_path / "index.html").read_text()
-    assert "tilt, deg" in page and "azimuth, deg" in page
+    assert "tilt, °" in page and "azimuth, °" in page
     shown = CliRunner().invoke(cli, ["map", machine, "--axis", "tilt=0:20deg:2", "--json"]).output
     assert len(json.loads(shown)["frequency_hz"]) == 2
 

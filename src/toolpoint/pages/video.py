@@ -122,7 +122,7 @@ def _shape_parts(video: VideoStudy, warp: ShapeWarp, mode: int, picture: bytes) 
     parts: list[Any] = [
         Picture(encode_moving(frames, 16), f"the shape at {video.poles.frequency[mode]:.2f} Hz, moving",
                 f"Motion of this mode alone, {factor:.0f} times its largest in the clip."),
-        Picture(encode_picture(_small(edges)), "edges of the deformed machine over the machine at rest",
+        Picture(encode_picture(_small(edges), "webp"), "edges of the deformed machine over the machine at rest",
                 "Edges at rest in blue, deformed in red.")]
     if sure.any():
         chart = picture_shape(picture, video.scan.clip.shape, windows.centres[sure], moved=shapes.shape[sure][:, :, mode])

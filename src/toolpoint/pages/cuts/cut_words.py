@@ -51,24 +51,25 @@ def limit_sentence(chart: StabilityChart, *, width: bool = False) -> str:
     """Return what is stable at every charted speed, and where it is least, in a sentence."""
     what, low, high = "width" if width else "depth", chart.speeds.min(), chart.speeds.max()
     span = f"from {low:.0f} to {high:.0f} rev/min"
-    if not np.isfinite(chart.limit).any():
+    limit = chart.limit
+    if not np.isfinite(limit).any():
         return f"No limit was found {span}: every {what} up to {number_text(1e3 * chart.depth_max, digits=3)} mm is stable."
-    at = int(np.argmin(chart.limit))
+    at = int(np.argmin(limit))
     point = int(chart.limit_points()[at])
     above = f"; above it chatter begins at {chart.frequency[point]:.0f} Hz" if point >= 0 else ""
-    return (f"A {what} of {number_text(1e3 * float(chart.limit[at]), digits=3)} mm is stable at every charted speed {span}; "
+    return (f"A {what} of {number_text(1e3 * float(limit[at]), digits=3)} mm is stable at every charted speed {span}; "
             f"the limit is least at {chart.speeds[at]:.0f} rev/min{above}.")
 
 
 def depth_answers(chart: StabilityChart) -> list[str]:
     """Return for every charted speed how deep a cut may be, and at which frequency chatter begins above."""
     answers = []
-    points = chart.limit_points()
+    points, limit = chart.limit_points(), chart.limit
     for i, speed in enumerate(chart.speeds):
-        if not np.isfinite(chart.limit[i]):
+        if not np.isfinite(limit[i]):
             answers.append(f"{speed:.0f} rev/min: no limit found up to {number_text(1e3 * chart.depth_max, digits=3)} mm.")
             continue
-        words = f"{speed:.0f} rev/min: stable up to {number_text(1e3 * float(chart.limit[i]), digits=3)} mm"
+        words = f"{speed:.0f} rev/min: stable up to {number_text(1e3 * float(limit[i]), digits=3)} mm"
         words += f", chatter above at {chart.frequency[points[i]]:.0f} Hz" if points[i] >= 0 else ""
         bands = [f"{1e3 * a:.3g} to {'the end of the chart' if b >= chart.depth_max else f'{1e3 * b:.3g} mm'}"
                  for a, b in chart.intervals(i) if a > 0]

@@ -100,8 +100,9 @@ def frequency_map(
         else:
             chart.add_contour(**shown, connectgaps=False, line={"width": 0.6},
                               contours={"showlabels": True, "labelfont": {"size": 11, "color": "white"}})
+    size = 36 if is_coarse(across.size, along.size) else 17  # round the number of a cell
     for i in range(len(words)):
-        _extremes(chart, (across, along), values[:, :, i], i == 0)
+        _extremes(chart, (across, along), values[:, :, i], is_shown=i == 0, size=size)
     if not is_coarse(across.size, along.size):
         x, y = np.meshgrid(across, along, indexing="ij")
         chart.add_scatter(x=x.ravel(), y=y.ravel(), mode="markers", name="poses computed", hoverinfo="skip",
@@ -109,7 +110,7 @@ def frequency_map(
     _crosses(chart, (across, along), values, reasons or {})
     chart.update_xaxes(title_text=f"{plain(axes[0])}, {plain(units[0])}", **_ticks(across))
     chart.update_yaxes(title_text=f"{plain(axes[1])}, {plain(units[1])}", **_ticks(along))
-    chart.update_layout(legend={"y": -0.22, "yanchor": "top"})
+    chart.update_layout(legend={"y": -0.22, "yanchor": "top"}, showlegend=True)
     set_column_buttons(chart, words)
     return chart
 
@@ -131,14 +132,15 @@ def set_column_buttons(chart: go.Figure, words: Sequence[str]) -> None:
                                      "yanchor": "bottom", "bgcolor": "rgba(127,127,127,0.12)"}], margin={"t": 64})
 
 
-def _extremes(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, is_shown: bool) -> None:
+def _extremes(chart: go.Figure, at: tuple[FloatArray, FloatArray], values: FloatArray, *, is_shown: bool,
+              size: int) -> None:
     """Mark where a column is lowest and highest; the trace is there also where nothing could be computed."""
     places = ([] if np.isnan(values).all() else [np.unravel_index(int(pick(values)), values.shape)
                                                 for pick in (np.nanargmin, np.nanargmax)])
     chart.add_scatter(x=[at[0][i] for i, _ in places], y=[at[1][j] for _, j in places], mode="markers", visible=is_shown,
                      name="lowest (▽) and highest (△)", text=[f"{values[place]:.4g}" for place in places],
                      hovertemplate="%{text}<extra></extra>",
-                     marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": 17,
+                     marker={"symbol": ["triangle-down-open", "triangle-up-open"][:len(places)], "size": size,
                              "color": COLOURS[1], "line": {"width": 3}})
 
 

@@ -14,7 +14,7 @@ from toolpoint.plot.page.charts import ClickedSeries
 from toolpoint.vision.displacement.result import DisplacementField
 
 POINTS = "measured points"
-MOST_POINTS, MOST_LINES = 120, 220
+MOST_POINTS, MOST_LINES = 80, 220
 
 
 def picture_points(picture: bytes, shape: tuple[int, int], field: DisplacementField, *, chosen: Sequence[int]) -> go.Figure:

@@ -93,9 +93,11 @@ class ClickedSeries:
 
     def fragment(self) -> str:
         """Return the place of the chart and its data blocks."""
-        rounded = (lambda values: [float(f"{v:.5g}") for v in values])
+        def short(values: Any, digits: int) -> list[float]:
+            return [float(f"{v:.{digits}g}") for v in values]
+
         data = {"trace": self.trace, "names": list(self.names), "colours": list(self.colours),
-                "sets": [{"label": label, "x": rounded(x), "y": [rounded(y) for y in curves]}
+                "sets": [{"label": label, "x": short(x, 6), "y": [short(y, 4) for y in curves]}
                          for label, x, curves in self.sets]}
         block = f"tp-series-{self.name}"
         inner = Chart(self.figure, self.caption, self.name).fragment()

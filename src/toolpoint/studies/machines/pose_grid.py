@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint._rounding import number_text
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import pose_condition
 from toolpoint.machine.model import Machine
@@ -61,10 +62,12 @@ class Grid:
             low, high = (np.unravel_index(int(pick(column)), column.shape) for pick in (np.nanargmin, np.nanargmax))
             span = float(column[high] - column[low])
             if span <= 1e-9 * abs(float(column[high])):
-                lines.append(f"{name}: {column[low]:.6g} {unit} at every pose")
+                lines.append(f"{name}: {number_text(float(column[low]))} {unit} at every pose")
                 continue
-            lines.append(f"{name}: lowest {column[low]:.6g} {unit} at {self.words([int(i) for i in low])}; "
-                         f"highest {column[high]:.6g} {unit} at {self.words([int(i) for i in high])}")
+            # To the digits that tell both ends apart.
+            least, most = (number_text(float(column[at]), span / 20) for at in (low, high))
+            lines.append(f"{name}: lowest {least} {unit} at {self.words([int(i) for i in low])}; "
+                         f"highest {most} {unit} at {self.words([int(i) for i in high])}")
         return lines
 
     def __str__(self) -> str:

@@ -43,7 +43,7 @@ def write_frames(frames: Iterable[Frames], path: str | os.PathLike[str], rate: f
 
 
 def encode_picture(picture: np.ndarray, kind: str = "png") -> bytes:
-    """Return a picture (rows, columns) or (rows, columns, 3) as a PNG or JPEG file in memory."""
+    """Return a picture (rows, columns) or (rows, columns, 3) as a PNG, JPEG or WebP file in memory."""
     import io
 
     buffer = io.BytesIO()
