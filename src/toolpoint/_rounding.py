@@ -24,7 +24,7 @@ def number_text(value: float, uncertainty: float | None = None, digits: int = DI
 def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") -> str:
     """Return ``922.4 ± 0.6 Hz``, both to the same decimal; an uncertainty that is not finite is said to be unknown."""
     tail = f" {unit}" if unit else ""
-    if uncertainty is None or not math.isfinite(value):
+    if uncertainty is None or uncertainty <= 0 or not math.isfinite(value):
         return number_text(value) + tail
     if not math.isfinite(uncertainty):
         return f"{number_text(value)}{tail} (± unknown)"
