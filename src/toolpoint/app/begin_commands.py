@@ -12,7 +12,7 @@ from toolpoint.app.options import FILE, JSON, PATH
 
 NEXT = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."), "servo": ("check {0}", "drive {0} --circle 50,4000"),
         "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
-        "cut": ("lobes --materials",)}
+        "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
 
 
 @click.command()
@@ -23,7 +23,7 @@ NEXT = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."), "servo": (
                    "parallel-head, robot.")
 @click.option("--list", "listed", is_flag=True, help="Show the templates of KIND.")
 def new(kind: str, file: Path | None, template: str, listed: bool) -> None:
-    """A commented file to begin with: a machine, a servo, the components of a test, or a cut.
+    """A commented file to begin with: a machine, a hammer test, its components, a servo, or a cut.
 
     FILE is KIND.yaml where left out; a file that is there is never overwritten.
     """

@@ -13,6 +13,7 @@ from toolpoint._check import ToolpointError, suggestion
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
+from toolpoint.io.yaml.description_schema import file_schema
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_file import body_of, cutting_of
 from toolpoint.io.yaml.machine_schema import BodyModel, CuttingModel, PointModel
@@ -203,3 +204,8 @@ def _unit(way: Any) -> tuple[float, float, float] | None:
         return None
     x, y, z = (vector / size).tolist()
     return x, y, z
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of component files, for editors that check YAML while it is typed."""
+    return file_schema(ComponentFile, "toolpoint component file")

@@ -16,6 +16,7 @@ from pydantic import BaseModel, create_model
 from toolpoint._quantity import Quantity
 from toolpoint.io.quantities import electrical, units
 from toolpoint.io.quantities.electrical import electrical_type
+from toolpoint.io.yaml.key_meanings import add_meanings
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import quantity_type
 
@@ -39,6 +40,7 @@ def file_schema(model: type[BaseModel], title: str) -> dict[str, Any]:
     schema = model.model_json_schema()
     schema["$schema"] = "https://json-schema.org/draft/2020-12/schema"
     schema["title"] = title
+    add_meanings(schema, model.__name__)
     return schema
 
 

@@ -13,6 +13,7 @@ from toolpoint.io.yaml.document import parse
 # Kind, the key that gives it away, module of its reader, and how it is called.
 KINDS: dict[str, tuple[str, str, str]] = {
     "components": ("components", "component_file", "components of a test"),
+    "test": ("records", "test_file", "a hammer test"),
     "shaft": ("segments", "shaft_file", "a shaft"),
     "plan": ("machine", "plan_file", "a screening plan"),
     "datasheet": ("members", "robot_file", "a robot's datasheet"),
@@ -48,4 +49,5 @@ def read_kind(path: str | Path, kind: str) -> str:
         return f"a servo, {drives.name}, of the axes {', '.join(drives.axes)}"
     module, words = KINDS[kind][1:]
     part: Any = importlib.import_module(f"toolpoint.io.yaml.{module}").read(path)
-    return f"{words}, {part.name}" if getattr(part, "name", "") else words
+    name = getattr(part, "name", "") or getattr(part, "test", "")
+    return f"{words}, {name}" if name else words

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, model_of
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import parse, validate
 from toolpoint.machine.screening_plan import ScreeningPlan, find_plan_faults
 
@@ -34,3 +35,8 @@ def read(path: str | Path) -> ScreeningPlan:
     if document.faults or plan is None:
         raise FileFaults(str(path), document.text, document.faults)
     return plan
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of screening plans, for editors that check YAML while it is typed."""
+    return file_schema(model_of(ScreeningPlan, version=True), "toolpoint screening plan")

@@ -42,7 +42,9 @@ class Scalar:
         return core_schema.no_info_before_validator_function(self.read, limited)
 
     def __get_pydantic_json_schema__(self, schema: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        return {**NUMBER, "description": f"{self.kind.name}; a bare number is in {self.kind.unit}"}
+        limits = {"above": self.gt, "at least": self.ge, "below": self.lt, "at most": self.le}
+        bounds = [f"{word} {value:g}" for word, value in limits.items() if value is not None]
+        return {**NUMBER, "description": "; ".join([self.kind.name, f"a bare number is in {self.kind.unit}", *bounds])}
 
 
 @dataclass(frozen=True)
