@@ -43,6 +43,7 @@ def test_parallel_head():
 
 # Every command of the README in Python: (example, the number that it returns, relative deviation, where the number is from).
 COMMANDS = [
+    ("examine_the_environment.py", 0, 0, "all that is needed is there"),
     ("begin_from_a_template.py", 0.5, 1e-6, "frequencies go with one over the root of all masses"),
     ("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual"),
     ("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding"),

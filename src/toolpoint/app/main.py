@@ -19,6 +19,7 @@ _MODULES = {
     "coupling_commands": ("rcsa",),
     "cutting_commands": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate"),
     "demo_commands": ("demo",),
+    "doctor_commands": ("doctor", "completion"),
     "drive_commands": ("drive", "servo-data"),
     "begin_commands": ("new", "check"),
     "machine_commands": ("report", "modes", "map", "campbell", "schema"),
