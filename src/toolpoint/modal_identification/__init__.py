@@ -11,6 +11,7 @@ from toolpoint.modal_identification.judgement.identification import Identificati
 from toolpoint.modal_identification.judgement.indicators import Indicator, cmif, mvmif
 from toolpoint.modal_identification.judgement.relative_motion import Significance, significance
 from toolpoint.modal_identification.judgement.resonances import Resonance
+from toolpoint.modal_identification.judgement.window import without_window
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
 from toolpoint.modal_identification.poles.lsce import ComplexExponential
@@ -24,4 +25,4 @@ __all__ = [
     "METHODS", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram", "Identification", "Indicator",
     "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Resonance", "Significance", "cmif",
     "complexity_factor", "identify", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature", "real_modes",
-    "residues", "significance"]
+    "residues", "significance", "without_window"]

@@ -76,11 +76,11 @@ def resonances(frf: Frf, modes: Modes, smooth_residual: bool) -> tuple[Resonance
     groups = []
     for members in alike(modes):
         lines = [int(np.argmin(np.abs(frf.frequency - modes.frequency[i]))) for i in members]
-        alone = [_power(_part(frf, modes.selected([i]), slice(line, line + 1)) * weight)[0]
+        alone = [_power(modal_part(frf, modes.selected([i]), slice(line, line + 1)) * weight)[0]
                  for i, line in zip(members, lines, strict=True)]
         # A group is seen where its modes together move the responses most, which lies between them where they overlap.
         between = slice(min(lines), max(lines) + 1)
-        parts = _part(frf, modes.selected(members), between) * weight
+        parts = modal_part(frf, modes.selected(members), between) * weight
         at = int(np.argmax(_power(parts)))
         strength, rest = float(_power(parts)[at]), float(_power(flat[between] * weight - parts)[at])
         share = strength / (strength + rest) if strength > 0 else 0.0
@@ -107,9 +107,9 @@ def alike(modes: Modes) -> list[list[int]]:
     return runs
 
 
-def _part(frf: Frf, modes: Modes, lines: slice) -> ComplexArray:
+def modal_part(frf: Frf, modes: Modes, lines: slice) -> ComplexArray:
     """Return what modes give to the responses on some lines, (n_lines, n_responses)."""
-    residue = (modes.shape[:, None, :] * modes.participation_at(frf.inputs)).reshape(-1, modes.count)
+    residue = (modes.shape_at(frf.outputs)[:, None, :] * modes.participation_at(frf.inputs)).reshape(-1, modes.count)
     terms = pole_terms(laplace(frf)[lines], modes.poles) * factor(frf)[lines, None, None]
     return np.asarray(terms[:, :, 0] @ residue.real.T + terms[:, :, 1] @ residue.imag.T, complex)
 

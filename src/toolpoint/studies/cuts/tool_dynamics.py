@@ -130,8 +130,13 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     """Return measured responses as receptance, cut to a band (Hz).
 
     Without a band the lowest part of the lines is left out, as receptances integrated from accelerations grow without
-    limit there; a note says so.
+    limit there; a note says so. The damping of an exponential window that the lines hold is warned of.
     """
+    if frf.decay > 0:
+        warnings.warn(f"the lines hold the damping of an exponential window ({frf.decay:.3g} 1/s): limits come out too high; "
+                      "identify "
+                      "the modes, which are freed of it, and cut on them (toolpoint identify FILE -m modes.h5, then `modes`)",
+                      ToolpointWarning, stacklevel=3)
     if band is not None:
         inside = (frf.frequency >= band[0]) & (frf.frequency <= band[1])
         if inside.sum() < 2:

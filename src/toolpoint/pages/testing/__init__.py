@@ -1,0 +1,1 @@
+"""Pages of tests as a whole: a tap test, a test plan."""

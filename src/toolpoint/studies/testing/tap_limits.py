@@ -1,0 +1,145 @@
+"""Depth limits of a tapped tool with their intervals, and three speeds to use that stay stable beside themselves.
+
+A rough chart of many speeds (single-frequency solution) says where to look; limits at some speeds, at the least one, and at and
+beside the speeds to use are exact. What the scatter of responses and coefficients does to limits is drawn in closed form.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointWarning
+from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting.stability import method_named
+from toolpoint.studies.cuts.described_cut import build_problem
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
+from toolpoint.studies.machines.tool_point import depth_limit
+from toolpoint.vibration import Frf
+
+DRAWS, CHARTED, FINE = 2000, 24, 400  # draws, speeds of the exact chart, speeds searched
+COEFFICIENTS = 0.1  # standard deviation of cutting coefficients from a table
+SIZE, SHIFT = 0.05, 0.01  # assumed standard deviations of responses without scatter: magnitude, frequency
+BESIDE, IN_HAND, APART = 0.02, 0.1, 0.08  # speed and depth in hand; how far speeds to use lie apart
+DEEPER = 3
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True)
+class SpeedToUse:
+    """A speed (rev/min), the depth (m) that is stable there and beside it with 95 % certainty less a tenth, the chatter
+    frequency
+    (Hz) of what is deeper, and the removal rate over that of the best."""
+
+    speed: float
+    depth: float
+    chatter: float
+    worth: float
+
+
+@dataclass(frozen=True, eq=False)
+class TapLimits:
+    """The exact chart and the rough one of more speeds, the ends of the 95 % interval of the exact limits over them (ratios),
+    the
+    speeds to use, and notes."""
+
+    chart: StabilityChart
+    rough: StabilityChart
+    low: FloatArray
+    high: FloatArray
+    speeds: tuple[SpeedToUse, ...]
+    notes: tuple[str, ...]
+    problem: MillingProblem
+
+    @property
+    def lowest(self) -> tuple[float, float, float, float]:
+        """Least charted limit (m), the ends of its interval, and its speed."""
+        k = int(np.argmin(self.chart.limit))
+        limit = float(min(self.chart.limit[k], self.chart.depth_max))
+        return limit, limit * float(self.low[k]), limit * float(self.high[k]), float(self.chart.speeds[k])
+
+
+def chart_limits(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], values: Mapping[str, Any], *,
+                 speeds: tuple[float, float] | None, rng: np.random.Generator, progress: Progress) -> TapLimits:
+    """Return the limits of a cut on measured responses, with intervals and speeds to use.
+
+    `spread` : of every label of the dynamics the relative standard deviation of its driving point on each line, None where
+    nothing is known of it.
+    """
+    problem, cut, notes = build_problem(dynamics, values)
+    ends = cut.speeds if speeds is None else speeds
+    fine = np.linspace(*ends, FINE)
+    progress("rough stability", 0, 1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ToolpointWarning)  # of the rough chart; those of the exact one are kept
+        depth = DEEPER * depth_limit(problem)
+        rough = stability.chart(problem, fine, method_named("zero-order", "method"), depth_max=depth)
+    low, high = np.quantile(_ratios(dynamics, spread, rough, rng), [0.025, 0.975], axis=0)
+    least = fine[int(np.argmin(rough.limit))]
+    charted = np.unique(np.append(np.linspace(*ends, CHARTED), least))
+    progress(f"exact stability at {charted.size} speeds", 0, 1)
+    chart = stability.chart(problem, charted, None, depth_max=depth)
+    notes += ["interval: scatter of the responses, taken as one factor for all lines (the widest case), and cutting "
+              "coefficients "
+              f"known to {100 * COEFFICIENTS:.0f} % (assumed); not in it: clamping the tool anew, wear, another feed"]
+    if any(part is None for part in spread.values()):
+        notes.append(f"no scatter of the responses is known: {100 * SIZE:.0f} % of their size and {100 * SHIFT:.0f} % of "
+                     "frequency "
+                     "are assumed")
+    progress("speeds to use", 0, 1)
+    picked = _speeds_to_use(problem, rough, low, depth)
+    return TapLimits(chart, rough, np.interp(charted, fine, low), np.interp(charted, fine, high), picked,
+                     tuple(dict.fromkeys([*notes, *chart.notes])), problem)
+
+
+def _ratios(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], rough: StabilityChart, rng: np.random.Generator
+            ) -> FloatArray:
+    """Return drawn limits over the middle ones (n_draws, n_speeds).
+
+    Limits go with the inverse of responses and coefficients; at every speed the responses scatter as at its chatter frequency,
+    by the direction that scatters more. Another frequency of the modes moves the chart along its speeds.
+    """
+    frf = dynamics.response
+    assert isinstance(frf, Frf)
+    points = rough.limit_points()
+    chatter = np.where(points < 0, frf.frequency[-1], rough.frequency[points])
+    known = [part for part in spread.values() if part is not None]
+    size = np.max([np.interp(chatter, frf.frequency, part) for part in known], axis=0) if known else np.zeros(chatter.size)
+    if len(known) < len(spread):
+        size = np.maximum(size, SIZE)
+    shifts = SHIFT * rng.standard_normal(DRAWS) if len(known) < len(spread) else np.zeros(DRAWS)
+    limit = np.minimum(rough.limit, rough.depth_max)
+    moved = np.array([np.interp(rough.speeds / (1 + shift), rough.speeds, limit) for shift in shifts]) / limit
+    factor = np.exp(size * rng.standard_normal((DRAWS, 1)) + COEFFICIENTS * rng.standard_normal((DRAWS, 1)))
+    return np.asarray(moved / factor)
+
+
+def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatArray, depth: float) -> tuple[SpeedToUse, ...]:
+    """Return up to three speeds of the largest removal rate, each checked by the exact method at itself and beside it."""
+    speeds = middle.speeds
+    sure = np.minimum(middle.limit, middle.depth_max) * low
+    near = np.abs(speeds[:, None] / speeds[None, :] - 1) <= BESIDE
+    rate = np.where(near, sure[:, None], np.inf).min(axis=0) * speeds
+    rate[(speeds * (1 - BESIDE) < speeds[0]) | (speeds * (1 + BESIDE) > speeds[-1])] = 0.0  # the margin must be charted
+    picked: list[int] = []
+    for k in np.argsort(-rate).tolist():
+        if rate[k] > 0 and all(abs(speeds[k] / speeds[j] - 1) > APART for j in picked):
+            picked.append(k)
+        if len(picked) == 3:
+            break
+    results = [_checked(problem, float(speeds[k]), float(low[k]), depth) for k in picked]
+    best = max((speed.speed * speed.depth for speed in results), default=1.0)
+    ranked = sorted(results, key=lambda speed: -speed.speed * speed.depth)
+    return tuple(replace(speed, worth=speed.speed * speed.depth / max(best, 1e-300)) for speed in ranked)
+
+
+def _checked(problem: MillingProblem, speed: float, low: float, depth: float) -> SpeedToUse:
+    chart = stability.chart(problem, speed * np.array([1 - BESIDE, 1.0, 1 + BESIDE]), None, depth_max=depth)
+    k = int(np.argmin(chart.limit))
+    point = int(chart.limit_points()[k])
+    limit = float(min(chart.limit[k], chart.depth_max))
+    return SpeedToUse(speed, limit * low * (1 - IN_HAND), float("nan") if point < 0 else float(chart.frequency[point]), 1.0)

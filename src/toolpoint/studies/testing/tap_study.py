@@ -1,0 +1,278 @@
+"""A tap test of a tool as one shot: responses, modes, limits, three speeds to use, what to strike again; a light for each
+step."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.modal_identification import Identification, without_window
+from toolpoint.signals.checks import driving_points
+from toolpoint.signals.usable_band import UsableBand, usable_band
+from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
+from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, separate_dynamics
+from toolpoint.studies.measured.hammer_study import HammerStudy
+from toolpoint.studies.measured.identification import identify_modes
+from toolpoint.studies.testing.tap_limits import Progress, TapLimits, chart_limits
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Frf
+
+COLOURS = ("green", "amber", "red")
+ENOUGH = 3  # hits from which their scatter can be told
+PASSIVE = 0.9
+WIDE = 1.6  # upper over lower end of the interval of the least limit
+MODES = ("direction", "mode", "frequency Hz", "+- Hz (95 %)", "damping %", "+- % (95 %)", "")
+SPEEDS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
+
+
+@dataclass(frozen=True)
+class Light:
+    """A light: the step, ``green`` ``amber`` or ``red``, what is so, and what to do about it (empty: nothing)."""
+
+    step: str
+    colour: str
+    words: str
+    remedy: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class TappedDirection:
+    """One direction of a tap test: its name, all responses, that of the tip, the band to believe, modes, and the hits'
+    study."""
+
+    name: str
+    frf: Frf
+    tip: Frf
+    band: UsableBand
+    modes: Identification
+    hits: HammerStudy | None = None
+
+    @property
+    def spread(self) -> FloatArray | None:
+        """Relative standard deviation of the tip's response on each line of the band, None where nothing is known."""
+        inside = self.tip.between(*self.band.ends)
+        if inside.variance is None:
+            return None
+        return np.sqrt(inside.variance[:, 0, 0]) / np.maximum(np.abs(inside.values[:, 0, 0]), 1e-300)
+
+
+@dataclass(frozen=True, eq=False)
+class TapStudy:
+    """What a tap test gives: directions, limits with speeds to use, lights, and what to strike again."""
+
+    directions: tuple[TappedDirection, ...]
+    limits: TapLimits
+    lights: tuple[Light, ...]
+
+    @property
+    def colour(self) -> str:
+        """The worst of the lights."""
+        return max((light.colour for light in self.lights), key=COLOURS.index)
+
+    @property
+    def again(self) -> tuple[str, ...]:
+        """What to strike or look at again, most urgent first."""
+        ordered = sorted(self.lights, key=lambda light: -COLOURS.index(light.colour))
+        return tuple(dict.fromkeys(light.remedy for light in ordered if light.remedy))
+
+    @property
+    def status(self) -> str:
+        """The answer in a sentence."""
+        limit, low, high, speed = self.limits.lowest
+        if self.colour == "red":
+            return "Do not cut by this test: " + "; ".join(light.words for light in self.lights if light.colour == "red") + "."
+        first = self.limits.speeds[0] if self.limits.speeds else None
+        words = (f"Stable at every speed up to {1e3 * limit:.2g} mm ({1e3 * low:.2g} .. {1e3 * high:.2g} mm, 95 %; least at "
+                 f"{speed:.0f} rev/min)")
+        use = "" if first is None else f"; best use: {first.speed:.0f} rev/min with {1e3 * first.depth:.2g} mm"
+        return words + use + (", with doubts (amber)." if self.colour == "amber" else ".")
+
+    def mode_rows(self) -> list[list[str]]:
+        """Return a row for every mode: direction, number, frequency, damping with intervals, mark."""
+        rows = []
+        for direction in self.directions:
+            found = direction.modes
+            for i in range(found.modes.count):
+                wide = ["unknown", "unknown"]
+                if found.modes.covariance is not None:
+                    ends = found.modes.frequency_interval[i], 100 * found.modes.damping_interval[i]
+                    wide = [f"{end:.2g}" if np.isfinite(end) else "unknown" for end in ends]
+                mark = "doubtful" if found.doubtful[i] else "stands out" if i in found.dominant else ""
+                rows.append([direction.name, str(i + 1), f"{found.modes.frequency[i]:.1f}", wide[0],
+                             f"{100 * found.modes.damping_ratio[i]:.2f}", wide[1], mark])
+        return rows
+
+    def speed_rows(self) -> list[list[str]]:
+        """Return a row for every speed to use; none where a light is red."""
+        if self.colour == "red":
+            return []
+        return [[f"{use.speed:.0f}", f"{1e3 * use.depth:.2g}", f"{100 * use.worth:.0f}",
+                 "-" if np.isnan(use.chatter) else f"{use.chatter:.0f}"] for use in self.limits.speeds]
+
+    def light_rows(self) -> list[list[str]]:
+        """Return a row for every light."""
+        return [[light.step, light.colour, light.words, light.remedy] for light in self.lights]
+
+    def table(self) -> str:
+        """Return answer, lights, modes and speeds as text."""
+        return "\n".join([self.status, text_table("Steps", ("step", "light", "what is so", "what to do"), self.light_rows()),
+                          text_table("Modes", MODES, self.mode_rows()),
+                          text_table("Speeds to use (95 % certain there and 2 % beside, a tenth of depth in hand)", SPEEDS,
+                                     self.speed_rows())])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, SI: status, lights, modes, limits with intervals, speeds to use, what to strike again."""
+        limit, low, high, speed = self.limits.lowest
+        chart = self.limits.chart
+        return {"status": self.status, "colour": self.colour, "again": list(self.again),
+                "lights": [vars(light) for light in self.lights],
+                "modes": [{"direction": d.name, "frequency_hz": d.modes.modes.frequency.tolist(),
+                           "damping_ratio": d.modes.modes.damping_ratio.tolist(), "doubtful": d.modes.doubtful.tolist(),
+                           "band_hz": list(d.band.ends)} for d in self.directions],
+                "least_limit_m": {"depth": limit, "interval": [low, high], "speed_rpm": speed},
+                "speed_rpm": chart.speeds.tolist(), "limit_m": np.minimum(chart.limit, chart.depth_max).tolist(),
+                "interval_over_limit": [self.limits.low.tolist(), self.limits.high.tolist()],
+                "speeds_to_use": [vars(use) for use in self.limits.speeds], "notes": list(self.limits.notes)}
+
+
+def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: Mapping[str, Any] | None = None, *,
+              tip: str | None = None, speeds: tuple[float, float] | None = None, rng: np.random.Generator,
+              progress: Progress = lambda name, done, total: None) -> TapStudy:
+    """Return what a tap test of a tool gives.
+
+    Parameters
+    ----------
+    x, y : HammerStudy or Frf
+        Hits (or responses) along x, the feed, and along y; without y it is taken as x, and the light is amber.
+    values : mapping of flat keys of a CuttingDescription to values
+        Cutter and material, as for `chart_lobes`.
+    tip : label, optional
+        The tool's tip along x where there are several driving points.
+    speeds : (lowest, highest), rev/min, optional
+    rng : numpy.random.Generator
+    """
+    directions = [_direction("x", x, tip, progress)]
+    if y is not None:
+        directions.append(_direction("y", y, None, progress))
+    dynamics = _dynamics(directions)
+    known = {"tool:+x": directions[0].spread, **({"tool:+y": directions[-1].spread} if y is not None else {})}
+    limits = chart_limits(dynamics, _on_lines(known, directions, dynamics), values or {}, speeds=speeds, rng=rng,
+                          progress=progress)
+    lights = [light for direction in directions for light in _lights_of(direction)]
+    lights.append(_direction_light(y is not None))
+    sound = not any(light.colour == "red" for light in lights)
+    return TapStudy(tuple(directions), limits, (*lights, _limit_light(limits, dict(values or {}), sound)))
+
+
+def _direction(name: str, given: HammerStudy | Frf, tip: str | None, progress: Progress) -> TappedDirection:
+    hits = given if isinstance(given, HammerStudy) else None
+    frf = along_positive_axes(given.frf if isinstance(given, HammerStudy) else given)
+    label = tool_directions(check_driving_points(frf, f"the test along {name}"), tip, "same", what=f"the test along {name}").x
+    band = usable_band(frf) if hits is None else hits.band
+    progress(f"modes along {name}", 0, 1)
+    return TappedDirection(name, frf, frf.selected([label], [label]), band, identify_modes(frf, band=band.ends), hits)
+
+
+def _dynamics(directions: list[TappedDirection]) -> ToolDynamics:
+    """Return the measured lines of the tip in the cutting plane, within the band that all directions share."""
+    low, high = max(d.band.low for d in directions), min(d.band.high for d in directions)
+    if not low < high:
+        raise ToolpointError("x and y share no band "
+                             f"({'; '.join(f'{d.name}: {d.band.low:g} .. {d.band.high:g} Hz' for d in directions)})"
+                             "; measure both alike")
+    # A window damps the responses: where one was needed its share is taken out by the modes that were identified.
+    parts = [d.tip if not d.tip.decay else without_window(d.tip.between(low, high), d.modes.modes) for d in directions]
+    names = {d.name: f"the tap along {d.name}" for d in directions}
+    return separate_dynamics(parts[0], parts[1] if len(parts) > 1 else None, band=(low, high), names=names)
+
+
+def _on_lines(spread: Mapping[str, FloatArray | None], directions: list[TappedDirection], dynamics: ToolDynamics
+              ) -> dict[str, FloatArray | None]:
+    """Return the spreads on the lines of the dynamics."""
+    frf = dynamics.response
+    assert isinstance(frf, Frf)
+    lines = [d.tip.between(*d.band.ends).frequency for d in directions]
+    return {label: None if part is None else np.interp(frf.frequency, line, part)
+            for (label, part), line in zip(spread.items(), lines, strict=True)}
+
+
+def _lights_of(direction: TappedDirection) -> list[Light]:
+    return [_hits_light(direction), _response_light(direction), _modes_light(direction)]
+
+
+def _hits_light(direction: TappedDirection) -> Light:
+    step, name = f"hits along {direction.name}", direction.name
+    study = direction.hits
+    if study is None:
+        return Light(step, "amber", "responses without records: hits cannot be judged", "")
+    words = f"{study.used} of {len(study.verdicts)} hits used"
+    disputed = [doubt for doubt in study.doubts if "contradict" in doubt or "no majority" in doubt]
+    if disputed:
+        return Light(step, "red", disputed[0], f"strike again along {name}, at one spot and in one direction")
+    if study.used < ENOUGH:
+        missing = ENOUGH - study.used
+        return Light(step, "amber", f"{words}: scatter is hardly known", f"strike at least {missing} times more along {name}")
+    if 2 * study.used < len(study.verdicts):
+        return Light(step, "amber", f"{words}: most were refused", f"look at the reasons and strike again along {name}")
+    return Light(step, "green", words)
+
+
+def _response_light(direction: TappedDirection) -> Light:
+    step = f"response along {direction.name}"
+    inside = direction.tip.between(*direction.band.ends)
+    share = driving_points(inside)[0].share
+    band = f"from {direction.band.low:.4g} to {direction.band.high:.4g} Hz"
+    if share < PASSIVE:
+        colour = "red" if share < 0.7 else "amber"
+        return Light(step, colour, f"the tip takes in power on only {100 * share:.0f} % of the response {band}: no driving "
+                                   "point, a "
+                     "turned channel, or noise", f"along {direction.name}: sensor and hammer at one point in one line, and "
+                                                 "check "
+                     "signs")
+    spread = direction.spread
+    if spread is None:
+        return Light(step, "amber", f"passive ({100 * share:.0f} %) {band}; its scatter is not known", "")
+    size = np.abs(inside.values[:, 0, 0])
+    scatter = float(np.median(spread[size > 0.3 * size.max()]))
+    if scatter > 0.05:
+        return Light(step, "amber", f"scatters by {100 * scatter:.1f} % at its peaks {band}",
+                     f"strike more often along {direction.name}, at one spot")
+    return Light(step, "green", f"passive ({100 * share:.0f} %), scatters by {100 * scatter:.2g} % at its peaks, {band}")
+
+
+def _modes_light(direction: TappedDirection) -> Light:
+    step, found = f"modes along {direction.name}", direction.modes
+    clear = len(found.dominant)
+    words = (f"{found.modes.count} modes, {clear} stand out, {int(found.doubtful.sum())} doubtful; they explain "
+             f"{100 * found.fit:.1f} %")
+    if clear == 0 or found.fit < 0.8:
+        return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")
+    if found.doubtful.any() or found.fit < 0.97:
+        return Light(step, "amber", words, "")
+    return Light(step, "green", words)
+
+
+def _direction_light(both: bool) -> Light:
+    if both:
+        return Light("directions", "green", "x and y were struck; their cross response is taken as zero")
+    return Light("directions", "amber", "only x was struck: y is taken as alike", "strike along y too")
+
+
+def _limit_light(limits: TapLimits, values: Mapping[str, Any], sound: bool) -> Light:
+    limit, low, high, _ = limits.lowest
+    if not sound:
+        return Light("limits", "red", "limits stand on a step above that is red: none is to be used")
+    words = f"least limit {1e3 * limit:.3g} mm, 95 % interval {1e3 * low:.3g} .. {1e3 * high:.3g} mm"
+    beyond = [note for note in limits.notes if "the FRF ends at" in note or "missing is the band" in note]
+    if beyond:
+        return Light("limits", "amber", f"{words}; the chatter band goes on beyond the measurement: limits may be too high",
+                     "strike with a harder tip")
+    if not {"material", "tangential"} & set(values):
+        return Light("limits", "amber", f"{words}; the coefficients are an example's", "give --material or --kt and --kn")
+    if high > WIDE * low:
+        return Light("limits", "amber", f"{words}: wide", "strike more often; calibrate the coefficients of this material")
+    return Light("limits", "green", words)
