@@ -100,7 +100,7 @@ class TapStudy:
                 wide = ["unknown", "unknown"]
                 if found.modes.covariance is not None:
                     ends = found.modes.frequency_interval[i], 100 * found.modes.damping_interval[i]
-                    wide = [f"{end:.2g}" if np.isfinite(end) else "unknown" for end in ends]
+                    wide = [f"{float(f'{end:.2g}'):g}" if np.isfinite(end) else "unknown" for end in ends]
                 mark = "doubtful" if found.doubtful[i] else "stands out" if i in found.dominant else ""
                 rows.append([direction.name, str(i + 1), f"{found.modes.frequency[i]:.1f}", wide[0],
                              f"{100 * found.modes.damping_ratio[i]:.2f}", wide[1], mark])
