@@ -1,6 +1,7 @@
 """`toolpoint identify`: from a universal file with its geometry to a table, saved modes and a page."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -40,7 +41,7 @@ def test_table_modes_and_page(measured_file, tmp_path, capsys):
     np.testing.assert_allclose(modes.frequency, FREQUENCY, rtol=1e-3)
     assert (np.abs(modes.frequency - FREQUENCY) < 3 * modes.frequency_interval).all()
     page = (tmp_path / "page/index.html").read_text()
-    for words in ("Stabilization diagram", "AutoMAC", "synthesised", "Mode indicator"):
+    for words in ("Stabilization diagram", "AutoMAC", "synthesised", "mode indicators"):
         assert words in page
 
 
@@ -134,3 +135,30 @@ def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
     shown = capsys.readouterr().err
     assert "its 2 responses are taken as points 1, 2 .. along +x" in shown and "read as accelerance" in shown
     assert "names no points" in (tmp_path / "index.html").read_text()
+
+
+def test_poles_added_and_removed_by_hand_are_brought_again_by_the_command_of_the_page(tmp_path, capsys):
+    """Options and choice file are the same choice; the page's command is that of the run without it."""
+    rng = np.random.default_rng(4)
+    modes = Modes([21.0, 34.0, 52.0], [0.02, 0.015, 0.02], rng.normal(size=(4, 3)), [f"{k}:+x" for k in range(1, 5)])
+    frf = frequency_response.modal(modes, np.linspace(5, 80, 400), inputs=["1:+x"])
+    noisy = frf.values + 1e-3 * np.abs(frf.values).max() * rng.normal(size=frf.values.shape)
+    file = tmp_path / "test.h5"
+    hdf5.write(replace(frf, values=noisy), file)
+    given = ["identify", str(file), "--band", "10:75"]
+    main([*given, "--remove", "52", "--json", "-o", str(tmp_path / "a")])
+    first = json.loads(capsys.readouterr().out)
+    (tmp_path / "choice.yaml").write_text("toolpoint: 1\nremove: [52 Hz]\n")
+    main([*given, "--choice", str(tmp_path / "choice.yaml"), "--json", "-o", str(tmp_path / "b")])
+    second = json.loads(capsys.readouterr().out)
+    assert first["frequency_hz"] == second["frequency_hz"] and max(first["frequency_hz"]) < 40
+    assert "by hand: removed 52 Hz" in first["status"]
+    for page in ("a", "b"):
+        text = (tmp_path / page / "index.html").read_text()
+        assert f'"command":"toolpoint identify {file} --band 10:75 --json -o {tmp_path / page}"' in text
+    with pytest.raises(SystemExit):
+        main([*given, "--remove", "45"])
+    assert "the nearest is" in capsys.readouterr().err
+    with pytest.raises(SystemExit):
+        main([*given, "--add", "45"])
+    assert "for example 34.2,1.5" in " ".join(capsys.readouterr().err.split())

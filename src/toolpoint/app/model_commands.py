@@ -12,6 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
 from toolpoint.app.naming import naming_options
 from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
+from toolpoint.app.pole_choice import Choice, CommandOfChoice, choice_options
 
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
           "* stands out, ? doubtful")
@@ -27,7 +28,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
     return result
 
 
-@click.command()
+@click.command(cls=CommandOfChoice)
 @click.argument("files", nargs=-1, required=True, type=FILE)
 @click.option("--geometry", type=FILE, help=GEOMETRY)
 @click.option("--method", default="refined", show_default=True, help="Identification method.")
@@ -35,10 +36,12 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 @QUANTITY
 @naming_options
 @click.option("-m", "--modes", "modes_file", type=PATH, help="Save the modes here (HDF5).")
+@choice_options
 @OUTPUT
 @JSON
 def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tuple[float, float] | None,
-             quantity: str | None, naming: dict[str, Any], modes_file: Path | None, output: Path, as_json: bool) -> None:
+             quantity: str | None, naming: dict[str, Any], modes_file: Path | None, choice: Choice, output: Path,
+             as_json: bool) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
 
     An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
@@ -59,9 +62,10 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         from toolpoint.pages.measured.identification import identification_page
         from toolpoint.studies.measured.identification import identify_modes
 
-        result = identify_modes(frf, method, band)
+        result = identify_modes(frf, method, band, choice=choice.read())
         run.step("page")
-        run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings))
+        run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings,
+                                     command=choice.command))
         if modes_file is not None:
             hdf5.write(result.modes, modes_file)
     if as_json:

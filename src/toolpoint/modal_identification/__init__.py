@@ -12,6 +12,7 @@ from toolpoint.modal_identification.judgement.indicators import Indicator, cmif,
 from toolpoint.modal_identification.judgement.relative_motion import Significance, significance
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.window import without_window
+from toolpoint.modal_identification.poles.choice import AddedPole, PoleChoice
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
 from toolpoint.modal_identification.poles.lsce import ComplexExponential
@@ -22,7 +23,7 @@ from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.modal_identification.residues import Residues, residues
 
 __all__ = [
-    "METHODS", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram", "Identification", "Indicator",
-    "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Resonance", "Significance", "cmif",
-    "complexity_factor", "identify", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature", "real_modes",
+    "METHODS", "AddedPole", "CircleFit", "CommonDenominator", "ComplexExponential", "Diagram", "Identification", "Indicator",
+    "PoleChoice", "PolyReference", "Quadrature", "RationalFraction", "Realization", "Residues", "Resonance", "Significance",
+    "cmif", "complexity_factor", "identify", "mean_phase_deviation", "mvmif", "phase_collinearity", "quadrature", "real_modes",
     "residues", "significance", "without_window"]

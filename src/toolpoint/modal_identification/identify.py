@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from toolpoint.modal_identification.judgement.steadiness import (
     steadiness_remarks,
     widen,
 )
+from toolpoint.modal_identification.poles.choice import PoleChoice, poles_with, remaining_modes, stray_remarks
 from toolpoint.modal_identification.poles.circle_fit import CircleFit, Quadrature
 from toolpoint.modal_identification.poles.era import Realization
 from toolpoint.modal_identification.poles.lsce import ComplexExponential
@@ -83,7 +85,8 @@ METHODS: dict[str, PoleMethod] = {
     "circle fit": CircleFit(), "quadrature": Quadrature()}
 
 
-def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, float] | None = None) -> Identification:
+def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, float] | None = None, *,
+             choice: PoleChoice | None = None) -> Identification:
     """Return the modes within a band, found without user input, with confidence and fit quality.
 
     Parameters
@@ -97,6 +100,9 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
         object with its own settings, e.g. ``PolyReference(order=80)``.
     band : (low, high) in Hz, optional
         The whole axis where left out. Leave a few half-power widths beyond the outer modes.
+    choice : PoleChoice, optional
+        Poles that a person adds, which are refined with all others, and modes that go, of those that are found without it; the
+        others stay as they are. The result and its advice say so.
 
     Raises
     ------
@@ -107,8 +113,33 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     inside, dead = _alive(cut(frf, band))
     if len(inside.inputs) > len(inside.outputs):
         # By reciprocity the side with fewer Dofs serves as references: fewer unknowns for the same poles.
-        return _turned(_judged(_identified_deeper(_transposed(inside), chosen, dead), chosen))
-    return _judged(_identified_deeper(inside, chosen, dead), chosen)
+        return _turned(_judged(_with_choice(_identified_deeper(_transposed(inside), chosen, dead), chosen, choice), chosen))
+    return _judged(_with_choice(_identified_deeper(inside, chosen, dead), chosen, choice), chosen)
+
+
+def _with_choice(found: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
+    """Return the identification of exactly the poles that a choice leaves of those found."""
+    if choice is None or choice.is_empty:
+        return found
+    result = found
+    if choice.add:
+        poles, participation = poles_with(found.frf, found.modes, choice)
+        fitted = _estimate.estimate(found.frf, poles, participation, refine=chosen.refine, fixed=True)
+        result = _conclude(found.frf, fitted, chosen, (), Start(poles, participation, found.diagram))
+    kept = remaining_modes(result.modes, found.modes, choice)
+    if len(kept) < result.modes.count:
+        result = _only(result, kept)
+    return replace(result, choice=choice, advice=(choice.remark, *result.advice, *stray_remarks(result.modes, choice)))
+
+
+def _only(result: Identification, kept: list[int]) -> Identification:
+    """Return the identification with some of its modes, as they are; the synthesis is that of these."""
+    modes, frf = result.modes.selected(kept), result.frf
+    fitted = _estimate.estimate(frf, modes.poles, modes.participation_at(frf.inputs), refine=False, fixed=True)
+    model, quality = _estimate.synthesise(fitted.data, fitted.fit), _quality(fitted)
+    support, significance = (None if part is None else part[kept] for part in (result.support, result.significance))
+    return replace(result, modes=modes, model=model, quality=quality, mode_quality=mode_quality(frf, model, modes),
+                   support=support, significance=significance, resonances=resonances(frf, modes, result.smooth))
 
 
 def _judged(result: Identification, chosen: PoleMethod) -> Identification:
@@ -163,6 +194,12 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
              "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
     fitted = _estimate.estimate(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
+    return _conclude(inside, fitted, chosen, dead, start)
+
+
+def _conclude(inside: Frf, fitted: _estimate.Estimate, chosen: PoleMethod, first: Sequence[str], start: Start
+              ) -> Identification:
+    """Return the identification of a fit; `first` are the remarks that come before those of its judgement."""
     every = _estimate.to_modes(fitted, chosen.refine)
     modes, kept, unstable = _without_unstable(every, inside.decay)
     model = _estimate.synthesise(fitted.data, fitted.fit)
@@ -171,7 +208,7 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
     rank = np.argsort(np.abs(fitted.fit.poles), kind="stable")[kept]
     smooth = is_smooth(fitted.spread, quality)
     groups = resonances(inside, modes, smooth)
-    advice = (*dead, *unstable, *start.notes, *parting_remarks(inside, model.values()),
+    advice = (*first, *unstable, *start.notes, *parting_remarks(inside, model.values()),
               *remarks(inside, modes, quality, mode_quality=per_mode, excess=fitted.excess, spread=fitted.spread,
                        groups=groups))
     return Identification(modes, inside, model, quality, per_mode, chosen.name, start.diagram,

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
     from toolpoint.plot.page.charts import Chart, ClickedSeries, Lookup
     from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
+    from toolpoint.plot.page.pole_picker import PolePicker
     from toolpoint.plot.page.tables import Cell, Table
     from toolpoint.plot.report import Report
     from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
     from toolpoint.plot.shape_view.view import ShapeView
 
 __all__ = [
-    "AnimatedShapes", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes", "Picture", "Report", "Scene",
-    "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
+    "AnimatedShapes", "Box", "Cell", "Chart", "ClickedSeries", "Listing", "Lookup", "Notes", "Picture", "PolePicker", "Report",
+    "Scene", "ShapeView", "StabilityCurve", "StabilityIntervals", "Table", "Text", "bode", "coherence", "frequency_curves",
     "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 
@@ -31,6 +32,7 @@ _NAMES = {
     "figures.pose_map": ("frequency_curves", "frequency_map"),
     "page.charts": ("Chart", "ClickedSeries", "Lookup"),
     "page.parts": ("Listing", "Notes", "Picture", "Text"),
+    "page.pole_picker": ("PolePicker",),
     "page.tables": ("Cell", "Table"),
     "report": ("Report",),
     "shape_view.animated_shapes": ("AnimatedShapes",),

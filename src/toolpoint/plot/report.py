@@ -18,10 +18,11 @@ from toolpoint.plot.page.charts import Chart, ClickedSeries, Lookup
 from toolpoint.plot.page.frame import asset, page
 from toolpoint.plot.page.markup import mark_up
 from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
+from toolpoint.plot.page.pole_picker import SCRIPT, PolePicker
 from toolpoint.plot.page.tables import Table
 from toolpoint.plot.shape_view.view import ShapeView, scripts_of
 
-Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | ShapeView
+Part = Text | Table | Notes | Listing | Lookup | Picture | Chart | ClickedSeries | PolePicker | ShapeView
 _ASSUMPTIONS = "Assumptions"
 
 
@@ -96,7 +97,8 @@ class Report:
         sections = self._named()
         parts = [part for section in sections for part in section.parts]
         charts = any(isinstance(part, (Chart, ClickedSeries)) for part in parts)
-        scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), "page.js")]
+        pickers = (SCRIPT,) if any(isinstance(part, PolePicker) for part in parts) else ()
+        scripts = [asset(name) for name in ("packed_data.js", *scripts_of(parts), *pickers, "page.js")]
         return page(self.title, self._body(sections), scripts, charts=charts)
 
     def save(self, path: str | os.PathLike[str]) -> Path:
@@ -148,7 +150,7 @@ class Report:
     def _check_clicks(sections: Sequence[Section], views: set[str]) -> None:
         charts = {part.name for section in sections for part in section.parts if isinstance(part, Chart)}
         for part in (part for section in sections for part in section.parts):
-            if isinstance(part, ClickedSeries) and part.follows not in charts:
+            if isinstance(part, ClickedSeries) and part.follows and part.follows not in charts:
                 fail("ClickedSeries.follows", repr(part.follows), "must name a Chart on the page")
             if isinstance(part, Chart) and part.click_view and part.click_view not in views:
                 fail("Chart.click_view", repr(part.click_view), "must name a ShapeView on the page")

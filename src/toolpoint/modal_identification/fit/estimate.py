@@ -53,9 +53,13 @@ def starting_weight(frf: Frf) -> FloatArray:
     return np.where(rms > 1e-12 * rms.max(), 1 / np.where(rms > 0, rms, 1.0), 1e-6 / rms.max())
 
 
-def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True) -> Estimate:
-    """Return the fit from starting poles (rad/s, free of the window): refined, or with these poles as they are."""
-    dense = refine and frf.frequency.size > DENSE
+def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refine: bool = True, fixed: bool = False
+             ) -> Estimate:
+    """Return the fit from starting poles (rad/s, free of the window): refined, or with these poles as they are.
+
+    fixed : refine exactly these poles; none is left out for lack of evidence, none added for what the residual shows.
+    """
+    dense = refine and not fixed and frf.frequency.size > DENSE
     if dense:  # which modes there are shows on fewer lines; their values come from all of them
         poles, participation = _searched_on_fewer(frf, poles, participation)
     data = Data.of(frf, _stated_lines(frf))
@@ -63,13 +67,16 @@ def estimate(frf: Frf, poles: ComplexArray, participation: ComplexArray, *, refi
     weight = starting_weight(frf) if stated is None else stated
     fit = evaluate(data, poles / data.scale, participation, weight=weight)
     if not refine:
-        return Estimate(data, _sifted(data, fit), 1.0)
-    fit = _polished(data, fit, stated) if dense else _searched(data, fit, stated)
+        return Estimate(data, fit if fixed else _sifted(data, fit), 1.0)
+    if fixed:
+        fit = _refined_twice(data, fit, stated)
+    else:
+        fit = _polished(data, fit, stated) if dense else _searched(data, fit, stated)
     if frf.variance is None:
         lines = _noise_of_lines(data, fit)
         if lines is not None:
             data = Data.of(frf, lines)
-            fit = _polished(data, fit, None) if dense else _pruned(data, _refined_twice(data, fit, None), None)
+            fit = _polished(data, fit, None) if dense or fixed else _pruned(data, _refined_twice(data, fit, None), None)
     seen = _noise(data, fit)
     final = seen if stated is None else np.minimum(stated, seen)
     excess = 1.0 if stated is None else float(np.median((stated / seen) ** 2))

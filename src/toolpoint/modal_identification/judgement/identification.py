@@ -12,6 +12,7 @@ from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.steadiness import Steadiness
+from toolpoint.modal_identification.poles.choice import PoleChoice
 from toolpoint.modal_identification.poles.stabilization import Diagram
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -71,6 +72,8 @@ class Identification:
         Whether the residual is something that the model misses rather than noise.
     steadiness : Steadiness, optional
         How the modes move and vanish when the band is cut; judged where the residual is smooth.
+    choice : PoleChoice, optional
+        What a person changed in the modes that were found.
     """
 
     modes: Modes
@@ -87,6 +90,7 @@ class Identification:
     doubts: tuple[str, ...] = ()
     smooth: bool = False
     steadiness: Steadiness | None = None
+    choice: PoleChoice | None = None
 
     @cached_property
     def synthesis(self) -> Frf:

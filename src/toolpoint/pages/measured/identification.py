@@ -1,4 +1,4 @@
-"""The page of a modal identification: modes, shapes, diagram, measured beside synthesised, AutoMAC."""
+"""The page of a modal identification: the modes, why they are believed, the choice of poles, every response's fit."""
 
 from __future__ import annotations
 
@@ -6,97 +6,126 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint.modal_identification import Identification, cmif, residues
-from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.stabilization import indicators, stabilization
-from toolpoint.vibration import Modes
-from toolpoint.vibration.correlation import auto_mac
+from toolpoint._rounding import with_uncertainty
+from toolpoint.modal_identification import Identification, cmif, mean_phase_deviation, mvmif, phase_collinearity
+from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
+from toolpoint.pages.measured.pole_shapes import pole_shapes
+from toolpoint.plot import AnimatedShapes, Cell, Chart, Notes, PolePicker, Report, Scene, ShapeView, Table
+from toolpoint.plot.figures.identification import (
+    fits_by_name,
+    response_residuals,
+    sums_and_indicators,
+)
+from toolpoint.plot.figures.stabilization import stabilization
 from toolpoint.vibration.geometry import Geometry
+
+_NAMED = 5  # modes in the answer
 
 
 def identification_page(result: Identification, geometry: Geometry | None = None, names: Sequence[str] = (),
-                        *, warnings: Sequence[str] = ()) -> Report:
-    """Return the page of an identification."""
-    report = Report("Modal identification", result.status.split("\n")[0], subtitle=", ".join(names))
+                        *, warnings: Sequence[str] = (), command: str = "") -> Report:
+    """Return the page of an identification; `command` is the one that made it, without a choice of poles."""
+    report = Report("Modal identification", answer(result), subtitle=", ".join(names))
     report = report.with_doubts(*result.doubts, *warnings, *result.frf.notes)
-    report = report.with_section("Modes", _table(result), *([Notes(result.advice, "warning", "What to try next")]
-                                                           if result.advice else []))
-    parts: list[Chart | ShapeView | str] = []
-    shapes: list[int] | None = None
+    report = report.with_section("Modes", _table(result), Notes(mark_lines(result), "note", "What the marks say"),
+                                 *([Notes(result.advice, "warning", "What to try next")] if result.advice else []))
     if geometry is not None:
         scene = Scene.of_points(geometry.points, geometry.lines)
         report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(result.modes, geometry.points),
                                                               "modes", "Identified modes"))
-        shapes, view = _pole_shapes(result, geometry, scene)
-        if view is not None:
-            parts.append(view)
-    if result.diagram is not None:
-        chart = Chart(stabilization(result.diagram, cmif(result.frf), shapes), name="stabilization",
-                      caption="A click on a stable pole shows its shape." if parts else "",
-                      click_view="poles" if parts else "")
-        report = report.with_section("Stabilization diagram", chart, *parts)
-    report = report.with_section("Mode indicator", Chart(indicators(cmif(result.frf))))
-    report = report.with_section("Measured and synthesised", *_fits(result))
-    if len(result.modes.dofs) > 1:  # of one response every MAC is 1
-        report = report.with_section("AutoMAC", Chart(mac_matrix(auto_mac(result.modes.shape), result.modes, result.modes)))
-    return report
+    report = _with_choice(report, result, geometry, command or f"toolpoint identify {' '.join(names)}")
+    report = report.with_section(
+        "Sum of the responses, and mode indicators", Chart(
+            sums_and_indicators(result, cmif(result.frf), mvmif(result.frf)),
+            "A peak of the sum and of CMIF 1, and a dip of MvMIF 1, is a mode; a second high CMIF or low MvMIF a repeated one. "
+            "Dotted: the modes.", name="indicators"))
+    report = report.with_section("Fit of every response", fits_by_name(result), Chart(
+        response_residuals(result), "The responses that are fitted worst." if result.quality.size > 1 else "",
+        name="residuals", narrowest=480))
+    report = with_quality_of_data(report, result)
+    report = with_phase_collinearity(report, result)
+    return report.with_assumptions(
+        "The structure is linear and does not change during the test; its modes are common to all responses.",
+        "Intervals hold noise, and what moves when the band is cut where the residual is no noise; they do not hold wrong "
+        "calibration, sensors that load the structure, or a structure that is not linear.",
+        f"Method: {result.method}, {result.frf.frequency[0]:g} to {result.frf.frequency[-1]:g} Hz.")
+
+
+def answer(result: Identification) -> str:
+    """Return the modes with their intervals in a sentence, and how many of them are doubtful."""
+    modes, count = result.modes, result.modes.count
+    sure = [i for i in range(count) if not result.doubtful[i]]
+    named = sorted(result.dominant.tolist() or sure, key=lambda i: float(modes.frequency[i]))
+    half = modes.frequency_interval if modes.covariance is not None else None
+    parts = [with_uncertainty(float(modes.frequency[i]), None if half is None else float(half[i]), "Hz")
+             + f" ({100 * float(modes.damping_ratio[i]):.2g} %)" for i in named[:_NAMED]]
+    words = f"{count} mode{'s' * (count != 1)}"
+    if parts:
+        what = "stand out" if len(named) != 1 else "stands out"
+        more = f" and {len(named) - _NAMED} more" if len(named) > _NAMED else ""
+        what = what if result.dominant.size else "are not doubtful"
+        words += f", of which {len(named)} {what}: {', '.join(parts)}{more}"
+        words += " (95 % intervals; damping in brackets)" if half is not None else " (damping in brackets; no intervals)"
+    doubtful = int(result.doubtful.sum())
+    return words + (f". {doubtful} {'is' if doubtful == 1 else 'are'} doubtful." if doubtful else ".")
+
+
+def mark_lines(result: Identification) -> list[str]:
+    """Return what the marks of the table mean, and why single modes have the one they have."""
+    lines = ["stands out: it moves the responses at its frequency more than all others together; the strongest of those that "
+             "overlap and look alike carries the mark",
+             "no mark: a mode of its own, but others carry more of the responses at its frequency (see its share)",
+             "doubtful: faint, or it does not stand out while the residual is no noise, or it vanishes when the band is cut"]
+    strongest = {i: r.strongest for r in result.resonances for i in r.modes if i != r.strongest}
+    for i, k in strongest.items():
+        lines.append(f"mode {i + 1} ({result.modes.frequency[i]:.4g} Hz) overlaps with mode {k + 1} and looks like it: both "
+                     "describe one resonance, and the share is that of both")
+    return lines
 
 
 def _table(result: Identification) -> Table:
     modes = result.modes
-    header = ["mode", "frequency Hz", "damping %", "fit %"]
-    if modes.covariance is not None:
-        header += ["+- Hz (95 %)", "+- % (95 %)"]
-    header += ["share %", ""]
-    words = np.where(result.doubtful, "doubtful", "").astype(object)
-    words[result.dominant] = "stands out"
-    rows = []
+    halves = (modes.frequency_interval, 100 * modes.damping_interval) if modes.covariance is not None else (None, None)
+    collinear, deviation = phase_collinearity(modes.shape), mean_phase_deviation(modes.shape)
+    strongest = set(result.dominant.tolist())
+    rows: list[list[object]] = []
     for i in range(modes.count):
-        row: list[object] = [i + 1, round(float(modes.frequency[i]), 4), round(100 * float(modes.damping_ratio[i]), 4),
-                             round(100 * float(result.mode_quality[i]), 3)]
-        if modes.covariance is not None:
-            widths = float(modes.frequency_interval[i]), 100 * float(modes.damping_interval[i])
-            row += [float(f"{width:.2g}") if np.isfinite(width) else "unknown" for width in widths]
-        rows.append([*row, round(100 * float(result.share[i]), 1), words[i]])
-    caption = (f"Method: {result.method}. Share: of the responses at its frequency that a mode moves, together with neighbours "
-               "that overlap and look like it; the strongest of those that move more than half stand out.")
-    return Table(header, rows, caption, digits=6)
+        mark = "doubtful" if result.doubtful[i] else "good" if i in strongest else ""
+        word = {"doubtful": "doubtful", "good": "stands out", "": "no mark"}[mark]
+        cells = [Cell(float(value[i]), uncertainty=None if half is None else float(half[i]))
+                 for value, half in zip((modes.frequency, 100 * modes.damping_ratio), halves, strict=True)]
+        rows.append([i + 1, *cells, f"{100 * float(result.share[i]):.0f}", f"{100 * float(result.mode_quality[i]):.2f}",
+                     f"{collinear[i]:.3f}", f"{deviation[i]:.1f}", Cell(word, mark)])
+    interval = " (95 %)" if modes.covariance is not None else ""
+    header = ["mode", f"frequency, Hz{interval}", f"damping, %{interval}", "share, %", "fit, %", "MPC", "MPD, °", "mark"]
+    caption = ("Share: of the responses at its frequency that a mode moves, with neighbours that overlap and look like it. "
+               "MPC: phase collinearity, 1 for a real shape; MPD: mean phase deviation.")
+    return Table(header, rows, caption, digits=5)
 
 
-def _fits(result: Identification) -> list[Chart]:
-    worst = np.unravel_index(int(np.argmin(result.quality)), result.quality.shape)
-    best = np.unravel_index(int(np.argmax(result.quality)), result.quality.shape)
-    charts = []
-    for words, (row, column) in (("worst ", worst), ("best ", best))[:1 if worst == best else 2]:
-        pair = {"measured": result.frf.selected([int(row)], [int(column)]),
-                "synthesised": result.synthesis.selected([int(row)], [int(column)])}
-        title = f"{result.frf.outputs[int(row)]} / {result.frf.inputs[int(column)]}: {'' if worst == best else words}fit, "
-        charts.append(Chart(bode(pair, modes=result.modes, title=title + f"{100 * result.quality[row, column]:.2f} %")))
-    return charts
+def _with_choice(report: Report, result: Identification, geometry: Geometry | None, command: str) -> Report:
+    """Return the report with the diagram, the shapes of its poles, and the choice of poles."""
+    if result.diagram is None:
+        return report
+    shapes, view = (None, None) if geometry is None else pole_shapes(result, geometry)
+    chosen = result.choice
+    picker = PolePicker("stabilization", list(zip(result.modes.frequency.tolist(), result.modes.damping_ratio.tolist(),
+                                                  strict=True)), command,
+                        removed=() if chosen is None else chosen.remove)
+    if chosen is not None and chosen.add:
+        others = [k for k in range(result.modes.count) if k not in _added(result)]
+        picker = PolePicker(picker.chart, [picker.modes[k] for k in others], command,
+                            [(pole.frequency, pole.damping_ratio) for pole in chosen.add], chosen.remove)
+    words = ("A click on a pole adds it; a click on a mode (triangle at the foot), or its tick below, removes it. The command "
+             "and the file below then bring the same again.")
+    chart = Chart(stabilization(result.diagram, cmif(result.frf), shapes, modes=[f for f, _ in picker.modes]),
+                  "A click on a stable pole shows its shape too." if view is not None else "", "stabilization",
+                  "poles" if view is not None else "")
+    return report.with_section("Stabilization diagram and choice of poles", words, chart, picker,
+                               *([view] if view is not None else []))
 
 
-def _pole_shapes(result: Identification, geometry: Geometry, scene: Scene) -> tuple[list[int] | None, ShapeView | None]:
-    """Return for every pole of the diagram its place in a view of the stable poles' own shapes, and the view."""
-    diagram = result.diagram
-    if diagram is None or not (diagram.level == 3).any():
-        return None, None
-    numbers = np.full(diagram.poles.size, -1)
-    poles: list[complex] = []
-    shapes, labels = [], []
-    for order in diagram.orders:
-        at = np.flatnonzero((diagram.order == order) & (diagram.level == 3))
-        if at.size == 0:
-            continue
-        parts = residues(result.frf, diagram.poles[at]).values
-        strongest = np.argmax(np.abs(parts).sum(axis=0), axis=0)
-        for k, pole in enumerate(at):
-            numbers[pole] = len(poles)
-            poles.append(diagram.poles[pole])
-            shapes.append(parts[:, strongest[k], k])
-            labels.append(f"order {order}")
-    s = np.array(poles)
-    modes = Modes(np.abs(s) / (2 * np.pi), -s.real / np.abs(s), np.stack(shapes, axis=1), result.frf.outputs, "unscaled")
-    view = ShapeView(scene, AnimatedShapes.from_modes(modes, geometry.points, labels), "poles", "Shape of the pole chosen")
-    return numbers.tolist(), view
+def _added(result: Identification) -> set[int]:
+    """Return the modes that added poles became."""
+    poles = () if result.choice is None else result.choice.add
+    return {int(np.argmin(np.abs(result.modes.frequency - pole.frequency))) for pole in poles}

@@ -19,7 +19,7 @@ _SYMBOLS = ("circle-open", "triangle-up-open", "diamond-open", "circle")
 
 
 def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: Sequence[int] | None = None,
-                  *, title: str = "") -> go.Figure:
+                  *, modes: Sequence[float] = (), title: str = "") -> go.Figure:
     """Return the poles of all orders over frequency, by stability, with the indicator behind them.
 
     Parameters
@@ -29,6 +29,8 @@ def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: 
         Drawn on its own logarithmic axis (CMIF).
     shapes : sequence of int, optional
         For every pole the number of its shape in a view of the page, -1 where there is none: a click then shows it.
+    modes : sequence of float
+        Frequencies (Hz) of the modes that were taken, drawn as triangles at the foot.
     """
     chart = figure(title, 560)
     if indicator is not None:
@@ -44,19 +46,14 @@ def stabilization(diagram: Diagram, indicator: Indicator | None = None, shapes: 
             marker={"symbol": _SYMBOLS[level], "color": COLOURS[level % len(COLOURS)], "size": 5 + level},
             customdata=[[int(n), float(d)] for n, d in zip(number[at], 100 * diagram.damping_ratio[at], strict=True)],
             hovertemplate="%{x:.3f} Hz<br>order %{y}<br>damping %{customdata[1]:.3f} %<extra>" + plain(name) + "</extra>")
+    if len(modes):
+        chart.add_scatter(x=list(modes), y=[0] * len(modes), name="mode taken", mode="markers",
+                          customdata=[["mode", k] for k in range(len(modes))],
+                          hovertemplate="%{x:.3f} Hz<extra>mode taken</extra>",
+                          marker={"symbol": "triangle-up", "size": 12, "color": COLOURS[1]})
     chart.update_xaxes(title_text="Frequency, Hz")
-    chart.update_yaxes(title_text="Model order")
+    chart.update_yaxes(title_text="Model order", rangemode="tozero")
+    chart.update_layout(legend={"orientation": "h", "y": -0.19, "yanchor": "top"})
     chart.update_layout(yaxis2={"overlaying": "y", "side": "right", "type": "log", "showgrid": False, "title": {"text": "CMIF"},
-                               "exponentformat": "power"}, legend={"orientation": "h", "y": -0.2})
-    return chart
-
-
-def indicators(first: Indicator, title: str = "") -> go.Figure:
-    """Return all curves of a mode indicator function over frequency, logarithmic."""
-    chart = figure(title, 380)
-    for i in range(first.values.shape[1]):
-        chart.add_scatter(x=first.frequency, y=first.values[:, i], name=f"singular value {i + 1}", mode="lines",
-                         line={"color": COLOURS[i % len(COLOURS)], "width": 1.5})
-    chart.update_xaxes(title_text="Frequency, Hz")
-    chart.update_yaxes(title_text="CMIF", type="log", exponentformat="power")
+                               "exponentformat": "power", "dtick": 1})
     return chart

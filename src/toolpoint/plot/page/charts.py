@@ -65,14 +65,14 @@ class Chart:
 
 @dataclass(frozen=True, eq=False)
 class ClickedSeries:
-    """A chart whose curves are those of the point last clicked on another chart.
+    """A chart whose curves are those of the point last clicked on another chart, or of the name chosen from a list.
 
     Parameters
     ----------
     figure : plotly figure
         Axes and titles; its traces are replaced.
     follows : str
-        Name of the Chart that is clicked.
+        Name of the Chart that is clicked; empty where there is none.
     trace : str
         Name of the trace there whose points have a whole number as customdata: the place in `sets`.
     names, colours : sequences of str
@@ -80,6 +80,10 @@ class ClickedSeries:
     sets : sequence of (label, x, curves)
         For every point: words, abscissa (n,), and one array (n,) for each name.
     caption, name : str
+    label : str
+        Words before a list from which a set is chosen by its label; no list where empty.
+    mode : str
+        How curves are drawn: ``lines``, ``lines+markers``.
     """
 
     figure: go.Figure
@@ -90,19 +94,24 @@ class ClickedSeries:
     sets: Sequence[tuple[str, Any, Sequence[Any]]]
     caption: str = ""
     name: str = "clicked"
+    label: str = ""
+    mode: str = "lines"
 
     def fragment(self) -> str:
         """Return the place of the chart and its data blocks."""
-        def short(values: Any, digits: int) -> list[float]:
-            return [float(f"{v:.{digits}g}") for v in values]
+        def short(values: Any, digits: int) -> list[float | None]:
+            return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
 
-        data = {"trace": self.trace, "names": list(self.names), "colours": list(self.colours),
+        data = {"trace": self.trace, "mode": self.mode, "names": list(self.names), "colours": list(self.colours),
                 "sets": [{"label": label, "x": short(x, 6), "y": [short(y, 4) for y in curves]}
                          for label, x, curves in self.sets]}
         block = f"tp-series-{self.name}"
         inner = Chart(self.figure, self.caption, self.name).fragment()
         marked = inner.replace('class="tp-chart"', f'class="tp-chart" data-series="{block}" data-follows="{self.follows}"', 1)
-        return marked + deflate_block(block, json.dumps(data, separators=(",", ":")))
+        options = "".join(f'<option value="{k}">{html.escape(label)}</option>' for k, (label, _, _) in enumerate(self.sets))
+        choice = (f'<p class="tp-lookup"><label for="{block}-list">{mark_up(self.label)}</label> '
+                  f'<select id="{block}-list" data-series="{block}">{options}</select></p>') if self.label else ""
+        return choice + marked + deflate_block(block, json.dumps(data, separators=(",", ":")))
 
 
 @dataclass(frozen=True)

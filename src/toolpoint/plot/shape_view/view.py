@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, fail
+from toolpoint._rounding import number_text
 from toolpoint.plot.figures.theme import RAMP
 from toolpoint.plot.page.frame import asset, data_block, page
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
@@ -43,6 +44,8 @@ class ShapeView:
     other : (Scene, AnimatedShapes, title), optional
         Second scene to the right, moved by the same controls; its mode i is shown beside mode i of the first
         (shape pairs of a test and a model).
+    still : (low, high, unit), optional
+        Nothing moves: the size of the only shape is a value above `low` at each node, coloured from `low` to `high`.
 
     Raises
     ------
@@ -56,6 +59,7 @@ class ShapeView:
     title: str = ""
     caption: str = ""
     other: tuple[Scene, AnimatedShapes, str] | None = None
+    still: tuple[float, float, str] | None = None
 
     def __post_init__(self) -> None:
         if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", self.name):
@@ -76,7 +80,8 @@ class ShapeView:
 
     def payload(self) -> dict[str, Any]:
         """Return what the page script reads: packed arrays (positions 32-bit, shapes 16-bit of the largest part)."""
-        return {"ramp": RAMP, "panes": [_pane(*pane) for pane in self.panes]}
+        ends = None if self.still is None else [*map(number_text, self.still[:2]), self.still[2], self.still[1] - self.still[0]]
+        return {"ramp": RAMP, "panes": [_pane(*pane) for pane in self.panes], "still": ends}
 
     def fragment(self) -> str:
         """Return the HTML of the view without scripts: a figure and its data block."""

@@ -15,7 +15,7 @@
   }
 
   function clicked(event, view) {
-    const data = event.points[0].customdata, mode = Number(Array.isArray(data) ? data[0] : data);
+    const data = event.points[0].customdata, mode = Array.isArray(data) ? data[0] === "mode" ? NaN : Number(data[0]) : Number(data);
     const target = window.toolpointViews && window.toolpointViews[view];
     if (target && Number.isInteger(mode) && mode >= 0 && mode < target.buttons.length) target.showMode(mode);
   }
@@ -23,7 +23,8 @@
   // Curves computed beforehand, one set for each point of another chart: a click there shows the point's own.
   function shown(root, all, number) {
     const one = all.sets[number];
-    const traces = all.names.map((name, k) => ({ x: one.x, y: one.y[k], name, mode: "lines", line: { width: 1.5, color: all.colours[k] } }));
+    const traces = all.names.map((name, k) => ({ x: one.x, y: one.y[k], name, mode: all.mode,
+      line: { width: 1.5, color: all.colours[k] }, marker: { size: 6, color: all.colours[k] } }));
     const heading = root.parentElement.querySelector(".tp-title")
       || root.parentElement.insertBefore(Object.assign(document.createElement("h3"), { className: "tp-title" }), root);
     heading.textContent = one.label;
@@ -34,10 +35,12 @@
   function series(root) {
     const all = JSON.parse(window.ToolpointText(root.dataset.series));
     const source = window.toolpointCharts[root.dataset.follows];
-    source.on("plotly_click", (event) => {
+    if (source) source.on("plotly_click", (event) => {
       const data = event.points[0].customdata, number = Number(Array.isArray(data) ? data[0] : data);
       if (event.points[0].data.name === all.trace && Number.isInteger(number) && all.sets[number]) shown(root, all, number);
     });
+    const list = document.getElementById(root.dataset.series + "-list");
+    if (list) list.addEventListener("change", () => shown(root, all, Number(list.value)));
     shown(root, all, 0);
   }
 
@@ -49,9 +52,10 @@
       if (root.dataset.clickView) root.on("plotly_click", (event) => clicked(event, root.dataset.clickView));
       window.toolpointCharts[root.dataset.name] = root;
       document.querySelectorAll(".tp-chart[data-series]").forEach((one) => {
-        const ready = window.toolpointCharts[one.dataset.follows] && window.toolpointCharts[one.dataset.name];
+        const ready = window.toolpointCharts[one.dataset.name] && (!one.dataset.follows || window.toolpointCharts[one.dataset.follows]);
         if (ready && !one.dataset.shown) series(one);
       });
+      if (window.toolpointPick) window.toolpointPick();
     });
     const recolour = (on) => window.Plotly.relayout(root, colours(root._fullLayout, on));
     dark.addEventListener("change", () => recolour(dark.matches));
@@ -90,6 +94,6 @@
 
   if (window.toolpointStart) window.toolpointStart();
   library();
-  document.querySelectorAll(".tp-lookup").forEach(lookup);
+  document.querySelectorAll(".tp-lookup[data-source]").forEach(lookup);
   document.querySelectorAll(".tp-chart[data-source]").forEach(chart);
 })();

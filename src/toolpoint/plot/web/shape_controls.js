@@ -107,6 +107,7 @@ window.ToolpointControls = (function () {
     select.addEventListener("change", () => {
       view.colouring = Number(select.value); view.legend.hidden = view.colouring === 2; view.touch();
     });
+    if (view.still) { view.side.append(make("h4", { text: "View" }), looks); return; }
     view.side.append(make("h4", { text: "View" }), looks,
       make("label", { class: "tp-select" }, make("span", { text: "Colour" }), select),
       tick("Undeformed outline", view.ghost, (on) => { view.ghost = on; view.touch(); }));
@@ -130,7 +131,8 @@ window.ToolpointControls = (function () {
     const ramp = view.data.ramp.map((c) => `rgb(${c.map((v) => Math.round(255 * v)).join(" ")})`);
     const strip = make("i", {});
     strip.style.background = `linear-gradient(to right, ${ramp.join(", ")})`;
-    view.legend = make("div", { class: "tp-legend" }, make("span", { text: "0" }), strip, make("span", { text: "max |u|" }));
+    const ends = view.still ? [view.still[0], view.still[1] + " " + view.still[2]] : ["0", "max |u|"];
+    view.legend = make("div", { class: "tp-legend" }, make("span", { text: ends[0] }), strip, make("span", { text: ends[1] }));
     view.stage.append(view.legend);
     if (view.panes.some((pane) => pane.known.includes(0)))
       view.legend.append(make("i", { class: "tp-grey" }), make("span", { text: "no data" }));
@@ -160,5 +162,5 @@ window.ToolpointControls = (function () {
     text.setAttribute("x", x * 1.3); text.setAttribute("y", y * 1.3);
   }
 
-  return function (view) { overlays(view); pointer(view); keys(view); bar(view); side(view); };
+  return function (view) { overlays(view); pointer(view); keys(view); side(view); view.still ? view.bar.remove() : bar(view); };
 })();

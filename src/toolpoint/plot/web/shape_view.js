@@ -38,9 +38,10 @@
 
   class View {
     constructor(root, data) {
-      this.root = root; this.data = data; this.mode = 0; this.phase = 0; this.amplitude = 1; this.colouring = 0;
+      this.root = root; this.data = data; this.still = data.still; this.mode = 0; this.phase = 0; this.amplitude = 1; this.colouring = 0;
       this.ghost = true; this.camera = { ...HOME, pan: [0, 0] }; this.frames = 0; this.hidden = new Set();
-      this.playing = !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      this.playing = !this.still && !matchMedia("(prefers-reduced-motion: reduce)").matches;
+      if (this.still) this.ghost = false;
       this.seen = true; this.dirty = true; this.last = null; this.pace = 1000 / 60; this.level = 0;
       this.panes = data.panes.map((pane) => this.unpacked(pane));
       this.build();
@@ -94,7 +95,7 @@
         list.append(button);
         return button;
       });
-      this.side.append(make("h4", { text: "Modes" }), list);
+      if (!this.still) this.side.append(make("h4", { text: "Modes" }), list);
     }
 
     refuse(reason) {
@@ -143,14 +144,14 @@
       this.buttons.forEach((button, j) => button.setAttribute("aria-pressed", String(i === j)));
       this.panes.forEach((pane, k) => {
         pane.loaded[i] = pane.loaded[i] || shapeOf(pane.shapes[i], pane.count);
-        this.load(k, pane.loaded[i], (this.panes.length > 1 && pane.title ? pane.title + ": " : "")
+        this.load(k, pane.loaded[i], this.still ? pane.title : (this.panes.length > 1 && pane.title ? pane.title + ": " : "")
           + "mode " + (i + 1) + ", " + hertz(pane.shapes[i].frequency) + ", " + percent(pane.shapes[i].damping));
       });
     }
 
     load(k, shape, text) {
       const pane = this.panes[k];
-      pane.shape = shape; pane.peak = amplitude(shape);
+      pane.shape = shape; pane.peak = this.still ? this.still[3] : amplitude(shape);
       if (this.renderer) this.renderer.setShape(k, shape.real, shape.imaginary, pane.peak);
       if (pane.caption) pane.caption.textContent = text;
       this.dirty = true;
@@ -167,7 +168,7 @@
       this.load(k, { real, imaginary }, words.join(", "));
     }
 
-    scale(k) { const p = this.panes[k].peak; return p > 0 ? this.amplitude * 0.12 * this.radius / p : 0; }
+    scale(k) { if (this.still) return 0; const p = this.panes[k].peak; return p > 0 ? this.amplitude * 0.12 * this.radius / p : 0; }
     setPhase(phase) { this.play(false); this.phase = phase; this.changed(); this.render(); }
     setAmplitude(factor) { this.amplitude = factor; this.changed(); }
     play(on = true) { this.playing = on; this.last = null; this.changed(); }
