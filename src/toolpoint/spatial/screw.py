@@ -52,8 +52,8 @@ class Screw:
 def screw(twist: ArrayLike, translation_below: float = 1e-12) -> Screw:
     r"""Return the screw of a twist (v, w) about the origin.
 
-    :math:`u = w/|w|,\ p = w \times v/|w|^2,\ h = w \cdot v/|w|^2`; a motion with |w| below `translation_below` times
-    |v| (1/m) is a pure translation.
+    :math:`u = w/|w|,\ p = w \times v/|w|^2,\ h = w \cdot v/|w|^2`; a motion with ``|w|`` below `translation_below` times
+    ``|v|`` (1/m) is a pure translation.
     """
     xi = floats("twist", twist, (6,))
     v, w = xi[:3], xi[3:]

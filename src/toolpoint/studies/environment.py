@@ -1,4 +1,4 @@
-"""What toolpoint stands on here: versions, threads, caches, extras and the browser; what is missing, and what to do about it."""
+"""What toolpoint stands on here: versions, threads, caches, extras, the browser; what is missing, and what to do about it."""
 
 from __future__ import annotations
 
@@ -15,8 +15,9 @@ from toolpoint.studies.text_table import text_table
 
 CORE = ("toolpoint", "numpy", "scipy", "numba", "pydantic", "ruamel.yaml", "h5py", "click", "rich", "plotly", "pillow")
 # Extra, the distribution that it needs, and what it is for.
-EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"), "control": ("control", "python-control"),
-          "cluster": ("distributed", "worker processes"), "tdms": ("nptdms", "TDMS records")}
+EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"),
+          "control": ("control", "python-control"), "cluster": ("distributed", "worker processes"),
+          "tdms": ("nptdms", "TDMS records")}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
 GOOD, MISSING, DOUBTFUL = "good", "not there", "doubtful"
@@ -56,7 +57,8 @@ class Environment:
 
 def examine_environment() -> Environment:
     """Return what toolpoint stands on in this process: nothing is installed, loaded or changed."""
-    return Environment((_python(), *map(_distribution, CORE), _threads(), _cache(), _kernels(), *map(_extra, EXTRAS), _browser()))
+    return Environment((_python(), *map(_distribution, CORE), _threads(), _cache(), _kernels(), *map(_extra, EXTRAS),
+                        _browser()))
 
 
 def _python() -> Finding:
@@ -122,5 +124,5 @@ def _extra(name: str) -> Finding:
 
 def _browser() -> Finding:
     path = next((found for name in BROWSERS if (found := shutil.which(name))), "")
-    return Finding("browser", GOOD if path else MISSING, path or "no Chromium; only pictures of pages and tests of pages need it",
-                   "" if path else "install chromium")
+    words = path or "no Chromium; only pictures of pages and tests of pages need it"
+    return Finding("browser", GOOD if path else MISSING, words, "" if path else "install chromium")

@@ -47,7 +47,7 @@ class Modes:
     Parameters
     ----------
     frequency : (..., n_modes) floats
-        Undamped natural frequency |s|/2 pi, Hz.
+        Undamped natural frequency ``|s|/2 pi``, Hz.
     damping_ratio : (..., n_modes) floats
         Ratio to critical; half the loss factor for structural damping. Above 1 only with unit modal mass, and marked.
     shape : (..., n_dofs, n_modes), real or complex
@@ -64,7 +64,7 @@ class Modes:
     covariance : (..., n_modes, 2, 2), optional
         Covariance of (frequency in Hz, damping ratio) of each mode.
     shape_variance : like `shape`, real, optional
-        Variance E|e|^2 of each shape entry.
+        Variance ``E|e|^2`` of each shape entry.
     notes : sequence of str
         Doubts and remarks.
     """

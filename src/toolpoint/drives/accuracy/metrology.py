@@ -119,7 +119,7 @@ class Positioning:
 def positioning(forward: FloatArray, backward: FloatArray) -> Positioning:
     """Return the positioning of an axis from deviations (actual - target) at m targets, n approaches each way, (m, n), m.
 
-    R_i = max(2 s+_i + 2 s-_i + |B_i|, 4 s+_i, 4 s-_i), and R is the largest R_i: the bidirectional repeatability is at
+    ``R_i = max(2 s+_i + 2 s-_i + |B_i|, 4 s+_i, 4 s-_i)``, and R is the largest R_i: the bidirectional repeatability is at
     least each unidirectional one. Source: ISO 230-2:2014, section 3 and annex.
     """
     up = floats("forward", forward, (None, None))

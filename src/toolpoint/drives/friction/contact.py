@@ -19,8 +19,8 @@ class Contact:
     stiffness : float
         k of one side, N/m (or N m/rad).
     preload_deflection : float
-        d, m: positive for a preloaded nut (both sides carry until |s| = d, stiffness 2 k), negative for backlash
-        (free play 2 |d| in all).
+        d, m: positive for a preloaded nut (both sides carry until ``|s| = d``, stiffness 2 k), negative for backlash
+        (free play ``2 |d|`` in all).
     """
 
     stiffness: float

@@ -127,7 +127,7 @@ class Viscous(_Law):
 
 @dataclass(frozen=True)
 class Stribeck(_Law):
-    """Stribeck curve [F_c + (F_s - F_c) exp(-|v/v_s|^delta)] sgn(v) + sigma2 v; at rest any force up to F_s.
+    """Stribeck curve ``[F_c + (F_s - F_c) exp(-|v/v_s|^delta)] sgn(v) + sigma2 v``; at rest any force up to F_s.
 
     Source: Armstrong-Helouvry, Dupont, Canudas de Wit, Automatica 30 (1994) 1083.
     """
@@ -150,7 +150,7 @@ class Stribeck(_Law):
 
 @dataclass(frozen=True)
 class TwoExponential(_Law):
-    """Two-exponential curve [F_s exp(-|v|/v_1) + F_c (1 - exp(-|v|/v_2))] sgn(v) + sigma2 v.
+    """Two-exponential curve ``[F_s exp(-|v|/v_1) + F_c (1 - exp(-|v|/v_2))] sgn(v) + sigma2 v``.
 
     Source: Erkorkmaz, Altintas, Int. J. Machine Tools and Manufacture 41 (2001) 1487.
     """

@@ -204,7 +204,7 @@ def smooth_command(command: Command, window: float) -> Command:
 def straight_move(start: FloatArray, end: FloatArray, limits: list[JerkLimits], *, sample_time: float) -> Command:
     """Return the fastest straight rest-to-rest move within the limits of every axis.
 
-    The limits along the line are the smallest limit_i/|direction_i|: the axes move in step.
+    The limits along the line are the smallest ``limit_i/|direction_i|``: the axes move in step.
     """
     p, q = floats("start", start), floats("end", end, np.shape(start))
     d = q - p

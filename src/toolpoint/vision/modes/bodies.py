@@ -69,7 +69,7 @@ class BodyMotion:
         return np.asarray(np.einsum("rikjl,nk,nl->nrij", blocks, terms, terms))
 
     def deviation_at(self, points: FloatArray) -> FloatArray:
-        """Return the standard deviation of |error|, (n, 2, r), pixels."""
+        """Return the standard deviation of ``|error|``, (n, 2, r), pixels."""
         trace = np.trace(self.basis_covariance, axis1=1, axis2=2)
         return np.sqrt(np.einsum("nrii,r->nir", self.covariance_at(points), trace))
 

@@ -1,0 +1,49 @@
+"""Tutorials as programs: the blocks ``python`` and ``sh`` of a page, run one after the other in one folder.
+
+    python docs/generate/tutorials.py docs/tutorials/*.md
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+BLOCK = re.compile(r"^```(python|sh)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def blocks_of(page: Path) -> list[tuple[str, str]]:
+    """Return language and text of every block that is run."""
+    return [(match[1], match[2]) for match in BLOCK.finditer(page.read_text(encoding="utf-8"))]
+
+
+def run_tutorial(page: Path) -> int:
+    """Run the blocks of a page in a folder of its own and return how many there were; whatever fails is raised."""
+    names: dict[str, Any] = {"__name__": "tutorial"}
+    environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ.get('PATH', '')}"}
+    blocks = blocks_of(page)
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder):
+        for language, text in blocks:
+            if language == "python":
+                exec(compile(text, f"{page.name}", "exec"), names)
+            else:
+                subprocess.run(["bash", "-euc", text], check=True, env=environment)
+    return len(blocks)
+
+
+def main() -> None:
+    """Run the tutorials that are named."""
+    for name in sys.argv[1:]:
+        start, page = time.process_time(), Path(name).resolve()
+        count = run_tutorial(page)
+        print(f"{page.name}: {count} blocks, {time.process_time() - start:.1f} s and its commands")
+
+
+if __name__ == "__main__":
+    main()

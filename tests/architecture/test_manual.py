@@ -1,0 +1,64 @@
+"""The manual cannot fall behind: every error has its page, every key and command its row, every tutorial runs."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "docs"))
+
+from generate import against, commands, errors, keys  # noqa: E402
+from generate.sites import sites  # noqa: E402
+from generate.tutorials import blocks_of, run_tutorial  # noqa: E402
+
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+
+
+def test_every_error_of_the_package_has_its_page(tmp_path):
+    places = list(sites())
+    rooms = {site.room for site in places}
+    assert len(places) > 1000 and rooms <= set(errors.causes())
+    for entry in errors.causes().values():
+        assert {"title", "cause", "cure"} == set(entry) and all(len(text) > 4 for text in entry.values())
+    errors.write_errors(tmp_path)
+    pages = {room: (tmp_path / f"errors_{room.strip('_')}.md").read_text() for room in rooms}
+    missing = [site for site in places if errors._code(site.words) not in pages[site.room]]
+    assert missing == []
+
+
+def test_every_kind_of_file_has_its_page_with_examples(tmp_path):
+    keys.write_keys(tmp_path)
+    machine = (tmp_path / "keys_machine.md").read_text()
+    assert "| `mass` | mass of the body; mass; a bare number is in kg; above 0 | none | `" in machine
+    for name in keys.FILES:
+        rows = [line for line in (tmp_path / f"keys_{name}.md").read_text().splitlines() if line.startswith("| `")]
+        cells = [[cell.strip() for cell in row.replace("\\|", "").strip("|").split("|")] for row in rows]
+        assert rows and [row for row in cells if len(row) != 4 or not all(row)] == []
+
+
+def test_every_command_has_its_help(tmp_path):
+    from toolpoint.app.main import HOME
+
+    commands.write_commands(tmp_path)
+    text = (tmp_path / "commands.md").read_text()
+    assert all(f"\n## {name}\n" in text for name in HOME)
+
+
+def test_the_page_of_peers_repeats_the_bars(tmp_path):
+    against.write_against(tmp_path)
+    rows = [line for line in (tmp_path / "against.md").read_text().splitlines() if line.startswith("| ")]
+    assert len(rows) > 15 and all(row.count("|") >= 7 for row in rows)
+
+
+def test_tutorials_are_the_five():
+    assert [page.stem for page in TUTORIALS] == ["hammer_test_to_machine", "machine_from_nothing", "servo_and_contour",
+                                                 "tap_test_to_lobes", "update_a_model"]
+    assert all(len(blocks_of(page)) >= 3 for page in TUTORIALS)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", TUTORIALS, ids=lambda page: page.stem)
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_a_tutorial_runs(page):
+    assert run_tutorial(page) >= 3
