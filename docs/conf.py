@@ -42,6 +42,6 @@ sphinx_gallery_conf = {
     "plot_gallery": os.environ.get("GALLERY", "1") == "1",
     "subsection_order": [f"generated/examples_source/{group}" for group in gallery.GROUPS],
     "within_subsection_order": "FileNameSortKey", "download_all_examples": False, "show_memory": False,
-    "capture_repr": (), "abort_on_example_error": True, "remove_config_comments": True, "min_reported_time": 5,
+    "capture_repr": (), "remove_config_comments": True, "min_reported_time": 5,
     "default_thumb_file": str(HERE / "demo.png"),
 }

@@ -12,8 +12,8 @@ PROGRAMS = ("sdypy", "pyFBS", "SDynPy", "pyidi", "OpenCV", "pathsim", "motulator
 INTRODUCTION = """# Against other programs
 
 Where another program can do a part of the chain, it ran beside toolpoint, on the same machine, in the same run; where a
-vendor or a paper printed digits, these were met. The rows are those of the [bars](../bars.md), with the command that prints each
-figure; *falls short* says what is not reached. No commercial program was at hand: none of their figures are claimed here.
+vendor or a paper printed digits, these were met. The rows are those of the [bars](../bars.md), with the command that prints
+each figure; *falls short* says what is not reached. No commercial program was at hand: none of their figures are claimed here.
 
 | room | what | target | command | measured | falls short |
 |---|---|---|---|---|---|
