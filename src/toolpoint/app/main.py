@@ -25,6 +25,7 @@ _MODULES = {
     "machine_commands": ("report", "modes", "map", "campbell", "schema"),
     "model_commands": ("identify", "joints", "update", "correlate", "sensitivity"),
     "response_commands": ("frf", "next-test"),
+    "convert_command": ("convert",),
     "tap_command": ("tap",),
     "robot_commands": ("robot", "reach", "region", "export"),
     "video_commands": ("video",),

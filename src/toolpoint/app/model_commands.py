@@ -31,6 +31,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 @click.command(cls=CommandOfChoice)
 @click.argument("files", nargs=-1, required=True, type=FILE)
 @click.option("--geometry", type=FILE, help=GEOMETRY)
+@click.option("--lines", "drawn", type=FILE, help="Lines between points: CSV (points that a line runs through), or universal.")
 @click.option("--method", default="refined", show_default=True, help="Identification method.")
 @BAND
 @QUANTITY
@@ -39,7 +40,7 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 @choice_options
 @OUTPUT
 @JSON
-def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tuple[float, float] | None,
+def identify(files: Sequence[Path], geometry: Path | None, drawn: Path | None, method: str, band: tuple[float, float] | None,
              quantity: str | None, naming: dict[str, Any], modes_file: Path | None, choice: Choice, output: Path,
              as_json: bool) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
@@ -53,10 +54,13 @@ def identify(files: Sequence[Path], geometry: Path | None, method: str, band: tu
         modes_file, output = output, Path("toolpoint-report")
     if modes_file is not None and not modes_file.parent.is_dir():
         raise ToolpointError(f"{modes_file}: the folder {modes_file.parent} does not exist; create it first")
+    if drawn is not None and geometry is None:
+        raise ToolpointError(f"--lines {drawn}: given without --geometry; lines need the places of their points")
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
         frf = frf_files.read(files, quantity=quantity, **naming)
         shape = None if geometry is None else geometry_files.read(geometry)
+        shape = shape if shape is None or drawn is None else geometry_files.read_lines(drawn, shape)
         run.step("identification")
 
         from toolpoint.pages.measured.identification import identification_page

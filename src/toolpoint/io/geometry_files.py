@@ -32,6 +32,50 @@ def read(path: str | Path) -> Geometry:
     return Geometry(_csv_points(path), [])
 
 
+@door("file of lines")
+def read_lines(path: str | Path, geometry: Geometry) -> Geometry:
+    """Return the geometry with the lines of a file in place of its own: a universal file (set 82, edges of 2412), or CSV whose
+    rows are the points that a line runs through, two or more.
+
+    Raises ToolpointError for a point that the geometry does not have, naming file and line.
+    """
+    path = Path(path)
+    if path.suffix.lower() in UNIVERSAL:
+        measured = uff.read_geometry(path)
+        runs: list[tuple[int, list[str | int]]] = [(0, list(line)) for line in measured.lines]
+    else:
+        runs = _csv_runs(path)
+    pairs: list[tuple[str | int, str | int]] = []
+    for number, run in runs:
+        unknown = [point for point in run if point not in geometry.points]
+        if unknown:
+            known = ", ".join(map(str, list(geometry.points)[:6]))
+            raise ToolpointError(f"{path}{f':{number}' if number else ''}: point {unknown[0]} is not in the geometry (it has "
+                                 f"{known} "
+                                 "..)")
+        pairs += pairwise(run)
+    if not pairs:
+        raise ToolpointError(f"{path}: no line; rows must be points that a line runs through, for example 1,2,3")
+    return Geometry(geometry.points, pairs)
+
+
+def _csv_runs(path: Path) -> list[tuple[int, list[str | int]]]:
+    runs: list[tuple[int, list[str | int]]] = []
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            for number, row in enumerate(csv.reader(file), start=1):
+                names = [cell.strip() for cell in row if cell.strip()]
+                if not names or names[0].startswith("#") or (number == 1 and not any(_is_number(name) for name in names)
+                                                             and names[0].lower() in ("from", "point", "a", "start")):
+                    continue
+                if len(names) < 2:
+                    raise ToolpointError(f"{path}:{number}: {','.join(row)[:60]!r}; a line runs through two points at least")
+                runs.append((number, [int(name) if name.lstrip("-").isdigit() else name for name in names]))
+    except OSError as error:
+        raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
+    return runs
+
+
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
     try:
         from toolpoint.io.yaml import machine_file  # loaded for this format only

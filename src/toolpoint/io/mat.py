@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -102,7 +103,9 @@ def read_columns(path: str | Path, named: Mapping[str, str] | None = None) -> Co
     Where left out: the time is ``t`` or ``time``, the rate ``fs`` or ``sample_rate``, and the samples are all vectors as long
     as the time, and the columns of matrices with as many rows.
     """
-    return columns_of(path, variables(path), dict(named or {}))
+    columns = columns_of(path, variables(path), dict(named or {}))
+    names = texts(path).get("channels", ())
+    return replace(columns, names=names) if len(names) == len(columns.names) else columns
 
 
 def _axes(arrays: dict[str, Array]) -> dict[str, Array]:

@@ -22,7 +22,10 @@ def read(path: str | Path) -> Modes:
 
 
 def holds_modes(path: str | Path) -> bool:
-    """Return whether a file is toolpoint's HDF5 file with modes in it, and no responses."""
+    """Return whether a file is toolpoint's HDF5 file, or a universal file, with modes in it and no responses."""
+    if Path(path).suffix.lower() in UNIVERSAL and Path(path).is_file():
+        numbers = {dataset.number for dataset in uff.UniversalFile(Path(path)).sets}
+        return bool(numbers & {55, 2414}) and 58 not in numbers
     if Path(path).suffix.lower() not in HDF5:
         return False
     kinds = [type(noun).__name__ for noun in hdf5.read_all(path).values()]

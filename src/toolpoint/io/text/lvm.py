@@ -63,7 +63,8 @@ def _segment(path: Path, text: str, head: dict[str, list[str]], lines: list[str]
         raise FileFaults(str(path), text, faults[:50] or [Fault(at, 1, "", "no samples")])
     stated = max((int(float(count)) for count in head.get("Samples", [])), default=len(rows))
     if len(rows) < stated:
-        raise FileFaults(str(path), text, [Fault(at + len(rows), 1, "", f"{len(rows)} samples of {stated}: the file is cut off")])
+        words = f"{len(rows)} samples of {stated}: the file is cut off"
+        raise FileFaults(str(path), text, [Fault(at + len(rows), 1, "", words)])
     table = np.array(rows)
     table = table[:, 1::2] if times == "Multi" else table[:, 1:] if times == "One" else table
     steps = [float(value.replace(",", ".")) for value in head.get("Delta_X", [])]
