@@ -28,7 +28,6 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     """The page of your machine (YAML) and of your measured FRFs; either may be left out."""
     from toolpoint.app import console
     from toolpoint.app.dynamics import read_responses
-    from toolpoint.app.poses import machine_at
 
     if machine is None and not frf:
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
@@ -38,7 +37,11 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     cut = None
     with frame(output, False, steps=6) as run:
         run.step("reading")
-        built = None if machine is None else machine_at(machine, pose)
+        built = None
+        if machine is not None:
+            from toolpoint.app.poses import machine_at
+
+            built = machine_at(machine, pose)
         before = len(run.warnings)
         responses = read_responses(frf, quantity) if frf else None
         of_responses = run.warnings[before:]

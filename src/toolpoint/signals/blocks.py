@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.fft import prev_fast_len
+import scipy
 
 from toolpoint._check import fail
 from toolpoint.signals.hits import HitRules, find_pulses
@@ -28,7 +28,7 @@ def fit_block(records: Sequence[Record], force_at: int, rules: HitRules) -> tupl
         fail("records", "no force pulse", "must hold hits", "check the channel assignment")
     typical = float(np.median(rooms))
     usual = [room for room in rooms if room >= SHORT_RECORD * typical]
-    block = int(prev_fast_len(max(int(min(usual)), 8), real=True))
+    block = int(scipy.fft.prev_fast_len(max(int(min(usual)), 8), real=True))
     block -= block % 2
     rate = records[0].sample_rate
     return block, (f"blocks of {block / rate:.4g} s, lines of {rate / block:.4g} Hz: the longest that fit behind the hits",)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import fdtri
+import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
 from toolpoint.signals.blocks import fit_block
@@ -82,7 +82,7 @@ class HammerTest:
         """
         if self.frf.variance is None or self.freedom is None:
             return None
-        return np.sqrt(self.frf.variance * fdtri(self.freedom, self.freedom * (self.used - 1), level))
+        return np.sqrt(self.frf.variance * scipy.special.fdtri(self.freedom, self.freedom * (self.used - 1), level))
 
     @property
     def status(self) -> str:
