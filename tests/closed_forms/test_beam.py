@@ -23,7 +23,7 @@ def closed_form(modulus, density):
 
 
 def cantilever(modes, elements=40, locked=True, held="root"):
-    section = beams.rectangle(SIDE, SIDE, MODULUS, density=DENSITY)
+    section = beams.rectangle(SIDE, SIDE, MODULUS, density=DENSITY).slender
     body = beams.beam(section, LENGTH, elements, modes=modes)
     placeholder = BodyDescription(mass=1.0, inertia=InertiaDescription(1, 1, 1))
     joint = JointDescription("ground", "beam", child_interface=held,
@@ -75,7 +75,7 @@ def test_free_beam_has_six_rigid_modes():
 
 def test_rigid_body_on_the_tip_moves_with_it():
     # A mass at the tip of a light beam: f = sqrt(3 E I / m L^3) / 2 pi.
-    section = beams.rectangle(SIDE, SIDE, MODULUS, density=1e-3 * DENSITY)
+    section = beams.rectangle(SIDE, SIDE, MODULUS, density=1e-3 * DENSITY).slender
     body = beams.beam(section, LENGTH, 10, modes=6)
     tiny = InertiaDescription(1e-9, 1e-9, 1e-9)
     description = MachineDescription(

@@ -1,4 +1,4 @@
-"""Updates and joint studies say which channels of their test are doubtful: what only the machine tells, and what power tells."""
+"""Updates say which channels of their test are doubtful: what only the machine tells, and what power tells."""
 
 from dataclasses import replace
 

@@ -70,6 +70,8 @@ class Body:
     interfaces : mapping of name to Interface
     notes : sequence of str
         What a reduced body leaves out, and up to where it is good.
+    gyroscopic : (6 + n_modal, 6 + n_modal) floats, optional
+        Skew, per rad/s of spin about `spin_axis` (3,) of the body's frame; for elastic bodies of revolution.
     """
 
     mass: FloatArray
@@ -77,6 +79,8 @@ class Body:
     damping: FloatArray = LEFT_OUT
     interfaces: Mapping[str, Interface] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    gyroscopic: FloatArray | None = None
+    spin_axis: FloatArray | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -96,6 +100,14 @@ class Body:
             if place.participation is not None and place.participation.shape[1] != modal:
                 fail(f"Body.interfaces[{name!r}]", f"{place.participation.shape[1]} modal columns", f"must be {modal}")
         put(self, "interfaces", dict(self.interfaces))
+        if (self.gyroscopic is None) != (self.spin_axis is None):
+            fail("Body.gyroscopic", "given without spin_axis, or the other way round", "must have both or neither")
+        if self.gyroscopic is not None and self.spin_axis is not None:
+            matrix = floats("Body.gyroscopic", self.gyroscopic, mass.shape)
+            if np.abs(matrix + matrix.T).max() > 1e-12 * np.abs(matrix).max():
+                fail("Body.gyroscopic", "a matrix that is not skew", "must be skew: a gyroscopic moment does no work")
+            put(self, "gyroscopic", matrix)
+            put(self, "spin_axis", floats("Body.spin_axis", self.spin_axis, (3,)))
 
     @property
     def modal_count(self) -> int:

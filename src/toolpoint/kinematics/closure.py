@@ -79,7 +79,8 @@ class Closure:
         nothing = np.zeros(len(chain.steps))
         on = [nothing if link < 0 else chain.on_path[link].astype(float) for loop in chain.loops
               for link in (loop.child, loop.parent)]
-        return np.array([on[2 * i] - on[2 * i + 1] for i in range(len(chain.loops))]).reshape(-1, len(chain.steps))
+        differences = [on[2 * i] - on[2 * i + 1] for i in range(len(chain.loops))]
+        return np.array(differences).reshape(len(chain.loops), len(chain.steps))
 
     @cached_property
     def weights(self) -> FloatArray:

@@ -77,7 +77,8 @@ class TreeChain:
     def on_path(self) -> BoolArray:
         """Whether a step moves a link, shape (n_links, n_steps)."""
         joints = np.array([step.joint for step in self.steps], int)
-        return np.array([np.isin(joints, self.path(link)) for link in range(len(self.parents))]).reshape(-1, joints.size)
+        links = range(len(self.parents))
+        return np.array([np.isin(joints, self.path(link)) for link in links]).reshape(len(links), joints.size)
 
     def batch(self, pose: Pose) -> dict[str, FloatArray]:
         """Return the positions that a pose names, all arrays of one length, checked against names and limits."""

@@ -17,8 +17,7 @@ from toolpoint.machine import preload
 from toolpoint.machine.gyroscopics import gyroscopic_matrix
 from toolpoint.machine.joint_terms import joint_matrices, loop_motion
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, place_machine
-from toolpoint.spatial import transform as tf
+from toolpoint.machine.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
 from toolpoint.vibration.dof import dofs
 
@@ -90,18 +89,6 @@ def _all_points(machine: Machine) -> tuple[Dof, ...]:
         fail("outputs", "none, and the machine has no points", "must be point:direction labels",
              "give the machine points")
     return tuple(Dof(name, way) for name in machine.description.points for way in ("+x", "+y", "+z"))
-
-
-def body_coordinates(place: Placement, link: int) -> FloatArray:
-    """Return B: a body's own coordinates (twist in its axes about its frame, modal amplitudes) per coordinate, (P, 6+m, n)."""
-    machine = place.machine
-    back = tf.adjoint(tf.inverse(place.frames[:, link])) @ place.jacobians[:, link]
-    modal = list(machine.modal_columns[link])
-    if not modal:
-        return back
-    unit = np.zeros((place.poses, len(modal), machine.size))
-    unit[:, range(len(modal)), modal] = 1.0
-    return np.concatenate([back, unit], axis=1)
 
 
 def mass_matrix(place: Placement) -> FloatArray:

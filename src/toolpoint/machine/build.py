@@ -21,7 +21,6 @@ from toolpoint.machine.description import (
     MachineDescription,
     ShapeDescription,
 )
-from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.machine.frames import frame
 from toolpoint.machine.model import LoopJoint, Machine
 
@@ -54,11 +53,18 @@ def mass_properties(body: BodyDescription) -> MassProperties:
 
     Raises ToolpointError for a body with too little or contradicting data.
     """
-    if body.elastic is not None:
+    for kind in ("elastic", "beam"):
         given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
-        if given:
-            fail(given[0], "given beside elastic", "must come from one source", "remove it: finite elements have their mass")
+        if getattr(body, kind) is not None and given:
+            fail(given[0], f"given beside {kind}", "must come from one source", "remove it: finite elements have their mass")
+    if body.elastic is not None and body.beam is not None:
+        fail("beam", "given beside elastic", "must be one of them", "remove one")
+    if body.elastic is not None:
         return body.elastic.model.mass_properties
+    if body.beam is not None:
+        from toolpoint.machine.beam_body import beam_mass
+
+        return _named("beam", beam_mass, body.beam)
     if body.mesh is not None or body.shape is not None:
         if body.inertia is not None:
             fail("inertia", "given beside a shape or a mesh", "must come from one source", "remove one of them")
@@ -152,8 +158,8 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
     """
-    given = {name: _named(f"bodies.{name}", _elastic, body.elastic) for name, body in description.bodies.items()
-             if body.elastic is not None and name not in (bodies or {})} | dict(bodies or {})
+    given = {name: _named(f"bodies.{name}", _elastic, body) for name, body in description.bodies.items()
+             if (body.elastic or body.beam) and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
@@ -174,10 +180,16 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=bodies))
 
 
-def _elastic(description: ElasticDescription) -> Body:
+def _elastic(body: BodyDescription) -> Body:
+    mass_properties(body)  # its faults first: they are cheap to find
+    if body.beam is not None:
+        from toolpoint.machine.beam_body import build_beam
+
+        return _named("beam", build_beam, body.beam)
     from toolpoint.machine.elastic_body import build_elastic  # finite elements load where a body has them
 
-    return build_elastic(description)
+    assert body.elastic is not None
+    return build_elastic(body.elastic)
 
 
 def _named(path: str, make: Callable[[Any], Any], part: Any) -> Any:

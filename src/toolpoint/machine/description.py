@@ -14,6 +14,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint.joints.law import LawDescription
+from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.elastic_description import ElasticDescription
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
@@ -98,6 +99,7 @@ class BodyDescription:
     source: str = ""
     spin: SpinDescription | None = None
     elastic: ElasticDescription | None = None
+    beam: BeamDescription | None = None
 
 
 @dataclass(frozen=True)
@@ -301,7 +303,7 @@ def parameters(machine: MachineDescription) -> Iterator[str]:
 def _numbers(part: Any) -> Iterator[str]:
     if is_dataclass(part):
         # What laws and finite elements make of their numbers is no polynomial: they are changed by path, not listed.
-        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", "elastic")]
+        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", "elastic", "beam")]
     elif isinstance(part, Mapping):
         items = list(part.items())
     elif isinstance(part, tuple):

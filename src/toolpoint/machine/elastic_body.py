@@ -15,6 +15,7 @@ from scipy.sparse import csc_array, hstack
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.solid import Patch, SolidModel
+from toolpoint.machine.content_key import ContentKey
 from toolpoint.machine.elastic_description import ElasticDescription
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
@@ -110,7 +111,7 @@ def build_elastic(description: ElasticDescription) -> Body:
 
     The folder is ``$TOOLPOINT_CACHE``, else ``toolpoint`` in the user's cache folder; a folder that cannot be written is left.
     """
-    return _kept(repr(description), _Key(description))
+    return _kept(ContentKey.of(description))
 
 
 def reliable_to(description: ElasticDescription) -> float:
@@ -118,22 +119,9 @@ def reliable_to(description: ElasticDescription) -> float:
     return description.band * REACH / SURE
 
 
-class _Key:
-    """A description as an argument of the memory cache: all are equal, the text beside it tells them apart."""
-
-    def __init__(self, description: ElasticDescription) -> None:
-        self.description = description
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Key)
-
-    def __hash__(self) -> int:
-        return 0
-
-
 @lru_cache(maxsize=64)
-def _kept(text: str, key: _Key) -> Body:
-    name = hashlib.sha256(f"{_program()} {text}".encode()).hexdigest()[:32]
+def _kept(key: ContentKey[ElasticDescription]) -> Body:
+    name = hashlib.sha256(f"{_program()} {key.text}".encode()).hexdigest()[:32]
     path = cache_folder() / f"body-{name}.npz"
     if path.is_file():
         try:

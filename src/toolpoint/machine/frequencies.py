@@ -8,7 +8,7 @@ from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assemble import equations, freedoms, mass_matrix
 from toolpoint.machine.closed_frequencies import solve_closed
-from toolpoint.machine.gyroscopics import gyroscopic_matrix, spins
+from toolpoint.machine.gyroscopics import elastic_spins, gyroscopic_matrix, spins
 from toolpoint.machine.joint_terms import joint_matrices
 from toolpoint.machine.model import Machine
 from toolpoint.machine.placement import place_machine
@@ -38,7 +38,7 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     """
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))
-    if spins(machine):
+    if spins(machine) or elastic_spins(machine):
         return _whirling(machine, poses, number, path)
     if path == "compiled" and machine.loops:
         return _closed(machine, poses, number)

@@ -7,6 +7,7 @@ Dynamics of Rotating Systems, 2005, chapter 4.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -15,7 +16,7 @@ from toolpoint._check import FloatArray, fail, scalar
 from toolpoint.bodies import Body
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement
+from toolpoint.machine.placement import Placement, body_coordinates
 from toolpoint.spatial.rotation import skew
 
 ROUND = 1e-6  # of the moment of inertia: how far a body may be from symmetric about its axis
@@ -24,25 +25,48 @@ ROUND = 1e-6  # of the moment of inertia: how far a body may be from symmetric a
 def gyroscopic_matrix(place: Placement) -> FloatArray | None:
     """Return the gyroscopic matrix in the tree's coordinates, N m s/rad, shape (P, n, n); None where nothing spins."""
     machine = place.machine
-    total: FloatArray | None = None
+    parts = []
     for link, momentum in spins(machine).items():
         turned = (place.displacements[:, link, :3, :3] @ momentum[..., None])[..., 0]
         turning = place.jacobians[:, link, 3:]
-        part = -np.swapaxes(turning, -1, -2) @ skew(turned) @ turning
-        total = part if total is None else total + part
-    return total
+        parts.append(-np.swapaxes(turning, -1, -2) @ skew(turned) @ turning)
+    for link, speed in elastic_spins(machine).items():
+        motion, gyroscopic = body_coordinates(place, link), machine.bodies[link].gyroscopic
+        assert gyroscopic is not None
+        parts.append(np.swapaxes(motion, -1, -2) @ (speed * gyroscopic) @ motion)
+    return sum(parts[1:], parts[0]) if parts else None
 
 
 def spins(machine: Machine) -> dict[int, FloatArray]:
-    """Return the angular momentum of every spinning link at the reference pose, machine frame, kg m^2/s, shape (3,)."""
+    """Return the angular momentum of every rigid spinning link at the reference pose, machine frame, kg m^2/s, shape (3,)."""
+    result: dict[int, FloatArray] = {}
+    for link, name, speed, axis in _spinning(machine):
+        if machine.bodies[link].gyroscopic is None:
+            result[link] = _polar_inertia(name, machine.bodies[link], axis) * speed * machine.body_frames[link, :3, :3] @ axis
+    return result
+
+
+def elastic_spins(machine: Machine) -> dict[int, float]:
+    """Return the speed (rad/s) of every elastic spinning link about the axis that its gyroscopic matrix is for."""
     result = {}
+    for link, name, speed, axis in _spinning(machine):
+        along = machine.bodies[link].spin_axis
+        if along is None:
+            continue
+        cosine = float(along @ axis)
+        if abs(cosine) < 1 - ROUND:
+            fail(f"bodies.{name}.spin.axis", f"{np.degrees(np.arccos(abs(cosine))):.3g} degrees off the beam",
+                 "must be along it", "a beam spins about its own axis only")
+        result[link] = float(np.sign(cosine)) * speed
+    return result
+
+
+def _spinning(machine: Machine) -> Iterator[tuple[int, str, float, FloatArray]]:
+    """Yield (link, name, speed in rad/s, axis in the body's frame) of everything that spins."""
     for link, name in enumerate(machine.body_names):
         spin = machine.description.bodies[name].spin
         if spin is not None and spin.speed != 0:
-            axis = np.array(spin.axis)
-            polar = _polar_inertia(name, machine.bodies[link], machine.body_frames[link, :3, :3].T @ axis)
-            result[link] = polar * spin.speed * axis
-    return result
+            yield link, name, spin.speed, machine.body_frames[link, :3, :3].T @ np.array(spin.axis)
 
 
 def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:

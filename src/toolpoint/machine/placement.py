@@ -94,6 +94,18 @@ class Placement:
         return result
 
 
+def body_coordinates(place: Placement, link: int) -> FloatArray:
+    """Return B: a body's own coordinates (twist in its axes about its frame, modal amplitudes) per coordinate, (P, 6+m, n)."""
+    machine = place.machine
+    back = tf.adjoint(tf.inverse(place.frames[:, link])) @ place.jacobians[:, link]
+    modal = list(machine.modal_columns[link])
+    if not modal:
+        return back
+    unit = np.zeros((place.poses, len(modal), machine.size))
+    unit[:, range(len(modal)), modal] = 1.0
+    return np.concatenate([back, unit], axis=1)
+
+
 def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
     """Return the machine at a pose or a batch of poses (axis name to position or array of positions, m or rad)."""
     chain = machine.chain

@@ -201,6 +201,20 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
                       float(rest.frequency[0]))
 
 
+def condense_above(modes: Modes, frequency: float) -> Modes:
+    """Return the modes with those above a frequency (Hz) as their static receptance alone, in the upper residual (one pose)."""
+    kept = np.flatnonzero(modes.frequency <= frequency)
+    rest = np.flatnonzero(modes.frequency > frequency)
+    if not kept.size or not rest.size:
+        return modes
+    above = replace(modes.selected(rest), lower_residual=None, upper_residual=None)
+    static = modal(above, np.zeros(1), outputs=modes.dofs, inputs=modes.input_dofs or modes.dofs).values[0]
+    known = 0.0 if modes.upper_residual is None else modes.upper_residual
+    note = f"{rest.size} modes above {frequency:.4g} Hz count by their static part: elastic bodies are reduced for no more"
+    return replace(modes.selected(kept), lower_residual=modes.lower_residual, upper_residual=static + known,
+                   notes=(*modes.notes, note))
+
+
 def with_static_residual(modes: Modes, system: SecondOrderSystem) -> Modes:
     """Return the modes with the static receptance of those left out as upper residual: L K^-1 B - sum phi phi^T/w^2.
 

@@ -35,6 +35,7 @@ from toolpoint.joints.law import LawDescription
 from toolpoint.kinematics import Axis
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
+from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.chain import axis_faults
 from toolpoint.machine.elastic_description import ElasticDescription
@@ -116,7 +117,8 @@ def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
         _as(d.ShapeDescription, part.draw), part.draw_at, part.source,
         None if part.spin is None else d.SpinDescription(part.spin.speed * math.pi / 30,
                                                          direction_of("spin.axis", part.spin.axis)),
-        None if part.elastic is None else describe(ElasticDescription, part.elastic))
+        None if part.elastic is None else describe(ElasticDescription, part.elastic),
+        None if part.beam is None else describe(BeamDescription, part.beam))
     mass_properties(body)
     return body
 

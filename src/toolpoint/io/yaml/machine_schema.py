@@ -16,6 +16,7 @@ from toolpoint.io.yaml.description_schema import file_schema, model_of
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
 from toolpoint.joints.law import LawDescription
+from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.description import InertiaDescription
 from toolpoint.machine.elastic_description import ElasticDescription
 
@@ -78,6 +79,7 @@ class BodyModel(Part):
     source: str = ""
     spin: SpinModel | None = None
     elastic: model_of(ElasticDescription) | None = None  # type: ignore[valid-type]
+    beam: model_of(BeamDescription) | None = None  # type: ignore[valid-type]
 
 
 class StiffnessModel(Part):

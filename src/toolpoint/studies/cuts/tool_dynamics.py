@@ -13,7 +13,7 @@ from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import identify
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
-from toolpoint.studies.machines.tool_point import speed_dynamics, tool_point
+from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
 from toolpoint.vibration import Dof, Frf, Modes
 
 LOW_PART = 0.02
@@ -47,8 +47,9 @@ def machine_dynamics(machine: Machine, pose: Mapping[str, float] | None = None, 
     across = f"{study.point}:+y" if y is None else None if y == "rigid" else y
     at_speeds = speed_dynamics(machine, pose)
     notes = () if at_speeds is None else ("bodies spin: every spindle speed has modes of its own",)
-    return ToolDynamics(study.modes.at_pose(0), f"{study.point}:+x", across, machine, (*notes, *study.leaning()), machine.name,
-                        at_speeds, dict(pose or {}))
+    modes = condense_unreliable(machine, study.modes.at_pose(0))
+    return ToolDynamics(modes, f"{study.point}:+x", across, machine, (*notes, *study.leaning()), machine.name, at_speeds,
+                        dict(pose or {}))
 
 
 def modal_dynamics(modes: Modes, x: str | None = None, y: str | None = None, *, what: str = "the modes") -> ToolDynamics:

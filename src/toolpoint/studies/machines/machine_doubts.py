@@ -13,6 +13,7 @@ from toolpoint.spatial import transform as tf
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
 NOWHERE = FrameDescription()
+ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
 LEFT_OPEN = 1e-6  # of what an axis does to a loop
 
 
@@ -25,6 +26,7 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
               "that is where they are" for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
     lines += far_joints(machine)
+    lines += far_interfaces(machine)
     lines += tearing_axes(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
@@ -48,6 +50,26 @@ def tearing_axes(machine: Machine) -> list[str]:
             loop = rows[int(np.argmax(np.abs(left)))]
             lines.append(f"axes.{axis.name}: moved alone it tears loop joint {loop} open (or strains it); let one axis drive "
                          "both sides of the loop (drives: [...]), or free a direction of the loop")
+    return lines
+
+
+def far_interfaces(machine: Machine) -> list[str]:
+    """Return doubts about joints whose springs stand elsewhere than the interface of the elastic body that they hold."""
+    lines = []
+    for name, joint in machine.description.joints.items():
+        for body, interface in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)):
+            if body == GROUND or interface is None:
+                continue
+            link = machine.link(body)
+            held = machine.bodies[link].interfaces.get(interface)
+            if held is None or held.slide is not None:
+                continue
+            place = tf.move(machine.body_frames[link], held.position[None])[0]
+            away = float(np.linalg.norm(place - np.array(joint.frame.at)))
+            if away > ON_AN_ARM:
+                at = ", ".join(f"{1e3 * v:.4g}" for v in place)
+                lines.append(f"joints.{name}: its springs stand {1e3 * away:.4g} mm from interface {interface} of {body}, on a "
+                             f"rigid arm; write 'at: [{at}] mm' unless that is meant")
     return lines
 
 

@@ -22,7 +22,9 @@ from toolpoint.machine.assemble import assemble
 from toolpoint.machine.gyroscopics import at_speed, fastest_spin
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
+from toolpoint.substructuring.methods import REACH
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
+from toolpoint.vibration.frequency_response import condense_above
 from toolpoint.vibration.gyroscopic import is_gyroscopic
 
 _FASTEST = 1e4  # Hz
@@ -123,7 +125,8 @@ def speed_dynamics(machine: Machine, pose: Mapping[str, float] | None = None) ->
 
     @lru_cache(maxsize=256)
     def modes_at(speed: float) -> Modes:
-        return tool_point(at_speed(machine, speed * np.pi / 30), at, np.array([0.0, 1.0])).modes.at_pose(0)
+        spinning = tool_point(at_speed(machine, speed * np.pi / 30), at, np.array([0.0, 1.0]))
+        return condense_unreliable(machine, spinning.modes.at_pose(0))
 
     return modes_at
 
@@ -251,9 +254,15 @@ def _problems(study: ToolPoint, cut: CuttingDescription) -> list[MillingProblem]
 def pose_problem(study: ToolPoint, cut: CuttingDescription, index: int) -> MillingProblem:
     """Return the milling problem at a pose of a study; with spinning bodies every spindle speed has modes of its own."""
     x, y = f"{study.point}:+x", f"{study.point}:+y"
-    problem = milling_problem(cut, study.modes.at_pose(index), x, y=y)
+    problem = milling_problem(cut, condense_unreliable(study.machine, study.modes.at_pose(index)), x, y=y)
     at_speeds = speed_dynamics(study.machine, study.poses[index])
     return problem if at_speeds is None else problem.changed(dynamics=at_speeds)
+
+
+def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
+    """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
+    bodies = [part for body in machine.description.bodies.values() for part in (body.elastic, body.beam) if part is not None]
+    return condense_above(modes, REACH * min(part.band for part in bodies)) if bodies else modes
 
 
 def depth_limit(problem: MillingProblem) -> float:

@@ -40,7 +40,8 @@ class JointStudy:
     def doubts(self) -> tuple[str, ...]:
         """What speaks against the result, each once: of the channels, the joints, the whole, the machine that was run."""
         lines = [f"{joint.parent} - {joint.child}: {text}" for joint in self.joints.joints for text in joint.doubts]
-        return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *lines, *(self.checked.doubts if self.checked else ())]))
+        checked = self.checked.doubts if self.checked else ()
+        return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *lines, *checked]))
 
     def compared(self, machine: Machine) -> JointStudy:
         """Return the study with this machine, as it was read back from its file, run and set beside the measured modes."""

@@ -54,7 +54,8 @@ class MeasuredUpdate:
 
     def table(self) -> str:
         """Return the doubts first, identifiability, fit report, agreement, and the samples, as text."""
-        return "".join(f"doubt: {line}\n" for line in self.doubts) + self.update.report() + ("" if self.samples is None else "\n\n" + self.samples.table())
+        lines = [*(f"doubt: {line}" for line in self.doubts), self.update.report()]
+        return "\n".join(lines) + ("" if self.samples is None else "\n\n" + self.samples.table())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fitted values (SI) as plain data, with the intervals of the samples where there are any."""

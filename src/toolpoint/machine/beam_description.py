@@ -1,0 +1,107 @@
+"""The description of a beam body in a machine file: stepped round or rectangular segments of several materials; plain data."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from toolpoint._check import fail
+from toolpoint._quantity import Quantity
+
+if TYPE_CHECKING:  # what computes loads where a body is a beam, not with every machine file
+    from toolpoint.bodies.beam import BeamSection
+
+Length = Annotated[float, Quantity("length", "m", above=0)]
+BeamMaterial = Literal["steel", "carbide", "high-speed steel"]
+
+
+@dataclass(frozen=True)
+class SleeveDescription:
+    """A ring bonded around a round segment: a bearing spacer, a rotor's sheets, carbon fibre; it adds to the section."""
+
+    diameter: Length
+    material: BeamMaterial = "steel"
+    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
+    density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
+    poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
+
+
+@dataclass(frozen=True)
+class BeamSegment:
+    """A segment of one section: round (`diameter`, `bore`) or rectangular (`width` along the first, `height` along the second
+    direction across the axis).
+
+    Modulus, density and Poisson's ratio are those of the material where left out. Round sections shear by Cowper's coefficient.
+    """
+
+    length: Length
+    diameter: Length | None = None
+    bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
+    width: Length | None = None
+    height: Length | None = None
+    material: BeamMaterial = "steel"
+    modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
+    density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
+    poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
+    sleeve: SleeveDescription | None = None
+
+    @property
+    def section(self) -> BeamSection:
+        """Rigidities and inertia of the section, x along the beam."""
+        from toolpoint.bodies.beam import rectangle, ring
+        from toolpoint.substructuring.shaft import shear_coefficient
+
+        e, rho, nu = _numbers(self)
+        if self.diameter is None:
+            if self.width is None or self.height is None:
+                fail("diameter", "missing", "a segment needs a diameter, or width and height")
+            if self.sleeve is not None or self.bore:
+                fail("sleeve" if self.sleeve is not None else "bore", "of a rectangular segment", "is for round ones",
+                     "give a diameter in place of width and height")
+            return rectangle(self.width, self.height, e, density=rho, poisson=nu)
+        if self.width is not None or self.height is not None:
+            fail("width", "given beside a diameter", "must be one or the other", "remove one of them")
+        core = ring(self.diameter, self.bore, e, density=rho, poisson=nu,
+                    shear=shear_coefficient(nu, self.bore / self.diameter))
+        if self.sleeve is None:
+            return core
+        e, rho, nu = _numbers(self.sleeve)
+        return core + ring(self.sleeve.diameter, self.diameter, e, density=rho, poisson=nu,
+                           shear=shear_coefficient(nu, self.diameter / self.sleeve.diameter))
+
+    @property
+    def extent(self) -> tuple[float, float]:
+        """Width and height that the segment takes up, m."""
+        outer = self.diameter if self.sleeve is None else self.sleeve.diameter
+        return (outer, outer) if outer is not None else (self.width or 0.0, self.height or 0.0)
+
+
+def _numbers(part: BeamSegment | SleeveDescription) -> tuple[float, float, float]:
+    """Return Young's modulus (Pa), density (kg/m^3) and Poisson's ratio."""
+    from toolpoint.substructuring.shaft import MATERIALS
+
+    usual = MATERIALS[part.material]
+    e, rho, nu = (known if given is None else given for given, known in zip(
+        (part.modulus, part.density, part.poisson), usual, strict=True))
+    return e, rho, nu
+
+
+@dataclass(frozen=True)
+class BeamDescription:
+    """A body by Timoshenko beam elements along an axis of its frame, from its origin on.
+
+    `segments` follow each other; `interfaces` are the distances from the origin at which joints, loads and points hold on;
+    `band` is the frequency up to which the machine is asked for.
+    """
+
+    segments: Mapping[str, BeamSegment]
+    interfaces: Mapping[str, Annotated[float, Quantity("length", "m", least=0)]]
+    band: Annotated[float, Quantity("frequency", "Hz", above=0)]
+    axis: Literal["x", "y", "z"] = "z"
+    damping_ratio: Annotated[float, Quantity("ratio", "1", least=0, most=0.5)] = field(default=0.0)
+
+    @property
+    def length(self) -> float:
+        """Length of the beam, m."""
+        return sum(segment.length for segment in self.segments.values())
