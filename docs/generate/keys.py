@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -44,7 +45,7 @@ def _gather(schema: dict[str, Any], node: dict[str, Any], value: Any, part: str,
 
 
 def _shown(value: Any) -> str:
-    text = json.dumps(value) if isinstance(value, dict | list | bool) else str(value)
+    text = re.sub(r'"([^",:{}\[\]]*)"', r"\1", json.dumps(value)) if isinstance(value, dict | list | bool) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 

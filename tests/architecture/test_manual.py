@@ -12,7 +12,7 @@ from generate import against, commands, errors, keys  # noqa: E402
 from generate.sites import sites  # noqa: E402
 from generate.tutorials import blocks_of, run_tutorial  # noqa: E402
 
-TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.md"))
+TUTORIALS = sorted(page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
 
 
 def test_every_error_of_the_package_has_its_page(tmp_path):

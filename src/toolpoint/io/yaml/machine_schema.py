@@ -254,7 +254,7 @@ class IdentifiedModel(Part):
 
 
 class MachineModel(Part):
-    toolpoint: Annotated[int, Field(description=f"version of the file format: {VERSION}")]
+    toolpoint: int
     name: str
     bodies: dict[str, BodyModel]
     joints: dict[str, JointModel]
