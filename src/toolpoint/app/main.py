@@ -26,6 +26,7 @@ _MODULES = {
     "model_commands": ("identify", "joints", "update", "correlate", "sensitivity"),
     "response_commands": ("frf", "next-test"),
     "convert_command": ("convert",),
+    "plan_command": ("plan",),
     "tap_command": ("tap",),
     "robot_commands": ("robot", "reach", "region", "export"),
     "video_commands": ("video",),

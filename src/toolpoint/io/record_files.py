@@ -21,6 +21,7 @@ from toolpoint.signals.test_description import ChannelDescription, HammerTestDes
 from toolpoint.vibration import Dof, Record
 
 Channels = Sequence[str | ChannelDescription]
+ROVING = "*"  # point of a sensor whose place the name of every file says
 
 
 def read(path: str | Path) -> Record:
@@ -53,7 +54,8 @@ def read_all(paths: str | Path | Sequence[str | Path], channels: Channels = (), 
     struck : label, optional
         Where and in which direction the hammer struck, for all files: ``5:-z``.
     pattern : str, optional
-        How names of files say where was struck: ``P{input}_*``; see `name_patterns`. With ``{output}`` the only response.
+        How names of files say where was struck: ``P{input}_*``; see `name_patterns`. ``{output}`` is the place of the only
+        response, or of a sensor of several directions whose channels are labelled ``*:+x``, ``*:+y`` ..
     rate : float, optional
         Samples per second, Hz, for files that do not say it.
     variables : mapping, optional
@@ -147,6 +149,10 @@ def _named(record: Record, struck: Dof | None, seen: Dof | None) -> Record:
     motions = [k for k, kind in enumerate(record.quantities) if kind != "force"]
     if seen is None:
         return placed
+    roving = [k for k in motions if record.channels[k].point == ROVING]
+    if roving:
+        return replace(placed, channels=tuple(Dof(seen.point, dof.direction) if k in roving else dof
+                                              for k, dof in enumerate(placed.channels)))
     if len(motions) != 1:
         raise ToolpointError(f"`name` {{output}}: {record.name} holds {len(motions)} responses; the name of a file can label "
                              "one")

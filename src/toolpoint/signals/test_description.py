@@ -18,7 +18,7 @@ class ChannelDescription:
     `channel` is its name in the files, or its number from 1. `dof` is a label such as ``5:-z``; of the force channel it is
     where and in which direction the hammer strikes. `sensitivity`, such as ``2.25 mV/N`` or ``100 mV/g`` (a number: V per SI
     unit), is needed where the files hold volts; a negative one turns the channel. `full_scale`: volts of the largest sample of
-    a sound file.
+    a sound file. The point ``*`` (``*:+x``) is that of a sensor whose place names of files say by ``{output}``.
     """
 
     channel: str

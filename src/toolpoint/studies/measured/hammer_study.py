@@ -21,6 +21,7 @@ from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, Record
 
 HEADER = ("hit", "struck", "force N", "verdict", "why")
+SetUp = tuple[Dof, tuple[Dof, ...]]
 
 
 @dataclass(frozen=True)
@@ -145,21 +146,21 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
                        tuple(dict.fromkeys(doubts)), tuple(note for note in notes if note not in doubted))
 
 
-def _groups(given: RecordSet) -> dict[Dof, list[int]]:
-    """Return the records of every struck Dof, in their order."""
-    groups: dict[Dof, list[int]] = {}
+def _groups(given: RecordSet) -> dict[SetUp, list[int]]:
+    """Return the records of every set-up (a struck Dof with its sensors), in their order."""
+    groups: dict[SetUp, list[int]] = {}
     for k, record in enumerate(given.records):
         forces = [dof for dof, kind in zip(record.channels, record.quantities, strict=True) if kind == "force"]
         if len(forces) != 1 or len(record.quantities) < 2:
             raise ToolpointError(f"{given.names[k]}: {len(forces)} force channels and {len(record.quantities) - len(forces)} "
                                  "responses; must hold one force and some responses; say what each channel is with `channel`")
-        groups.setdefault(forces[0], []).append(k)
+        groups.setdefault((forces[0], record.channels), []).append(k)
     return groups
 
 
-def _tested(given: RecordSet, groups: Mapping[Dof, list[int]], *, duration: float | None, final: float | None, estimator: str,
+def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None, estimator: str,
             rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[str]]:
-    """Return the test of every struck Dof that has a usable hit, all with one block and one window, and doubts on the
+    """Return the test of every set-up that has a usable hit, all with one block and one window, and doubts on the
     others."""
     def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
         records = [given.records[k] for k in places]
@@ -167,7 +168,7 @@ def _tested(given: RecordSet, groups: Mapping[Dof, list[int]], *, duration: floa
         return hammer_test(records, block, estimator=estimator, final=end, rules=rules, decisions=numbers)
 
     tests, doubts = [], []
-    for struck, places in groups.items():
+    for (struck, _), places in groups.items():
         try:
             tests.append((places, test(places, duration, final)))
         except ToolpointError as error:

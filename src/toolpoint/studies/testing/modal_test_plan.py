@@ -1,0 +1,218 @@
+"""A hammer test planned from a machine file: where to measure and strike, how long and how fine, and what errors to expect."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint.kinematics import Pose
+from toolpoint.machine.model import Machine
+from toolpoint.studies.machines.virtual_test import Hammer, MeasuringPoints, surface_points, true_modes
+from toolpoint.studies.testing.point_choice import choose_points, choose_struck, largest_likeness, visibility
+from toolpoint.studies.testing.virtual_outcome import VirtualOutcome, run_virtual_test
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Dof, Modes
+
+CANDIDATES, RANDOM = 131, 3  # points that could be measured where the file names none; random sets beside the chosen one
+DAMPING = 0.02  # ratio where the machine states none, or so little that it must be left out
+LEFT = 0.01  # share of the slowest ring-down at the end of a block
+ABOVE = 1.3  # highest line over the highest mode
+LINES = 4.0  # lines in a half-power width
+WEAK = 0.1  # visibility of a mode below which another point should be struck too
+PULSE = 1.25  # frequency times contact of a half-sine pulse that is 20 dB down
+ROUND = (1, 1.25, 1.6, 2, 2.5, 3.2, 4, 5, 6.4, 8, 10)
+STEPS = ("step", "what")
+EXPECTED = ("mode", "Hz", "struck moves %", "frequency error %", "damping error %", "MAC expanded")
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False)
+class ModalTestPlan:
+    """A planned hammer test.
+
+    candidates : all points that could be measured; modes : the model's, at all of them; points : those to measure, with a
+    sensor of three directions each; struck : Dofs to strike at every place of the sensor; block, sample_rate, highest, contact
+    : s, Hz, Hz, s; expected, random : outcomes of virtual tests at the chosen points and at random ones; notes.
+    """
+
+    machine: Machine
+    candidates: MeasuringPoints
+    modes: Modes
+    points: tuple[str | int, ...]
+    struck: tuple[Dof, ...]
+    block: float
+    sample_rate: float
+    highest: float
+    contact: float
+    noise: float
+    expected: VirtualOutcome
+    random: tuple[VirtualOutcome, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def visibility(self) -> FloatArray:
+        """How far the best struck Dof moves in every mode, 0 .. 1."""
+        return visibility(self.modes, self.struck)
+
+    @property
+    def status(self) -> str:
+        """The answer in a sentence."""
+        error = np.nanmax(np.abs(self.expected.frequency_error), initial=0.0)
+        best = max(self.random, key=lambda outcome: (outcome.seen, outcome.least_mac), default=None)
+        beside = "" if best is None else (f" (random points of the same number, at best: {best.seen} modes, "
+                                          f"MAC {best.least_mac:.4f})")
+        return (f"Strike {', '.join(map(str, self.struck))} with a sensor at {len(self.points)} points: {self.expected.seen} "
+                "of "
+                f"{self.modes.count} modes to be found, frequencies within {100 * float(error):.2g} %, MAC of the expanded "
+                "shapes "
+                f"at least {self.expected.least_mac:.4f}{beside}.")
+
+    def mode_rows(self) -> list[list[str]]:
+        """Return a row for every mode: frequency, visibility, expected errors and MAC."""
+        shown = (lambda value, scale, form: "not found" if np.isnan(value) else format(scale * value, form))
+        expected = self.expected
+        return [[str(i + 1), f"{self.modes.frequency[i]:.2f}", f"{100 * self.visibility[i]:.0f}",
+                 shown(expected.frequency_error[i], 100, "+.1g"), shown(expected.damping_error[i], 100, "+.1g"),
+                 f"{expected.mac[i]:.4f}"] for i in range(self.modes.count)]
+
+    def steps(self) -> list[list[str]]:
+        """Return the check list: what to prepare, set, strike and look at, in order."""
+        hits = len(self.points) * len(self.struck)
+        minutes = hits * (4 * self.block + 60) / 60
+        rows = [
+            ["sensor", f"one of three directions, moved over {len(self.points)} points: {', '.join(map(str, self.points))}"],
+            ["hammer", f"a tip whose pulse lasts {1e3 * self.contact:.2g} ms or less: 20 dB down not below {self.highest:.0f} "
+                       "Hz"],
+            ["acquisition", f"{self.sample_rate:.0f} samples a second, records of {1.05 * self.block:.2g} s and "
+                            f"{0.02 * self.block:.2g} s of pretrigger"],
+            *[["strike", f"{dof}: at least 3 good blows for every place of the sensor"] for dof in self.struck],
+            ["files", "P{output}_at{input}_*.csv, for example P3_at" + f"{self.struck[0]}_1.csv".replace(":", "=")],
+            ["time", f"about {minutes:.0f} minutes for {hits} set-ups of three blows"],
+            ["look at", "weak and double blows, overload, the force spectrum, coherence, and the driving points, while the "
+                        "machine "
+                        "still stands there"]]
+        return rows
+
+    def table(self) -> str:
+        """Return answer, check list and expected errors as text."""
+        return "\n".join([self.status, text_table("Check list", STEPS, self.steps()),
+                          text_table("Expected by a virtual test", EXPECTED, self.mode_rows())])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return plain data, SI."""
+        return {"status": self.status, "points": list(self.points), "struck": [str(dof) for dof in self.struck],
+                "coordinates_m": {str(name): self.candidates.coordinates[name].tolist() for name in self.points},
+                "block_s": self.block, "sample_rate_hz": self.sample_rate, "highest_hz": self.highest,
+                "contact_s": self.contact,
+                "frequency_hz": self.modes.frequency.tolist(), "visibility": self.visibility.tolist(),
+                "largest_auto_mac": largest_likeness(self.modes, self.points), "expected": self.expected.to_dict(),
+                "random": [outcome.to_dict() for outcome in self.random], "notes": list(self.notes)}
+
+
+def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, highest: float | None = None, struck: int = 3,
+              candidates: MeasuringPoints | None = None, noise: float = 0.01, hits: int = 3, rng: np.random.Generator,
+              progress: Progress = lambda name, done, total: None) -> ModalTestPlan:
+    """Return a planned hammer test of a machine.
+
+    Parameters
+    ----------
+    machine : Machine
+    number : int
+        Points to measure, three directions each.
+    pose : axis positions, optional
+    highest : float, optional
+        Highest mode that matters, Hz; all modes where left out.
+    struck : int
+        Most Dofs to strike; fewer where one shows all modes.
+    candidates : MeasuringPoints, optional
+        Where can be measured; 131 points spread over the bodies where left out.
+    noise : float
+        Of every channel of the virtual tests, as share of its rms.
+    hits : int
+        Blows at every set-up.
+    rng : numpy.random.Generator
+
+    Raises
+    ------
+    ToolpointError
+        For fewer directions than modes, no mode below `highest`, bodies without extent.
+    """
+    places = surface_points(machine, CANDIDATES, rng) if candidates is None else candidates
+    modes, notes = _modes(machine, places, pose, highest)
+    progress("points", 0, 1)
+    chosen = _struck(modes, modes.dofs, struck)
+    points = choose_points(modes, number, list(dict.fromkeys(dof.point for dof in chosen)))
+    top = ABOVE * float(modes.frequency.max())
+    block = _block(modes)
+    rate = float(_round_up(2.56 * top))
+    hammer = Hammer(contact=PULSE / top, hits=hits, block=1.05 * block, sample_rate=rate)
+    settings: dict[str, Any] = {"hammer": hammer, "block": block, "highest": top, "noise": noise, "rng": rng}
+    progress("virtual test at the chosen points", 0, RANDOM + 1)
+    expected = run_virtual_test(modes, points, chosen, **settings)
+    random = []
+    names = list(places.places)
+    for k in range(RANDOM if number < len(names) else 0):
+        progress("virtual tests at random points", k + 1, RANDOM + 1)
+        some = [names[i] for i in sorted(rng.choice(len(names), number, replace=False).tolist())]
+        force = choose_struck(modes, [dof for dof in modes.dofs if dof.point in set(some)], len(chosen))
+        random.append(run_virtual_test(modes, some, force, **settings))
+    notes += _doubts(modes, points, chosen, expected)
+    return ModalTestPlan(machine, places, modes, tuple(points), tuple(chosen), block, rate, top, hammer.contact, noise,
+                         expected, tuple(random), tuple(notes))
+
+
+def _modes(machine: Machine, places: MeasuringPoints, pose: Pose | None, highest: float | None) -> tuple[Modes, list[str]]:
+    """Return the modes that matter at all points, and what was assumed."""
+    every = true_modes(machine, places, DAMPING, pose=pose)
+    top = np.inf if highest is None else positive("highest", highest)
+    kept = np.flatnonzero((every.frequency > 0) & (every.frequency <= top))
+    if kept.size == 0:
+        raise ToolpointError(f"highest: {top:g} Hz; no mode of the machine lies below it; its first is at "
+                             f"{every.frequency.min():.4g} Hz")
+    gone = int((every.frequency <= 0).sum())
+    notes = [f"every mode is given a damping ratio of {100 * DAMPING:g} %: it is what a test measures, and no model knows",
+             "the machine file is believed: a mode that it does not have is planned for by no point; look at the whole machine",
+             "expected errors are those of noise and processing alone; a sensor's mass, play and friction come on top",
+             "points lie on the boxes of bodies: move one that cannot be reached to the nearest place that can, and note where"]
+    if gone:
+        notes.append(f"{gone} rigid modes (0 Hz) are left out")
+    return every.selected(kept.tolist()), notes
+
+
+def _struck(modes: Modes, dofs: Sequence[Dof], most: int) -> list[Dof]:
+    for number in range(1, most + 1):
+        chosen = choose_struck(modes, dofs, number)
+        if visibility(modes, chosen).min() > 2 * WEAK:
+            return chosen
+    return chosen
+
+
+def _block(modes: Modes) -> float:
+    """Return the length (s) in which the slowest ring-down ends, and that parts the lines of the narrowest mode."""
+    decay = modes.damping_ratio * 2 * np.pi * modes.frequency
+    width = 2 * modes.damping_ratio * modes.frequency
+    return float(_round_up(max(np.log(1 / LEFT) / decay.min(), LINES / width.min())))
+
+
+def _round_up(value: float) -> float:
+    """Return the next of `ROUND` times a power of ten."""
+    scale = 10.0 ** np.floor(np.log10(value))
+    return float(next(step for step in ROUND if step * scale >= value * (1 - 1e-9)) * scale)
+
+
+def _doubts(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], expected: VirtualOutcome) -> list[str]:
+    lines = [f"mode {i + 1} at {modes.frequency[i]:.4g} Hz is moved by only {100 * seen:.0f} % of its largest motion: strike "
+             "another point too" for i, seen in enumerate(visibility(modes, struck)) if seen < WEAK]
+    alike = largest_likeness(modes, points)
+    if alike > 0.5:
+        lines.append(f"two modes look alike at these points (MAC {alike:.2f}): more points would part them")
+    missing = [f"{modes.frequency[i]:.4g}" for i in range(modes.count) if expected.mac[i] <= 0.9]
+    if missing:
+        lines.append(f"the virtual test does not find the modes at {', '.join(missing)} Hz: take more points, more blows, or "
+                     "another "
+                     "point to strike")
+    return lines
