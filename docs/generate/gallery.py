@@ -1,7 +1,12 @@
-"""The gallery: the repository's examples, grouped and titled for sphinx-gallery, with a picture of the page that each saves."""
+"""The gallery: the repository's examples, grouped and titled for sphinx-gallery, with a picture of the page that each saves.
+
+An example that saves no page has a picture of what it prints.
+"""
 
 from __future__ import annotations
 
+import builtins
+import html
 import shutil
 import subprocess
 import tempfile
@@ -23,6 +28,8 @@ GROUPS = {
     "cuts": ("Cuts", ("",)),
 }
 PAGES: list[Path] = []
+PRINTED: list[str] = []
+SHOWN = 34  # lines of print in a picture
 WINDOW = "1200,900"
 
 
@@ -46,10 +53,14 @@ def write_examples(folder: Path) -> None:
 
 
 def record_pages() -> None:
-    """Keep a copy of every page that an example saves, for its picture."""
+    """Keep a copy of every page that an example saves, and what it prints, for its picture."""
     from toolpoint.plot import Report
 
-    save: Any = Report.save
+    save, write = Report.save, builtins.print
+
+    def printed(*values: Any, **options: Any) -> None:
+        PRINTED.append(" ".join(map(str, values)))
+        write(*values, **options)
     keep = Path(tempfile.mkdtemp(prefix="toolpoint-gallery-"))
 
     def saved(report: Any, path: Any) -> Path:
@@ -60,6 +71,7 @@ def record_pages() -> None:
         return target
 
     Report.save = saved  # type: ignore[method-assign]
+    builtins.print = printed
 
 
 class PageScraper:
@@ -72,13 +84,27 @@ class PageScraper:
         """Return the directive of the pictures taken since the last block."""
         from sphinx_gallery.scrapers import figure_rst
 
-        pages, pictures = PAGES[-1:], []
+        pages, pictures = PAGES[-1:] or _page_of_print(), []
         PAGES.clear()
+        PRINTED.clear()
         for page in pages:
             picture = next(block_vars["image_path_iterator"])
             if take_picture(page, Path(picture)):
                 pictures.append(picture)
         return figure_rst(pictures, gallery_conf["src_dir"]) if pictures else ""
+
+
+def _page_of_print() -> list[Path]:
+    """Return a page of what was printed, as the terminal shows it; none where nothing was."""
+    lines = "\n".join(PRINTED).splitlines()[:SHOWN]
+    if not lines:
+        return []
+    page = Path(tempfile.mkdtemp(prefix="toolpoint-gallery-")) / "print.html"
+    style = ("font: 20px/1.25 'DejaVu Sans Mono', monospace; background: #10243a; color: #e8f0f8; padding: 24px; margin: 0; "
+             "height: 100vh")
+    page.write_text(f"<meta charset=utf-8><body style='margin:0'><pre style=\"{style}\">{html.escape(chr(10).join(lines))}</pre>",
+                    encoding="utf-8")
+    return [page]
 
 
 def take_picture(page: Path, picture: Path) -> bool:
