@@ -102,8 +102,8 @@ def _page_of_print() -> list[Path]:
     page = Path(tempfile.mkdtemp(prefix="toolpoint-gallery-")) / "print.html"
     style = ("font: 20px/1.25 'DejaVu Sans Mono', monospace; background: #10243a; color: #e8f0f8; padding: 24px; margin: 0; "
              "height: 100vh")
-    page.write_text(f"<meta charset=utf-8><body style='margin:0'><pre style=\"{style}\">{html.escape(chr(10).join(lines))}</pre>",
-                    encoding="utf-8")
+    text = html.escape("\n".join(lines))
+    page.write_text(f"<meta charset=utf-8><body style='margin:0'><pre style=\"{style}\">{text}</pre>", encoding="utf-8")
     return [page]
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
 SOURCE = ROOT / "src" / "toolpoint"
+DOUBTING = ("doubts", "beliefs", "remarks", "contradictions")  # modules whose sentences are doubts that a result carries
 REFUSALS = ("fail", "ToolpointError", "UnitError", "UsageError", "BadParameter", "fault", "Fault")
 
 
@@ -64,8 +65,9 @@ def _is_doubt(call: ast.Call) -> bool:
 def sites() -> Iterator[Site]:
     """Yield every refusal and every doubt of the package, module by module."""
     for path in sorted(SOURCE.rglob("*.py")):
-        module = path.relative_to(SOURCE).as_posix()
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        module, tree = path.relative_to(SOURCE).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
+        yield from _spoken(tree, module) if path.stem.endswith(DOUBTING) else ()
+        for node in ast.walk(tree):
             if not isinstance(node, ast.Call):
                 continue
             doubt = _is_doubt(node)
@@ -73,3 +75,17 @@ def sites() -> Iterator[Site]:
                 words = " ".join(_message(node, _called(node)).split())
                 if words.strip("… :;()"):
                     yield Site(module, node.lineno, doubt, words)
+
+
+def _spoken(tree: ast.Module, module: str) -> Iterator[Site]:
+    """Yield the sentences of a module that doubts: its results carry them, nothing is raised."""
+    notes = {id(node.body[0].value) for node in ast.walk(tree)
+             if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.Module) and node.body
+             and isinstance(node.body[0], ast.Expr)}
+    inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.BinOp) for part in ast.walk(node)
+             if part is not node}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant | ast.JoinedStr) and id(node) not in notes | inner:
+            words = " ".join(text_of(node).split())
+            if words.count(" ") >= 5:
+                yield Site(module, node.lineno, True, words)
