@@ -87,7 +87,7 @@ def _speed_parts(result: ChatterMap) -> list[Chart | str]:
     worst = result.worst()
     index = tuple(int(np.argmin(np.abs(result.axes[name] - value))) for name, value in worst.pose.items())
     way = int(np.argmin(np.abs(result.feed_angles - worst.feed_angle)))
-    curves = [StabilityCurve(result.speeds, result.everywhere, "stable at every pose and in every feed direction"),
+    curves = [StabilityCurve(result.speeds, result.everywhere, "stable everywhere"),
               StabilityCurve(result.speeds, result.limit[(*index, way)],
                              f"worst: {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}")]
     least = result.lowest.reshape(-1)

@@ -22,7 +22,7 @@ def plot_force_fit(angle: FloatArray, measured: FloatArray, fitted: FloatArray, 
                          marker={"color": COLOURS[k], "size": 5, "opacity": 0.5})
         chart.add_scatter(x=degrees, y=fitted[:, k], name=f"F{way} fitted", mode="lines",
                          line={"color": COLOURS[k], "width": 1.3})
-    chart.update_xaxes(title_text="Rotation from the first sample, degrees", range=[0, 360], dtick=45)
+    chart.update_xaxes(title_text="Rotation, °", range=[0, 360], dtick=45)
     chart.update_yaxes(title_text="Force on the tool, N")
     return chart
 

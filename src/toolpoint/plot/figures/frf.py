@@ -177,7 +177,7 @@ def _stacked(heights: list[float], title: str, height: int) -> go.Figure:
     chart = make_subplots(rows=len(heights), cols=1, shared_xaxes=True, vertical_spacing=0.045, row_heights=heights)
     chart.update_layout(template=TEMPLATE, height=height)
     if title:
-        chart.update_layout(title={"text": plain(title)}, margin={"t": 84})
+        chart.update_layout(title={"text": plain(title)})
     return chart
 
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from plotly.subplots import make_subplots
 
 from toolpoint._check import FloatArray, fail, floats
-from toolpoint.plot.figures.theme import COLOURS, TEMPLATE, plain
+from toolpoint.plot.figures.theme import COLOURS, TEMPLATE, needs_width, plain
 
 Point = str | int
 # Title, horizontal and vertical axis of every view.
@@ -94,6 +94,7 @@ def views(title: str) -> go.Figure:
                        margin={"t": 84 if title else 48, "b": 60})
     if title:
         chart.update_layout(title={"text": plain(title)})
+    needs_width(chart, 640)
     for k, (_, i, j) in enumerate(VIEWS):
         suffix = "" if k == 0 else str(k + 1)
         chart.update_xaxes(title_text=f"{'xyz'[i]}, m", row=1, col=k + 1, constrain="domain")

@@ -8,7 +8,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from toolpoint._check import FloatArray
-from toolpoint.plot.figures.theme import COLOURS, figure, plain
+from toolpoint.plot.figures.theme import COLOURS, figure, logarithmic_ticks, plain
 
 
 def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray, FloatArray, FloatArray]], *, title: str = "",
@@ -29,5 +29,6 @@ def magnitude_bands(frequency: FloatArray, curves: Mapping[str, tuple[FloatArray
         chart.add_scatter(x=frequency, y=middle, name=plain(name), line={"color": colour, "width": 1.4}, legendgroup=str(k),
                           hovertemplate="%{x:.5g} Hz<br>%{y:.4g} " + quantity.rpartition(", ")[2])
     chart.update_xaxes(title_text="Frequency, Hz")
-    chart.update_yaxes(type="log", title_text=quantity)
+    every = np.concatenate([part[0][part[0] > 0] for part in curves.values()])
+    chart.update_yaxes(type="log", title_text=quantity, dtick=logarithmic_ticks(float(every.min()), float(every.max())))
     return chart

@@ -16,7 +16,7 @@ def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], name
                     base: int | None = 0) -> go.Figure:
     """Return all variants as points of two metrics; `base` is the machine as it is."""
     chart = figure("", 460)
-    numbers = [str(i) if len(labels) <= 40 else "" for i in range(len(labels))]
+    numbers = _labels_apart(x, y)
     rest = [i for i in range(len(labels)) if i != base]
     chart.add_scatter(x=x[rest], y=y[rest], mode="markers+text", text=[numbers[i] for i in rest], textposition="top center",
                       name="variants", marker={"size": 8, "color": COLOURS[0]}, customdata=[plain(labels[i]) for i in rest],
@@ -27,6 +27,17 @@ def variant_scatter(x: FloatArray, y: FloatArray, *, labels: Sequence[str], name
     chart.update_xaxes(title_text=plain(names[0]))
     chart.update_yaxes(title_text=plain(names[1]))
     return chart
+
+
+def _labels_apart(x: FloatArray, y: FloatArray) -> list[str]:
+    """Return a number for every point whose number would not run into one written before; the others say it on hover."""
+    at = np.stack([values / max(float(np.nanmax(values) - np.nanmin(values)), 1e-300) for values in (x, y)], axis=1)
+    written: list[int] = []
+    for i in np.argsort(-np.abs(at - np.nanmedian(at, axis=0)).max(axis=1), kind="stable").tolist():
+        apart = np.abs(at[written] - at[i]) / (0.09, 0.08) if written else np.full((1, 2), 9.0)
+        if np.isfinite(at[i]).all() and (apart.max(axis=1) > 1).all():
+            written.append(i)
+    return [str(i) if i in written else "" for i in range(len(x))]
 
 
 def effect_bars(names: Sequence[str], values: FloatArray, low: FloatArray, *, high: FloatArray, title: str) -> go.Figure:

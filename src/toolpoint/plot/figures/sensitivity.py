@@ -9,7 +9,7 @@ import plotly.graph_objects as go
 from numpy.typing import ArrayLike
 
 from toolpoint._check import fail, floats
-from toolpoint.plot.figures.theme import COLOURS, figure, plain
+from toolpoint.plot.figures.theme import COLOURS, PAPER, figure, needs_width, plain
 
 
 def sensitivity_map(
@@ -34,6 +34,7 @@ def sensitivity_map(
         fail("values", f"shape {table.shape}", f"must be ({len(parameters)}, {at.size}): parameters, modes")
     top = max(float(np.abs(table).max()), 1e-12)
     chart = figure(title, 170 + 21 * max(len(parameters), 5))
+    needs_width(chart, min(300 + 46 * at.size, PAPER))
     chart.add_heatmap(
         z=table, x=[f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)], y=[plain(name) for name in parameters],
         zmin=-top if diverging else 0.0, zmax=top, colorscale="RdBu" if diverging else "Viridis", reversescale=diverging,
@@ -55,6 +56,7 @@ def cumulative_bars(
         fail("parts", "none", "must be at least one")
     chosen = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:10]
     chart = figure(title, 430, barmode="group")
+    needs_width(chart, PAPER)
     words = [f"{i}: {f:.4g} Hz" for i, f in enumerate(at, start=1)]
     for k, name in enumerate(chosen):
         pattern = {"shape": "" if k < len(COLOURS) else "/"}

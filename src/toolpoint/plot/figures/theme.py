@@ -17,6 +17,8 @@ FONT = "system-ui, -apple-system, 'Segoe UI', Roboto, 'Helvetica Neue', Arial, s
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
 STABLE, UNSTABLE, MARK = "rgba(0,158,115,0.16)", "rgba(213,94,0,0.16)", "rgba(127,127,127,0.75)"
 DASHES = ("solid", "dash", "dot", "dashdot")
+PAPER = 640  # pixels that a printed page is wide: no figure may need more
+_LABELLED = 600  # pixels of a chart whose labels at the foot stand apart
 _LABEL_WIDTH, _SHARED = 0.02, 4  # share of an axis that a turned label takes; frequencies named in one label
 
 
@@ -50,6 +52,16 @@ def figure(title: str = "", height: int = 420, **layout: Any) -> go.Figure:
     return chart
 
 
+def needs_width(chart: go.Figure, pixels: int) -> None:
+    """State the width below which a figure would crowd: a page lets it scroll sideways on a smaller screen."""
+    chart.update_layout(meta={"narrowest": pixels})
+
+
+def logarithmic_ticks(low: float, high: float) -> float | str:
+    """Return the step of a logarithmic axis whose labels cannot run into each other: decades, or 1, 2, 5 where few."""
+    return 1 if high / max(low, 1e-300) > 30 else "D2"
+
+
 def plain(text: object) -> str:
     """Return text that plotly shows as it is, typeset as the page's: its small markup language is switched off by escaping."""
     return typeset(text).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
@@ -74,6 +86,8 @@ def mark_modes(chart: go.Figure, frequency: ArrayLike, span: tuple[float, float]
         chart.add_vline(x=float(f), line={"color": MARK, "width": 1, "dash": "dot"}, row=row, col=col)
     if span is None or not every.size:
         return
+    if every.size > 1:
+        needs_width(chart, _LABELLED)
     at = _along(every, span, logarithmic)
     for group in _groups(at):
         some = every[group]

@@ -33,7 +33,8 @@ class Chart:
         Name of a `ShapeView` on the same page: a click on a point whose customdata is (or starts with) a whole number i
         shows mode i there, as a pole of a stabilization diagram does.
     narrowest : int
-        Width in pixels below which the chart would crowd: on a smaller screen it scrolls sideways.
+        Width in pixels below which the chart would crowd: on a smaller screen it scrolls sideways. A figure may state its own
+        (`theme.needs_width`).
     """
 
     figure: go.Figure
@@ -51,7 +52,8 @@ class Chart:
         """Return the place of the chart and its data block."""
         source, height = f"tp-chart-{self.name}", int(self.figure.layout.height or 420)
         widest = f";max-width:{int(self.figure.layout.width)}px" if self.figure.layout.width else ""
-        least = f";min-width:{self.narrowest}px" if self.narrowest else ""
+        narrowest = max(self.narrowest, int((self.figure.layout.meta or {}).get("narrowest", 0)))
+        least = f";min-width:{narrowest}px" if narrowest else ""
         title = _plain_title(self.figure)
         heading = f'<h3 class="tp-title">{mark_up(title)}</h3>' if title else ""
         click = f' data-click-view="{self.click_view}"' if self.click_view else ""

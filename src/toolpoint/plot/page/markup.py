@@ -13,8 +13,8 @@ _UNITS = (
     (re.compile(_BEFORE + r"um(?![\w.])"), "µm"), (re.compile(_BEFORE + r"urad(?![\w.])"), "µrad"),
     (re.compile(r"(?<=position )um|(?<=rms )um"), "µm"), (re.compile(_BEFORE + r"us(?![\w.])"), "µs"),
     (re.compile(r"(?<=\d) ?deg(?![\w.])"), "°"), (re.compile(r"(?<=, )deg(?![\w.])|(?<=\()deg(?=[/)])"), "°"),
-    (re.compile(r"\+-(?=[ \d])"), "±"), (re.compile(r"(?<=mm)\^2|(?<=kg m)\^2|(?<= m)\^2|(?<=\bm)\^2|(?<=m/s)\^2"), "²"),
-    (re.compile(r"(?<=mm)\^3|(?<= m)\^3"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−\d])"), " … "))
+    (re.compile(r"\+-(?=[ \d])"), "±"), (re.compile(r"(?<=[A-Za-z])\^2(?!\d)"), "²"),
+    (re.compile(r"(?<=[A-Za-z])\^3(?!\d)"), "³"), (re.compile(r"(?<=\d) \.\. (?=[-−\d])"), " … "))
 
 
 def typeset(text: object) -> str:

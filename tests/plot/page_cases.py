@@ -1,0 +1,373 @@
+"""One page of every kind from small studies, for the tests that look at pages."""
+
+from __future__ import annotations
+
+import importlib
+import sys
+import tempfile
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint.plot import Report
+
+ROOT = Path(__file__).resolve().parents[2]
+FOLDER = ROOT / "src/toolpoint/app/machines"
+CASES: dict[str, Callable[[], Report]] = {}
+
+
+def case(function: Callable[[], Report]) -> Callable[[], Report]:
+    """List a page by its name."""
+    CASES[function.__name__] = function
+    return function
+
+
+def machine(name: str = "three_axis_vertical.yaml") -> Any:
+    from toolpoint.io import read_machine
+
+    return read_machine(FOLDER / name)
+
+
+def text(name: str) -> str:
+    return (FOLDER / name).read_text(encoding="utf-8")
+
+
+def rough() -> Any:
+    from toolpoint.cutting import ZeroOrder
+
+    return ZeroOrder()
+
+
+def example(name: str) -> Any:
+    if str(ROOT / "examples") not in sys.path:
+        sys.path.append(str(ROOT / "examples"))
+    return importlib.import_module(name)
+
+
+def tip(frequency: float = 922.0, second: float = 1140.0) -> Any:
+    from toolpoint.studies import modal_dynamics
+    from toolpoint.vibration import Modes
+
+    return modal_dynamics(Modes([frequency, second], [0.011, 0.02], np.eye(2) / np.sqrt(0.03993), ("tip:+x", "tip:+y")))
+
+
+CUT = {"diameter": 0.012, "teeth": 2, "immersion": 0.5, "direction": "down", "tangential": 6e8, "normal": 2e8}
+
+
+@case
+def demo() -> Report:
+    from toolpoint.pages.machines.demo import demo_page
+    from toolpoint.studies.machines.machine_report import study_machine, study_modes
+
+    names = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
+    studied = study_machine(machine(names[1]), method=rough())
+    return demo_page(study_modes(machine(names[0])), studied, [(name, text(name)) for name in names])
+
+
+@case
+def machine_of_file() -> Report:
+    from toolpoint.pages.machines.machine import machine_page
+    from toolpoint.studies.machines.machine_report import study_machine
+
+    name = "hexapod_6_ups.yaml"
+    return machine_page(study_machine(machine(name), method=rough()), text(name), name)
+
+
+@case
+def workspace() -> Report:
+    from toolpoint.pages.machines.demo import workspace_page
+    from toolpoint.studies.machines.machine_report import study_machine
+    from toolpoint.studies.machines.pose_map import pose_map
+    from toolpoint.studies.machines.stiffness_map import stiffness_map
+
+    name, head = "three_rps_head.yaml", machine("three_rps_head.yaml")
+    axes = {"tilt": np.radians(np.linspace(0, 30, 7)), "azimuth": np.radians(np.linspace(0, 360, 9))}
+    return workspace_page(study_machine(head, method=rough()), pose_map(head, axes), stiffness_map(head, axes),
+                          source=text(name), file_name=name)
+
+
+@case
+def map_of_one_axis() -> Report:
+    from toolpoint.pages import map_page
+    from toolpoint.studies.machines.pose_map import pose_map
+
+    return map_page(pose_map(machine(), {"X": np.linspace(-0.3, 0.3, 21)}), "three_axis_vertical")
+
+
+@case
+def map_of_few_poses() -> Report:
+    from toolpoint.pages import map_page
+    from toolpoint.studies.machines.pose_map import pose_map
+
+    return map_page(pose_map(machine(), {"X": np.linspace(-0.3, 0.3, 5), "Y": np.linspace(-0.2, 0.2, 3)}), "mill")
+
+
+@case
+def map_of_responses() -> Report:
+    from toolpoint.pages import map_page
+    from toolpoint.studies.machines.response_map import response_map
+
+    grid = {"X": np.linspace(-0.3, 0.3, 5), "Y": np.linspace(-0.2, 0.2, 3)}
+    return map_page(response_map(machine("three_axis_vertical_drives.yaml"), grid), "mill")
+
+
+@case
+def campbell() -> Report:
+    from toolpoint.io import read_machine
+    from toolpoint.pages import campbell_page
+    from toolpoint.studies import map_speeds
+
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "spindle.yaml"
+        file.write_text(example("draw_a_campbell_diagram").SPINDLE)
+        return campbell_page(map_speeds(read_machine(file), np.linspace(0, 30000, 13), 6))
+
+
+@case
+def identification() -> Report:
+    from toolpoint.pages import identification_page
+    from toolpoint.studies.measured.identification import identify_modes
+    from toolpoint.vibration import Dof, Modes, frequency_response
+    from toolpoint.vibration.geometry import Geometry
+
+    rng = np.random.default_rng(5)
+    points = {k: rng.uniform(0, 1, 3) for k in range(1, 7)}
+    labels = tuple(Dof(p, w) for p in points for w in ("+x", "+y", "+z"))
+    truth = Modes([21.0, 34.0, 36.0, 52.0], [0.02, 0.03, 0.02, 0.015], rng.normal(size=(18, 4)), labels)
+    frf = frequency_response.modal(truth, np.linspace(5, 80, 601), inputs=[labels[0], labels[4]], quantity="accelerance")
+    noise = rng.normal(size=(2, *frf.values.shape))
+    frf = replace(frf, values=frf.values * (1 + 0.02 * (noise[0] + 1j * noise[1])),
+                  coherence=1 - 0.02 * rng.random(frf.values.shape))
+    shape = Geometry(points, [(1, 2), (2, 3), (3, 4), (4, 5)])
+    return identification_page(identify_modes(frf, "refined", (5, 80)), shape, ["test.uff"])
+
+
+@case
+def lobes() -> Report:
+    from toolpoint.pages import lobes_page
+    from toolpoint.studies import Uncertainty, chart_lobes
+
+    known = Uncertainty(20, cuts=((12000.0, 0.3e-3, False),))
+    return lobes_page(chart_lobes(tip(), CUT, speeds=np.linspace(8000, 20000, 40), uncertainty=known))
+
+
+@case
+def turning() -> Report:
+    from toolpoint.pages import turning_page
+    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+
+    return turning_page(chart_turning(tip(250, 330), TurningCut(1.5e9, 0.0, None, None, 0.0, None, None),
+                                      np.linspace(300, 6000, 100)))
+
+
+@case
+def simulated_cut() -> Report:
+    from toolpoint.pages import simulation_page
+    from toolpoint.studies.cuts.simulated_cut import simulate_cut
+
+    return simulation_page(simulate_cut(tip(), CUT, speed=12000.0, depth=0.1e-3, revolutions=40))
+
+
+@case
+def chatter_map() -> Report:
+    from toolpoint.pages import chatter_map_page
+    from toolpoint.studies import map_chatter
+
+    mill = machine("three_axis_vertical_drives.yaml")
+    result = map_chatter(mill, {"X": [-0.2, 0, 0.2], "Z": [0.0, 0.3]}, speeds=np.linspace(900, 1600, 15),
+                         feed_angles=np.radians([0, 90]), method=rough())
+    return chatter_map_page(result, mill, result.notes)
+
+
+@case
+def tool_coupling() -> Report:
+    from toolpoint.pages import tool_coupling_page
+    from toolpoint.studies import bases_from_gauge, study_tool
+
+    gauge = example("couple_a_tool_to_a_spindle")
+    bases = bases_from_gauge(gauge.struck_gauge(), gauge.GAUGE, noise=0.001, generator=np.random.default_rng(1))
+    return tool_coupling_page(study_tool(bases, gauge.TOOL, stick_out=("shank", np.array([0.04, 0.06]))))
+
+
+@case
+def calibration() -> Report:
+    from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
+    from toolpoint.cutting.cut.plane import PlaneDynamics
+    from toolpoint.cutting.force.laws import rigid_forces
+    from toolpoint.pages import calibration_page
+    from toolpoint.studies import CuttingTest, calibrate
+    from toolpoint.vibration import Dof, Record
+
+    feeds, rng = (0.5e-4, 1e-4, 1.5e-4), np.random.default_rng(1)
+    rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
+    angle, labels, records = 2 * np.pi * 50 * np.arange(2000) / 10000.0, tuple(Dof("tool", f"+{w}") for w in "xyz"), []
+    for feed in feeds:
+        problem = MillingProblem(Tool(0.016, 4), Engagement.down(0.5), CuttingCoefficients(7e8, 2e8), rigid,
+                                 feed_per_tooth=feed)
+        force = rigid_forces(problem, 2e-3, angle).force
+        records.append((f"{feed} m", Record(force + rng.normal(size=force.shape), 10000.0, labels, ("force",) * 3)))
+    test = CuttingTest({"diameter": 0.016, "teeth": 4, "immersion": 0.5}, 3000.0, 2e-3, feeds, runout=False)
+    return calibration_page(calibrate(records, test))
+
+
+@case
+def correlation() -> Report:
+    from toolpoint.pages import correlation_page
+    from toolpoint.studies import compare_with_test, gather_test
+    from toolpoint.studies.machines.virtual_test import surface_points, true_modes
+    from toolpoint.vibration.geometry import Geometry
+
+    mill, path = machine(), "joints.foundation.stiffness.rx"
+    points = surface_points(mill, 40, np.random.default_rng(3))
+    test = gather_test(true_modes(mill, points, 0.03), geometry=Geometry(points.coordinates, []), owner=points.components)
+    return correlation_page(compare_with_test(mill.with_values({path: 0.8 * mill.value(path)}), test))
+
+
+@case
+def update() -> Report:
+    from four_part_mill import four_part_mill
+
+    from toolpoint.machine import assemble
+    from toolpoint.pages import update_page
+    from toolpoint.studies import Measurement, update_machine
+    from toolpoint.vibration import eigen, frequency_response
+
+    mill, path = four_part_mill(), "joints.column_housing.stiffness.x"
+    modes = eigen.solve_undamped(assemble(mill), 6)
+    frf = frequency_response.direct(assemble(mill, None, modes.dofs[:2], inputs=modes.dofs[:1]), np.arange(5.0, 80.0, 0.5))
+    wrong = mill.with_values({path: 0.5 * mill.value(path)})
+    return update_page(update_machine(wrong, [Measurement(modes, frf)], [path, "joints.column_housing.stiffness.y"]))
+
+
+@case
+def sensitivity() -> Report:
+    from toolpoint.pages import sensitivity_page
+    from toolpoint.studies.machines.sensitivity_study import study_sensitivity
+
+    mill = machine("three_axis_vertical_drives.yaml")
+    return sensitivity_page(study_sensitivity(mill), mill)
+
+
+@case
+def joints() -> Report:
+    from toolpoint.machine.components import Components
+    from toolpoint.machine.description import BodyDescription, ShapeDescription
+    from toolpoint.pages import joints_page
+    from toolpoint.studies import study_joints
+    from toolpoint.studies.machines.virtual_test import surface_points, true_modes
+    from toolpoint.vibration.geometry import Geometry
+
+    known, mill = example("find_joints_of_a_machine"), machine()
+    points = surface_points(mill, 60, np.random.default_rng(3))
+    owner = {name: [p for p, (body, _) in points.places.items() if body in bodies] for name, bodies in known.PARTS.items()}
+    bodies = {name: BodyDescription(mass=mass, centre=centre, shape=ShapeDescription("box", size=size))
+              for name, (mass, centre, size) in known.BOXES.items()}
+    components = Components("a virtual test", ("ground", *known.PARTS), owner, bodies)
+    return joints_page(study_joints(true_modes(mill, points, 0.03), Geometry(points.coordinates, []), components))
+
+
+@case
+def drive_on_a_circle() -> Report:
+    from toolpoint.io import read_drives
+    from toolpoint.pages import drive_page
+    from toolpoint.studies import run_drives
+
+    name = "three_axis_vertical_servo.yaml"
+    return drive_page(run_drives(read_drives(FOLDER / name), circle=(0.05, 4.0 / 60)), source_text=text(name))
+
+
+@case
+def servo_map() -> Report:
+    from toolpoint.io import read_drives
+    from toolpoint.pages import servo_map_page
+    from toolpoint.studies import map_servo
+
+    drives = read_drives(FOLDER / "three_axis_vertical_servo_on_structure.yaml")
+    return servo_map_page(map_servo(drives, machine=machine("three_axis_vertical_drives.yaml"),
+                                    grid={"X": np.linspace(-0.3, 0.3, 2), "Z": np.linspace(0, 0.3, 2)}))
+
+
+@case
+def servo_data() -> Report:
+    from toolpoint.io import read_servo_data
+    from toolpoint.pages import servo_data_page
+    from toolpoint.studies import judge_servo_data
+
+    time = np.arange(0, 4, 2e-3)
+    speed = 50 * np.sign(np.sin(np.pi * time + 1e-9)) * np.where(time < 2, 1.0, 0.5)
+    current = 3 + 1.2 * np.sign(speed) + 4e-3 * speed
+    rows = "\n".join(f"{t:.3f};{v:.4f};{i:.4f};{v / 25:.6f}" for t, v, i in zip(time, speed, current, strict=True))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "record.csv"
+        path.write_text("time [s];v set Z (mm/s);current Z (A);following error Z (mm)\n" + rows + "\n", encoding="utf-8")
+        return servo_data_page(judge_servo_data(read_servo_data(path)))
+
+
+@case
+def robot() -> Report:
+    from toolpoint.io.yaml import robot_file
+    from toolpoint.pages import robot_page
+    from toolpoint.studies.robots.datasheet_study import study_datasheet
+
+    path = FOLDER / "milling_robot_datasheet.yaml"
+    return robot_page(study_datasheet(robot_file.read(path), robot_file.read_robot_machine(path)), text(path.name), path.name)
+
+
+@case
+def region() -> Report:
+    from toolpoint.pages import place_page
+    from toolpoint.studies import map_places, place_grid, plane_directions, search_regions
+
+    arm, grid = machine("milling_robot.yaml"), place_grid({"x": np.arange(0.3, 0.61, 0.1), "z": np.arange(-0.2, 0.41, 0.1)})
+    search = search_regions(arm, grid.places.reshape(-1, 3), plane_directions([1, 0, 0], [0, 0, 1]), point="wrist")
+    return place_page(map_places(arm, grid, point="wrist"), search, "milling_robot")
+
+
+@case
+def accuracy() -> Report:
+    from toolpoint.pages import accuracy_page
+    from toolpoint.studies import MillingSetup, mill_path, square
+
+    sides = square(0.2, centre=(0.77, 0, 0.26), first=(0, 1, 0), second=(0, 0, 1), feed=0.005, law="jerk-limited")
+    result = mill_path(machine("milling_robot.yaml"), sides[:1], MillingSetup(speed=15000, depth=0.5e-3, window=0.2))
+    return accuracy_page(result, 2)
+
+
+@case
+def screening() -> Report:
+    from toolpoint.io.yaml import plan_file
+    from toolpoint.pages import screening_page
+    from toolpoint.studies.screening.planned import run_plan
+
+    plan = replace(plan_file.read(FOLDER / "milling_robot_screening.yaml"), metrics=("frequency 1", "frequency 2"), square=None)
+    return screening_page(run_plan(plan, machine(plan.machine)), "milling_robot_screening")
+
+
+@case
+def responses() -> Report:
+    from toolpoint.machine import build
+    from toolpoint.machine.description import IdentifiedDescription
+    from toolpoint.pages import responses_page
+    from toolpoint.studies import study_responses_of_machine
+
+    mill, paths = machine(), ("joints.foundation.stiffness.rx", "joints.column_foot.stiffness.rx")
+    size = np.array([0.01 * mill.value(p) for p in paths])
+    rows = np.outer(size, size) * np.array([[1, -0.4], [-0.4, 1]])
+    known = IdentifiedDescription(paths, tuple(tuple(map(float, row[:n + 1])) for n, row in enumerate(rows)))
+    mill = build(replace(mill.description, identified=known))
+    label = f"{mill.description.tool}-{mill.description.table}:+y"
+    return responses_page(study_responses_of_machine(mill, outputs=[label], frequency=np.linspace(0.1, 120, 200)))
+
+
+@case
+def measured_responses() -> Report:
+    from toolpoint.pages.measured.responses import with_measured
+    from toolpoint.studies.cuts.measured_response import study_responses
+    from toolpoint.vibration import Modes, frequency_response
+
+    modes = Modes([900.0, 1010.0, 1700.0], 0.02, np.array([[1.0, 0.5, 0.8]]), ("1:+x",))
+    frf = frequency_response.modal(modes, np.arange(100.0, 3000.0), inputs=["1:+x"])
+    return with_measured(Report("Measured frequency responses", subtitle="tip.txt"), study_responses(frf, None, (150, 2900)))

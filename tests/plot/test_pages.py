@@ -1,0 +1,59 @@
+"""Every kind of page in a browser, wide and on a phone, light, dark and in print: nothing cut, nothing over other text, nothing
+asked of a host; it begins with its answer and ends with what it rests on, in the words of a shop."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from pathlib import Path
+
+import page_cases
+import pytest
+
+BOXES = Path(__file__).with_name("boxes.js").read_text(encoding="utf-8")
+LARGEST = 1.6e6  # bytes
+VIEWS = (("wide", 1400, "light", "screen"), ("phone", 390, "dark", "screen"), ("print", 680, "light", "print"))
+# What only a programmer reads: calls, dunder names, carets, spelled-out micro and plus-minus.
+UNPRINTABLE = (r"\b[A-Z][A-Za-z]+\([^)]*[=(]", r"\bnan\b", r"\binf\b", r"\d um\b", r", um\b", r"N/um", r"\+-", r"\^\d",
+               r"array\(", r"\bNone\b", r"\bTrue\b", r"\bdeg\b")
+
+
+@pytest.mark.slow
+@pytest.mark.browser
+@pytest.mark.parametrize("name", page_cases.CASES)
+def test_page(name, opened):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        report = page_cases.CASES[name]()
+    html = report.html()
+    assert len(html.encode()) <= LARGEST
+    assert len(report.summary.split()) >= 5, "a page begins with its answer"
+    titles = [section.title for section in report.sections]
+    assert report.assumptions or "assum" in titles[-1].lower(), "a page ends with what it rests on"
+    assert all(section.parts for section in report.sections), "no empty card"
+    seen = opened(html, reduced_motion="reduce")
+    seen.wait("document.querySelectorAll('.tp-chart').length === Object.keys(window.toolpointCharts).length")
+    words = seen.page.evaluate("(() => { document.querySelectorAll('details').forEach((d) => d.remove());"
+                               " return document.body.innerText; })()")
+    assert [found.group(0) for pattern in UNPRINTABLE for found in re.finditer(pattern, words)] == []
+    unlabelled = seen.page.evaluate("document.querySelectorAll('.tp-chart:not([aria-label]), canvas:not([aria-label]), "
+                                    "img:not([alt])').length")
+    assert unlabelled == 0
+    for view, width, scheme, media in VIEWS:
+        seen.page.set_viewport_size({"width": width, "height": 1000})
+        seen.page.emulate_media(media=media, color_scheme=scheme)
+        if media == "print":
+            seen.page.evaluate("window.dispatchEvent(new Event('beforeprint'))")
+        seen.page.wait_for_timeout(600)
+        assert seen.page.evaluate(f"({BOXES})({str(media == 'print').lower()})") == [], view
+    assert seen.errors == []
+    assert len(seen.requests) == 1 and seen.requests[0].startswith("file:")
+
+
+def test_every_page_of_the_package_is_among_the_cases():
+    """A new page function is looked at too: its name stands in the cases (tests of their own for those of long studies)."""
+    source = Path(page_cases.__file__).read_text(encoding="utf-8")
+    elsewhere = {"video_page", "finite_element_page", "tap_page", "hammer_page", "plan_page"}
+    import toolpoint.pages
+
+    assert {name for name in toolpoint.pages.__all__ if name not in source} <= elsewhere
