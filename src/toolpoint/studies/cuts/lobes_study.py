@@ -20,10 +20,9 @@ from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.limit_spread import LimitSpread, spread_of_limits
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty, advice_rows, contradictions, sample_charts
-from toolpoint.studies.machines.tool_point import depth_limit
+from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
-DEEPER = 4
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
 ROUGH = 0.2  # stated error over limit, above which a remark says so
 RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
@@ -134,15 +133,8 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:
     """Return the chart, deep enough to show a limit at half of the speeds at least, where there is one."""
-    depth = depth_limit(problem)
     with _for_lines(problem):
-        chart = stability.chart(problem, speeds, method, depth_max=depth)
-        for _ in range(DEEPER):
-            if np.isfinite(chart.limit).mean() >= 0.5:
-                break
-            depth = min(2 * depth, 1.0)  # m
-            chart = stability.chart(problem, speeds, method, depth_max=depth)
-        return chart
+        return deep_chart(problem, speeds, method, share=0.5)
 
 
 def doubtful_limits(chart: StabilityChart) -> list[str]:

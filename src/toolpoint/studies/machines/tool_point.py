@@ -28,6 +28,7 @@ from toolpoint.vibration.frequency_response import condense_above
 from toolpoint.vibration.gyroscopic import is_gyroscopic
 
 _FASTEST = 1e4  # Hz
+DEEPER, DEEPEST = 4, 1.0  # times a chart without a limit is made twice as deep; m
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
 
@@ -230,8 +231,7 @@ def lobes(
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
     n = np.linspace(*cut.speeds, 200) if speeds is None else speeds
     with ThreadPoolExecutor(max_workers=os.cpu_count()) as pool:  # the compiled kernels release the interpreter
-        return tuple(pool.map(lambda problem: stability.chart(problem, n, method_for(study.modes, method),
-                                                              depth_max=depth_limit(problem)),
+        return tuple(pool.map(lambda problem: deep_chart(problem, n, method_for(study.modes, method)),
                               _problems(study, cut)))
 
 
@@ -263,6 +263,23 @@ def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
     bodies = [part for body in machine.description.bodies.values() for part in (body.elastic, body.beam) if part is not None]
     return condense_above(modes, REACH * min(part.band for part in bodies)) if bodies else modes
+
+
+def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0
+               ) -> StabilityChart:
+    """Return a chart that is deep enough to show a limit at more than a share of the speeds, where there is one.
+
+    The first depth is that of the softest mode; where the teeth pass too fast for it, stiffer modes limit, and deeper.
+    """
+    depth = depth_limit(problem)
+    chart = stability.chart(problem, speeds, method, depth_max=depth)
+    for _ in range(DEEPER):
+        known = float(np.isfinite(chart.limit).mean())
+        if known >= share and known > 0:
+            break
+        depth = min(2 * depth, DEEPEST)
+        chart = stability.chart(problem, speeds, method, depth_max=depth)
+    return chart
 
 
 def depth_limit(problem: MillingProblem) -> float:
