@@ -6,16 +6,12 @@ import csv
 from itertools import pairwise
 from pathlib import Path
 
-import numpy as np
-
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.io import uff
+from toolpoint.io import point_table, uff
 from toolpoint.io.door import door
+from toolpoint.io.point_table import FORMATS, is_number
 from toolpoint.io.suffixes import UNIVERSAL, YAML
 from toolpoint.vibration.geometry import Geometry
-
-_FORMATS = ("{}: geometry is read from a universal file (.uff, .unv), from CSV with lines point,x,y,z in m, or from a machine "
-            "file (.yaml)")
 
 
 @door("file of points")
@@ -29,7 +25,7 @@ def read(path: str | Path) -> Geometry:
         return Geometry(dict(zip(measured.points, measured.coordinates, strict=True)), pairs)
     if path.suffix.lower() in YAML:
         return Geometry(_machine_points(path), [])
-    return Geometry(_csv_points(path), [])
+    return Geometry(point_table.read(path), [])
 
 
 @door("file of lines")
@@ -65,7 +61,7 @@ def _csv_runs(path: Path) -> list[tuple[int, list[str | int]]]:
         with path.open(newline="", encoding="utf-8-sig") as file:
             for number, row in enumerate(csv.reader(file), start=1):
                 names = [cell.strip() for cell in row if cell.strip()]
-                if not names or names[0].startswith("#") or (number == 1 and not any(_is_number(name) for name in names)
+                if not names or names[0].startswith("#") or (number == 1 and not any(is_number(name) for name in names)
                                                              and names[0].lower() in ("from", "point", "a", "start")):
                     continue
                 if len(names) < 2:
@@ -83,37 +79,8 @@ def _machine_points(path: Path) -> dict[str | int, FloatArray]:
 
         points = point_positions(machine_file.read(path))
     except ToolpointError as error:
-        raise ToolpointError(f"{_FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"
+        raise ToolpointError(f"{FORMATS.format(path)}; in a YAML file the points of a machine are looked for, but\n{error}"
                              ) from None
     if not points:
-        raise ToolpointError(f"{_FORMATS.format(path)}; this machine file has no section 'points:'")
+        raise ToolpointError(f"{FORMATS.format(path)}; this machine file has no section 'points:'")
     return {int(name) if str(name).lstrip("-").isdigit() else name: at for name, at in points.items()}
-
-
-def _csv_points(path: Path) -> dict[str | int, FloatArray]:
-    points: dict[str | int, FloatArray] = {}
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            for number, row in enumerate(csv.reader(file), start=1):
-                if not row or row[0].lstrip().startswith("#") or (number == 1 and not _is_number(row[-1])):
-                    continue
-                if len(row) != 4 or not all(_is_number(v) for v in row[1:]):
-                    raise ToolpointError(f"{path}:{number}: {','.join(row)[:60]!r}; read as CSV, whose lines are "
-                                         "point,x,y,z in m; else give a universal file (.uff, .unv) or a machine file (.yaml)")
-                name = row[0].strip()
-                points[int(name) if name.lstrip("-").isdigit() else name] = np.array([float(v) for v in row[1:]])
-    except OSError as error:
-        raise ToolpointError(f"{path}: cannot be read ({error.strerror})") from None
-    except (UnicodeDecodeError, csv.Error):
-        raise ToolpointError(f"{_FORMATS.format(path)}; this is a binary file of another kind") from None
-    if not points:
-        raise ToolpointError(f"{path}: no points; lines must be point,x,y,z in m")
-    return points
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import numpy as np
-from scipy.sparse import coo_array, csc_array
+from scipy.sparse import coo_array, csc_array, diags_array
 
 from toolpoint._check import ToolpointError
 from toolpoint.bodies.imported import ImportedMatrices
@@ -14,6 +14,7 @@ from toolpoint.io.door import check_regular
 from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 from toolpoint.io.suffixes import MATRICES
+from toolpoint.machine.matrices_description import Units
 from toolpoint.vibration import Dof
 
 Reader = Callable[[Path], list[LabelledMatrix]]
@@ -38,7 +39,7 @@ def read_labelled(path: str | Path) -> list[LabelledMatrix]:
 
 
 def read_matrices(
-    stiffness: str | Path, mass: str | Path | None = None, *, names: tuple[str, str] | None = None
+    stiffness: str | Path, mass: str | Path | None = None, *, names: tuple[str, str] | None = None, units: Units = "m-kg-s"
 ) -> ImportedMatrices:
     """Return stiffness and mass from one file that holds both, or from two.
 
@@ -49,6 +50,8 @@ def read_matrices(
     names : (str, str), optional
         Names of stiffness and mass where a file holds several matrices; else the only one, or those whose names begin with K
         and M (or hold STIF, MASS).
+    units : str
+        ``m-kg-s`` (SI), or ``mm-t-s`` (N/mm, t), in which many finite-element models are made.
     """
     first = read_labelled(stiffness)
     second = first if mass is None else read_labelled(mass)
@@ -57,7 +60,12 @@ def read_matrices(
     if m is k:
         raise ToolpointError(f"{stiffness}: holds {k.name} alone; must hold mass too (or give the mass as a second file)")
     k, m, notes = _matched(stiffness, k, m)
-    return ImportedMatrices(k.matrix, m.matrix, k.rows or _numbered(k.matrix.shape[0]), notes=notes)
+    rows = k.rows or _numbered(k.matrix.shape[0])
+    if units == "m-kg-s":
+        return ImportedMatrices(k.matrix, m.matrix, rows, notes=notes)
+    # N/mm and t are a thousand of their SI units, N mm and t mm^2 a thousandth, N and t mm one: both matrices alike.
+    root = diags_array(np.array([1e-3 if dof.is_rotation else 1e3 for dof in rows]) ** 0.5)
+    return ImportedMatrices(csc_array(root @ k.matrix @ root), csc_array(root @ m.matrix @ root), rows, notes=notes)
 
 
 def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | None, marks: tuple[str, ...]) -> LabelledMatrix:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, fail
+from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.bodies.solid import ElementBlock, Material, SolidModel
 from toolpoint.bodies.solid.checks import check_pieces, check_size
 from toolpoint.io.door import check_regular
@@ -34,14 +34,9 @@ def read_mesh(path: str | Path, materials: Material | Mapping[str, Material], *,
 
     Raises ToolpointError for a size that no part of a machine has (a wrong unit), several bodies, linear elements.
     """
-    source = Path(path)
-    check_regular(source)
-    reader = _READERS.get(source.suffix.lower())
-    if reader is None:
-        raise ToolpointError(f"{path}: suffix {source.suffix!r}; must be one of {', '.join(_READERS)}")
     if unit not in _UNITS:
         fail("unit", repr(unit), f"must be one of {', '.join(_UNITS)}")
-    content = reader(source)
+    content = _content(Path(path))
     used = np.unique(np.concatenate([block.ravel() for block in content.elements.values()]))
     place = {int(number): k for k, number in enumerate(used)}
     blocks = [ElementBlock(np.searchsorted(used, block), name) for name, block in content.elements.items()]
@@ -52,3 +47,22 @@ def read_mesh(path: str | Path, materials: Material | Mapping[str, Material], *,
     check_size(np.ptp(model.nodes, axis=0))
     check_pieces(model)
     return model
+
+
+def is_mesh(path: Path) -> bool:
+    """Return whether a file is a mesh by its suffix."""
+    return path.suffix.lower() in _READERS
+
+
+def read_nodes(path: Path) -> dict[str | int, FloatArray]:
+    """Return the places of the nodes of a mesh file by number, in the file's own unit."""
+    content = _content(path)
+    return {int(number): at for number, at in zip(content.numbers, content.places, strict=True)}
+
+
+def _content(path: Path) -> MeshContent:
+    check_regular(path)
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        raise ToolpointError(f"{path}: suffix {path.suffix!r}; must be one of {', '.join(_READERS)}")
+    return reader(path)

@@ -15,6 +15,7 @@ from toolpoint.joints.law import LawDescription
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.chain import build_chain, large_freedoms
 from toolpoint.machine.description import (
+    ELASTIC,
     GROUND,
     BodyDescription,
     JointDescription,
@@ -53,18 +54,22 @@ def mass_properties(body: BodyDescription) -> MassProperties:
 
     Raises ToolpointError for a body with too little or contradicting data.
     """
-    for kind in ("elastic", "beam"):
-        given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
-        if getattr(body, kind) is not None and given:
-            fail(given[0], f"given beside {kind}", "must come from one source", "remove it: finite elements have their mass")
-    if body.elastic is not None and body.beam is not None:
-        fail("beam", "given beside elastic", "must be one of them", "remove one")
+    kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
+    given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
+    if kinds and given:
+        fail(given[0], f"given beside {kinds[0]}", "must come from one source", "remove it: finite elements have their mass")
+    if len(kinds) > 1:
+        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", "remove one")
     if body.elastic is not None:
         return body.elastic.model.mass_properties
     if body.beam is not None:
         from toolpoint.machine.beam_body import beam_mass
 
         return _named("beam", beam_mass, body.beam)
+    if body.matrices is not None:
+        from toolpoint.machine.imported_body import matrices_mass
+
+        return _named("matrices", matrices_mass, body.matrices)
     if body.mesh is not None or body.shape is not None:
         if body.inertia is not None:
             fail("inertia", "given beside a shape or a mesh", "must come from one source", "remove one of them")
@@ -159,7 +164,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         parents; the message names the part.
     """
     given = {name: _named(f"bodies.{name}", _elastic, body) for name, body in description.bodies.items()
-             if (body.elastic or body.beam) and name not in (bodies or {})} | dict(bodies or {})
+             if body.is_elastic and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
@@ -186,6 +191,10 @@ def _elastic(body: BodyDescription) -> Body:
         from toolpoint.machine.beam_body import build_beam
 
         return _named("beam", build_beam, body.beam)
+    if body.matrices is not None:
+        from toolpoint.machine.imported_body import build_matrices
+
+        return _named("matrices", build_matrices, body.matrices)
     from toolpoint.machine.elastic_body import build_elastic  # finite elements load where a body has them
 
     assert body.elastic is not None

@@ -16,6 +16,7 @@ from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.elastic_description import ElasticDescription
+from toolpoint.machine.matrices_description import MatricesBody
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription
@@ -79,6 +80,9 @@ class SpinDescription:
     axis: Vector = (0.0, 0.0, 1.0)
 
 
+ELASTIC = ("elastic", "beam", "matrices")  # keys of a body, one of which makes it elastic
+
+
 @dataclass(frozen=True)
 class BodyDescription:
     """A body: mass properties given, or from a shape or a mesh and a density; and how it is drawn.
@@ -100,6 +104,12 @@ class BodyDescription:
     spin: SpinDescription | None = None
     elastic: ElasticDescription | None = None
     beam: BeamDescription | None = None
+    matrices: MatricesBody | None = None
+
+    @property
+    def is_elastic(self) -> bool:
+        """Whether finite elements stand for the body."""
+        return any(getattr(self, kind) is not None for kind in ELASTIC)
 
 
 @dataclass(frozen=True)
@@ -303,7 +313,7 @@ def parameters(machine: MachineDescription) -> Iterator[str]:
 def _numbers(part: Any) -> Iterator[str]:
     if is_dataclass(part):
         # What laws and finite elements make of their numbers is no polynomial: they are changed by path, not listed.
-        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", "elastic", "beam")]
+        items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", *ELASTIC)]
     elif isinstance(part, Mapping):
         items = list(part.items())
     elif isinstance(part, tuple):

@@ -9,13 +9,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats
-from toolpoint.bodies import Body, Interface
+from toolpoint.bodies import Body, Interface, MassProperties
 from toolpoint.bodies.imported import ImportedMatrices
+from toolpoint.machine.content_key import ContentKey
 from toolpoint.machine.elastic_body import free_body
+from toolpoint.machine.matrices_description import MatricesBody
 from toolpoint.spatial.rotation import skew
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
@@ -54,10 +57,7 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
         For points without coordinates, a group that leaves a motion open (a single point, points on a line without rotations),
         or a body that is held in its matrices.
     """
-    missing = sorted({str(dof.point) for dof in matrices.dofs if dof.point not in matrices.coordinates})
-    if missing:
-        fail("matrices.coordinates", f"none for {len(missing)} points, the first {missing[0]}", "every point needs its place",
-             "give `coordinates`, point to (x, y, z) in m")
+    _check_places(matrices)
     origin = np.zeros(3)
     rigid = _motions(matrices, list(matrices.dofs), origin)
     places = {name: _place(matrices, group) for name, group in interfaces.items()}
@@ -69,6 +69,37 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
     held = {name: Interface(places[name], weights.T @ reduction.vectors)
             for name, weights in zip(interfaces, columns, strict=True)}
     return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, interfaces=held)
+
+
+def _check_places(matrices: ImportedMatrices) -> None:
+    missing = sorted({str(dof.point) for dof in matrices.dofs if dof.point not in matrices.coordinates})
+    if missing:
+        fail("matrices.coordinates", f"none for {len(missing)} points, the first {missing[0]}", "every point needs its place",
+             "give `coordinates`, point to (x, y, z) in m")
+
+
+def build_matrices(body: MatricesBody) -> Body:
+    """Return the reduced body of a description; kept in memory as long as its matrices are."""
+    return _kept(ContentKey(f"{id(body.content)} {body.description!r}", body))
+
+
+@lru_cache(maxsize=64)
+def _kept(key: ContentKey[MatricesBody]) -> Body:
+    described = key.description.description
+    groups = {name: PointGroup(group.points, np.array(group.at) if group.at else None)
+              for name, group in described.interfaces.items()}
+    return reduce_matrices(key.description.content, groups, band=described.band, size=described.size)
+
+
+def matrices_mass(body: MatricesBody) -> MassProperties:
+    """Return the mass properties of a described body: its mass matrix in the rigid motions of its points."""
+    matrices = body.content
+    _check_places(matrices)
+    rigid = _motions(matrices, list(matrices.dofs), np.zeros(3))
+    mass = rigid.T @ (matrices.mass @ rigid)
+    first = mass[3:, :3] / mass[0, 0]
+    inertia = mass[3:, 3:] + mass[0, 0] * first @ first
+    return MassProperties(float(mass[0, 0]), np.array([first[2, 1], first[0, 2], first[1, 0]]), (inertia + inertia.T) / 2)
 
 
 def _motions(matrices: ImportedMatrices, dofs: Sequence[Dof], about: FloatArray) -> FloatArray:

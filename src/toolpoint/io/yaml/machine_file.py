@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import MISSING, fields, is_dataclass
+from dataclasses import MISSING, fields, is_dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -39,6 +39,7 @@ from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
 from toolpoint.machine.chain import axis_faults
 from toolpoint.machine.elastic_description import ElasticDescription
+from toolpoint.machine.matrices_description import MatricesBody, MatricesDescription
 from toolpoint.machine.model import Machine
 
 _SECTIONS: dict[str, type[BaseModel]] = {
@@ -118,7 +119,8 @@ def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
         None if part.spin is None else d.SpinDescription(part.spin.speed * math.pi / 30,
                                                          direction_of("spin.axis", part.spin.axis)),
         None if part.elastic is None else describe(ElasticDescription, part.elastic),
-        None if part.beam is None else describe(BeamDescription, part.beam))
+        None if part.beam is None else describe(BeamDescription, part.beam),
+        None if part.matrices is None else _matrices(part.matrices, document))
     mass_properties(body)
     return body
 
@@ -129,6 +131,19 @@ def _as(kind: type[Any], part: BaseModel | None) -> Any:
 
 def _mesh(part: schema.MeshModel, document: Document) -> d.MeshDescription:
     return d.MeshDescription(part.file, stl.read(document.file.parent / part.file) * part.unit)
+
+
+def _matrices(part: BaseModel, document: Document) -> MatricesBody:
+    """Return imported matrices with the places of their points; the files lie beside the document."""
+    from toolpoint.io import matrix_files, mesh_files, point_table
+
+    described, folder = describe(MatricesDescription, part), document.file.parent
+    mass = folder / described.mass_file if described.mass_file else None
+    content = matrix_files.read_matrices(folder / described.file, mass, units=described.units)
+    geometry = folder / described.geometry
+    places = mesh_files.read_nodes(geometry) if mesh_files.is_mesh(geometry) else point_table.read(geometry)
+    size = 1e-3 if described.units.startswith("mm") else 1.0
+    return MatricesBody(described, replace(content, coordinates={name: size * at for name, at in places.items()}))
 
 
 def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
@@ -319,6 +334,8 @@ def _dump(data: Mapping[str, Any], path: str | Path) -> None:
 def _lowered(value: Any) -> Any:
     if isinstance(value, CuttingDescription):
         return _lowered(flat_values(value))
+    if isinstance(value, MatricesBody):
+        return _lowered(value.description)
     if isinstance(value, d.MeshDescription):
         return {"file": value.file}
     if is_dataclass(value):

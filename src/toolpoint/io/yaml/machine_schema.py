@@ -19,6 +19,7 @@ from toolpoint.joints.law import LawDescription
 from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.description import InertiaDescription
 from toolpoint.machine.elastic_description import ElasticDescription
+from toolpoint.machine.matrices_description import MatricesDescription
 
 VERSION = 1
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)
@@ -80,6 +81,7 @@ class BodyModel(Part):
     spin: SpinModel | None = None
     elastic: model_of(ElasticDescription) | None = None  # type: ignore[valid-type]
     beam: model_of(BeamDescription) | None = None  # type: ignore[valid-type]
+    matrices: model_of(MatricesDescription) | None = None  # type: ignore[valid-type]
 
 
 class StiffnessModel(Part):

@@ -19,6 +19,7 @@ from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.assemble import assemble
+from toolpoint.machine.description import ELASTIC
 from toolpoint.machine.gyroscopics import at_speed, fastest_spin
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
@@ -261,8 +262,9 @@ def pose_problem(study: ToolPoint, cut: CuttingDescription, index: int) -> Milli
 
 def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
     """Return the modes that the elastic bodies of a machine are reduced for, those above as their static part."""
-    bodies = [part for body in machine.description.bodies.values() for part in (body.elastic, body.beam) if part is not None]
-    return condense_above(modes, REACH * min(part.band for part in bodies)) if bodies else modes
+    bands = [getattr(body, kind).band for body in machine.description.bodies.values() for kind in ELASTIC
+             if getattr(body, kind) is not None]
+    return condense_above(modes, REACH * min(bands)) if bands else modes
 
 
 def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None, *, share: float = 0.0
