@@ -1,4 +1,4 @@
-"""A chart is deep enough to show a limit: the softest mode of a robot is too slow for a fast cut, stiffer ones limit it, deeper."""
+"""A chart is deep enough to show a limit: a robot's softest mode is too slow for a fast cut, stiffer ones limit it."""
 
 import numpy as np
 
