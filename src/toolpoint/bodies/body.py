@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, positive, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.spatial.motion_table import MotionTable
 
@@ -58,7 +59,7 @@ class Interface:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class Body(NotebookText):
     """A rigid or reduced elastic body in its own frame.
 
     Parameters

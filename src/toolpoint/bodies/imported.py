@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.dof import check_labels
 from toolpoint.vibration.sparse import modes
@@ -19,7 +20,7 @@ _MASS_SPREAD = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class ImportedMatrices:
+class ImportedMatrices(NotebookText):
     """Stiffness and mass of a body, symmetric, both triangles stored, in SI units.
 
     Parameters

@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats, positive, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.spatial.rotation import skew
 
 _ROUNDING = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class MassProperties:
+class MassProperties(NotebookText):
     """Mass, centre of mass and inertia of a rigid body in its own frame.
 
     Parameters

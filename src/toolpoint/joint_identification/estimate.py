@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from toolpoint._check import LEFT_OUT, FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.joint_fit import JointFit
 from toolpoint.joint_identification.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
 from toolpoint.joint_identification.measured import about
@@ -20,7 +21,7 @@ Z95 = 1.959964
 
 
 @dataclass(frozen=True, eq=False)
-class JointEstimate:
+class JointEstimate(NotebookText):
     """One joint.
 
     Parameters

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.measured import Component
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.registration import iterative_closest_point, rigid
@@ -72,7 +73,7 @@ def displacements(part: Component) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class BisectorAxis:
+class BisectorAxis(NotebookText):
     """Axis by perpendicular bisectors: unit `direction`, a `point` of it (m), rotation `angle` (rad) as enlarged."""
 
     direction: FloatArray

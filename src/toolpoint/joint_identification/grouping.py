@@ -17,13 +17,14 @@ from scipy import stats
 from scipy.spatial import cKDTree
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.measured import Point, columns, find_positions
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 
 
 @dataclass(frozen=True, eq=False)
-class Grouping:
+class Grouping(NotebookText):
     """Clusters that move as rigid bodies in all modes.
 
     `components` maps ``part 1``, ``part 2`` ... (the one that moves least first) to their points; `undecided` maps points

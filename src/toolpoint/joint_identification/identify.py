@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
@@ -45,7 +46,7 @@ class MotionMethod(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class JointIdentification:
+class JointIdentification(NotebookText):
     """Joints of a chain, with the rigid motion of every component and every relative motion they come from."""
 
     joints: tuple[JointEstimate, ...]

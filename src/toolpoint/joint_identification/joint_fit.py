@@ -25,6 +25,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.kinds import FreedomChart, charts, general
 from toolpoint.joint_identification.measured import about
 from toolpoint.joint_identification.relative_motion import RelativeMotion
@@ -59,7 +60,7 @@ class Criterion:
 
 
 @dataclass(frozen=True, eq=False)
-class JointFit:
+class JointFit(NotebookText):
     """One kind fitted: its chart, parameters with covariance, gain (parameters, columns, 6) on local twists, misfit."""
 
     chart: FreedomChart

@@ -21,6 +21,7 @@ import numpy as np
 from scipy import optimize, stats
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.joint_forms import JointForm
 from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, pole_slopes, solve_undamped
 from toolpoint.joint_identification.stiffness import ComponentMass
@@ -95,7 +96,7 @@ class MachineNumbers:
 
 
 @dataclass(frozen=True, eq=False)
-class MachineFit:
+class MachineFit(NotebookText):
     """The fit: `model` centred on its result, `x` (zero but for masses), `covariance` of the numbers, misfit, `partner` (k,) of
     every measured mode among those of the machine, `mac` (k,), and what the machine says of the poles of the partners."""
 

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 
@@ -16,7 +17,7 @@ Point = str | int
 
 
 @dataclass(frozen=True, eq=False)
-class Component:
+class Component(NotebookText):
     """Points that move together.
 
     Parameters

@@ -13,12 +13,13 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.rigid_motion import RigidMotion
 from toolpoint.spatial.screw import Screw, screw
 
 
 @dataclass(frozen=True, eq=False)
-class RelativeMotion:
+class RelativeMotion(NotebookText):
     """Twists (6, n_columns) about the origin of `child` relative to `parent`, their covariance, and the scale of both.
 
     `motion` (n_columns,) is the larger of the two components' rms motions; `centre` (3,) a point between the two (m),
@@ -46,7 +47,7 @@ class RelativeMotion:
 
 
 @dataclass(frozen=True, eq=False)
-class ScrewAxis:
+class ScrewAxis(NotebookText):
     """Axis of one relative motion.
 
     `screw` has direction, point and pitch; `direction_deviation` (3,), `point_deviation` (3,) m and `pitch_deviation`

@@ -13,11 +13,12 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import BoolArray, FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.measured import Component, about
 
 
 @dataclass(frozen=True, eq=False)
-class RigidMotion:
+class RigidMotion(NotebookText):
     """Rigid motion of one component in every mode.
 
     Parameters

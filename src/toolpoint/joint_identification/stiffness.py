@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import stiffness_matrix
 
 
 @dataclass(frozen=True, eq=False)
-class ComponentMass:
+class ComponentMass(NotebookText):
     """`mass` (kg), `centre` (3,) of mass (m) and `inertia` (3, 3) about it (kg m^2), all in the machine frame.
 
     `mass_deviation` is the standard deviation of the mass as a share of it (the inertia goes with the mass),

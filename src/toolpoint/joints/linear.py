@@ -9,13 +9,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, one_of, symmetric
+from toolpoint._notebook import NotebookText
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 STATES = ("locked", "elastic", "free")
 
 
 @dataclass(frozen=True, eq=False)
-class LinearJoint:
+class LinearJoint(NotebookText):
     r"""Stiffness and damping of an interface, in its own frame, for small relative motion (v, w) of child to parent.
 
     Parameters

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, nonnegative, scalar, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint._quantity import Quantity, limit_faults
 from toolpoint.joints.linear import LinearJoint, linear
 
@@ -30,7 +31,7 @@ _CYCLE = 720
 
 
 @dataclass(frozen=True)
-class Reducer:
+class Reducer(NotebookText):
     """A reducer as a catalogue states it.
 
     ratio : turns of the motor for one of the output. torsion : slopes K_1, K_2 ..., N m/rad, one or several; torques : where

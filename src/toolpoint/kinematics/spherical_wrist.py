@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.tree import TreeChain
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
@@ -28,7 +29,7 @@ SINGULAR = 1e-8
 
 
 @dataclass(frozen=True, eq=False)
-class ArmBranch:
+class ArmBranch(NotebookText):
     """One way to reach a target: positions of the axes (6,), rad; its name; whether within limits; what is arbitrary there."""
 
     name: str

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import BoolArray, FloatArray, fail, floats, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.axis import AXES, Axis
 from toolpoint.kinematics.chain import Pose, check_pose
 from toolpoint.kinematics.steps import Step, step_motion, step_sequence
@@ -17,7 +18,7 @@ from toolpoint.spatial import transform as tf
 
 
 @dataclass(frozen=True, eq=False)
-class TreeChain:
+class TreeChain(NotebookText):
     """A tree of links; link i hangs by joint i on its parent (a smaller index, or -1 for the ground).
 
     Every joint moves by steps, motions along or about one of its directions: first those that axes drive, in the order of the

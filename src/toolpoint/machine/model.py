@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies import Body
 from toolpoint.joints import LinearJoint
 from toolpoint.kinematics import TreeChain
@@ -32,7 +33,7 @@ class LoopJoint:
 
 
 @dataclass(frozen=True, eq=False)
-class Machine:
+class Machine(NotebookText):
     """Bodies on a tree of joints, loop joints, axes and points; made by `build.build` from a description.
 
     Link i is body i of the tree order; it hangs by tree joint i. Minimal coordinates, in this order for every link:

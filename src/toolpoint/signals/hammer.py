@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
 from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
@@ -29,7 +30,7 @@ QUANTITY = {"displacement": "receptance", "velocity": "mobility", "acceleration"
 
 
 @dataclass(frozen=True, eq=False)
-class HammerTest:
+class HammerTest(NotebookText):
     """Result of a hammer test: the responses, and all hits with what was decided about each.
 
     Parameters

@@ -6,11 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from toolpoint._check import fail
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.record import Record
 
 
 @dataclass(frozen=True, eq=False)
-class RecordSet:
+class RecordSet(NotebookText):
     """Records with their names, remarks (what was assumed of labels and units), and doubts among them.
 
     `decisions` : name of a hit to whether a person accepts it.

@@ -12,12 +12,13 @@ import scipy
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, count, fail, floats, nonnegative
+from toolpoint._notebook import NotebookText
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import nearest
 
 
 @dataclass(frozen=True, eq=False)
-class Registration:
+class Registration(NotebookText):
     """Result: `transform` (4, 4), root-mean-square `residual` (m, weighted), matched indices, iterations, status."""
 
     transform: FloatArray

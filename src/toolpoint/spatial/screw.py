@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, floats
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True, eq=False)
-class Screw:
+class Screw(NotebookText):
     """Axis of a rigid motion.
 
     Parameters

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from toolpoint._notebook import NotebookText
 from toolpoint.studies.text_table import text_table
 
 CORE = ("toolpoint", "numpy", "scipy", "numba", "pydantic", "ruamel.yaml", "h5py", "click", "rich", "plotly", "pillow")
@@ -34,7 +35,7 @@ class Finding:
 
 
 @dataclass(frozen=True)
-class Environment:
+class Environment(NotebookText):
     """All findings; `is_whole` where nothing that toolpoint needs is missing or doubtful (extras are not needed)."""
 
     findings: tuple[Finding, ...]

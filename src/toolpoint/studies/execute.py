@@ -23,6 +23,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from toolpoint._check import Array, ToolpointError, count, fail, positive
+from toolpoint._notebook import NotebookText
 
 Values = Mapping[str, Array]
 Function = Callable[[Any], Mapping[str, Any]]
@@ -174,7 +175,7 @@ def _chunk_size(chunk: Chunk, seconds: float, waiting: int, workers: int) -> int
 
 
 @dataclass(frozen=True)
-class Execution:
+class Execution(NotebookText):
     """All outcomes of a study, in the order of its points."""
 
     outcomes: tuple[Outcome, ...]

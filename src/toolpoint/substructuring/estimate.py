@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag, eigh
 
 from toolpoint._check import FloatArray, count, fail, floats, positive, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import SURE, ActingLoads
 from toolpoint.substructuring.reduction import Reduction, ShapeSpan, span
@@ -41,7 +42,7 @@ class Surroundings:
 
 
 @dataclass(frozen=True, eq=False)
-class CoupledModes:
+class CoupledModes(NotebookText):
     """Lowest modes of a reduced body in its surroundings.
 
     frequency : Hz; error : estimate of the relative error of each from the reduction; coordinates : (rigid, elastic, others)

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, complexes, fail, floats, increasing, nonnegative, one_of
+from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Dof, Frf
 
@@ -22,7 +23,7 @@ DRAWS = 200
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneReceptance:
+class PlaneReceptance(NotebookText):
     """Receptance of one section in one plane of bending, with draws that say how far it is known.
 
     Parameters

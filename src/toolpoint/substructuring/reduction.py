@@ -16,6 +16,7 @@ import numpy as np
 from scipy.linalg import eigh
 
 from toolpoint._check import FloatArray, count, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody, Preparation, prepare
 
 DEPENDENT = 1e-12  # energy of a response over that of the largest below which it adds nothing
@@ -71,7 +72,7 @@ class ResidualProducts:
 
 
 @dataclass(frozen=True, eq=False)
-class Reduction:
+class Reduction(NotebookText):
     """A reduced body.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, fail, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint._quantity import Quantity, limit_faults
 
 # Young's modulus (Pa), density (kg/m^3), Poisson's ratio: handbook values, which a tool may miss by some per cent.
@@ -93,7 +94,7 @@ def shear_coefficient(poisson: float, ratio: float = 0.0, source: str = "cowper"
 
 
 @dataclass(frozen=True)
-class ShaftDescription:
+class ShaftDescription(NotebookText):
     """A holder, a gauge or a tool: named round segments from the base outward.
 
     `stations` of a gauge are the distances of its measured points from the base plane. Deviations are one standard deviation:

@@ -20,11 +20,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, nonnegative
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Modes, correlation
 
 
 @dataclass(frozen=True, eq=False)
-class CorrelationCoefficients:
+class CorrelationCoefficients(NotebookText):
     """Per pair: frequency, displacement, mac, weight (sum 1), (n_pairs,); over all: mean, mass, total."""
 
     frequency: FloatArray

@@ -23,11 +23,12 @@ import numpy as np
 from scipy.linalg import qr
 
 from toolpoint._check import FloatArray, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.updating.problem import Problem
 
 
 @dataclass(frozen=True, eq=False)
-class Identifiability:
+class Identifiability(NotebookText):
     """What the data can tell about the parameters.
 
     names : the parameters; groups : what each belongs to; influence : (n,), standard deviations of the data per unit of x;

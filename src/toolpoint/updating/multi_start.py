@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.updating.fit import fit
 from toolpoint.updating.fit_methods import LeastSquares
 from toolpoint.updating.identifiability import identifiability
@@ -25,7 +26,7 @@ class Optimum:
 
 
 @dataclass(frozen=True, eq=False)
-class MultiStart:
+class MultiStart(NotebookText):
     """Different optima, the best first; `failures`: start to reason, where no minimum was reached."""
 
     optima: tuple[Optimum, ...]

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.updating.fit_methods import LeastSquares
 from toolpoint.updating.identifiability import Identifiability
 from toolpoint.updating.parameter import Parameter
@@ -15,7 +16,7 @@ from toolpoint.updating.residuals import Residuals
 
 
 @dataclass(frozen=True, eq=False)
-class ParameterFit:
+class ParameterFit(NotebookText):
     """Result of a fit.
 
     parameters : as given; x : (n,) coordinates found, zero for those left alone; values : all numbers of the model, SI, links

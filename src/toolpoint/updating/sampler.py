@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.updating.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
 
@@ -27,7 +28,7 @@ _MIXED = 1.05
 
 
 @dataclass(frozen=True, eq=False)
-class Samples:
+class Samples(NotebookText):
     """Samples of the posterior.
 
     names : free parameters; x : (n_samples, n) coordinates after the burn-in; values : (n_samples, n), SI; autocorrelation :

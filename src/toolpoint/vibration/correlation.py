@@ -12,6 +12,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import Array, FloatArray, fail, real_or_complex
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 
@@ -82,7 +83,7 @@ def frac(first: Frf, second: Frf) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Pairing:
+class Pairing(NotebookText):
     """Modes of two sets that belong together: `pairs` (n, 2) indices, the MAC of each, and the modes left single."""
 
     pairs: np.ndarray

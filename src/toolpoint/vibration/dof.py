@@ -8,13 +8,14 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 
 AXES = ("x", "y", "z", "rx", "ry", "rz")
 DIRECTIONS = tuple(sign + axis for sign in "+-" for axis in AXES)
 
 
 @dataclass(frozen=True, order=True)
-class Dof:
+class Dof(NotebookText):
     """One degree of freedom: a point and a direction.
 
     Parameters

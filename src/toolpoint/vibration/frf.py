@@ -22,6 +22,7 @@ from toolpoint._check import (
     one_of,
     scalar,
 )
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, dofs, positions, summary
 
 QUANTITIES = {"receptance": "m/N", "mobility": "m/s/N", "accelerance": "m/s^2/N"}
@@ -29,7 +30,7 @@ _ORDER = {"receptance": 0, "mobility": 1, "accelerance": 2}
 
 
 @dataclass(frozen=True, eq=False)
-class Frf:
+class Frf(NotebookText):
     """Frequency responses, time factor exp(+i w t).
 
     Parameters

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True, eq=False)
-class Geometry:
+class Geometry(NotebookText):
     """Measured points, name or number to coordinates (3,) in m, and pairs of points that a line is drawn between."""
 
     points: dict[str | int, FloatArray]

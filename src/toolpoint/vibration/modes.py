@@ -20,6 +20,7 @@ from toolpoint._check import (
     one_of,
     real_or_complex,
 )
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, positions
 
 SCALINGS = ("unit modal mass", "modal A", "unscaled")
@@ -28,7 +29,7 @@ _OVERDAMPED = "Modes.damping_ratio:"
 
 
 @dataclass(frozen=True, eq=False)
-class Modes:
+class Modes(NotebookText):
     r"""Natural frequencies, damping and shapes.
 
     The receptance of a mode with shape :math:`\phi` and participation :math:`\psi` (:math:`\psi` is the shape at the

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive, scalar
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, positions
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class Record(NotebookText):
     """Time histories of several channels.
 
     Parameters

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.eigen import clusters, mass_normalised, orthogonalise, viscous_pencil
 from toolpoint.vibration.system import SecondOrderSystem
@@ -21,7 +22,7 @@ EQUAL = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class MatrixDerivatives:
+class MatrixDerivatives(NotebookText):
     """Derivatives of a system's matrices to named parameters.
 
     Parameters

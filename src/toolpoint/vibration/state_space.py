@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -17,7 +18,7 @@ from toolpoint.vibration.system import SecondOrderSystem
 
 
 @dataclass(frozen=True, eq=False)
-class StateSpace:
+class StateSpace(NotebookText):
     r"""Linear system :math:`\dot x = A x + B u`, :math:`y = C x + D u`, or :math:`x_{k+1} = A x_k + B u_k`.
 
     Parameters

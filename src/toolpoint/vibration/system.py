@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import LEFT_OUT, ComplexArray, FloatArray, fail, floats, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.dof import Dof, check_labels, positions, summary
 
 
 @dataclass(frozen=True, eq=False)
-class SecondOrderSystem:
+class SecondOrderSystem(NotebookText):
     r"""Linear equations of motion :math:`M \ddot q + C \dot q + (K + i D) q = B f`, :math:`y = L q`.
 
     Parameters

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from toolpoint._check import count, fail, floats, positive, scalar
+from toolpoint._notebook import NotebookText
 
 Frames = NDArray[np.unsignedinteger]
 CHUNK_BYTES = 24_000_000
@@ -68,7 +69,7 @@ class Region:
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class Clip(NotebookText):
     """Grey frames of a vibrating machine.
 
     Parameters

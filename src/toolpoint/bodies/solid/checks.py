@@ -10,6 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import matrices
 from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.model import SolidModel
@@ -22,7 +23,7 @@ _RIGID = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
-class SolidCheck:
+class SolidCheck(NotebookText):
     """What was found.
 
     Parameters

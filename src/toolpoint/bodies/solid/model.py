@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import csc_array, eye_array, kron
 
 from toolpoint._check import FloatArray, IndexArray, fail, floats, frozen, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.bodies.solid import matrices
 from toolpoint.bodies.solid.assembly import assemble_blocks, chunks
@@ -50,7 +51,7 @@ class ElementBlock:
 
 
 @dataclass(frozen=True, eq=False)
-class SolidModel:
+class SolidModel(NotebookText):
     """A solid body by finite elements, three coordinates (x y z, m) a node, in the body's frame.
 
     Parameters

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import matrices
 from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.model import SolidModel
@@ -20,7 +21,7 @@ _REPEATED = 1e-6
 
 
 @dataclass(frozen=True, eq=False)
-class ElementSensitivity:
+class ElementSensitivity(NotebookText):
     """What a relative change of E or density of each element does to each frequency.
 
     Parameters

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.compute import chart
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -31,7 +32,7 @@ class Uncertain:
 
 
 @dataclass(frozen=True, eq=False)
-class ProbabilityChart:
+class ProbabilityChart(NotebookText):
     """Result of a Monte Carlo run over charts.
 
     Parameters

@@ -8,11 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, scalar
+from toolpoint._notebook import NotebookText
 
 SMALLEST = 1e6
 
 @dataclass(frozen=True)
-class CuttingCoefficients:
+class CuttingCoefficients(NotebookText):
     r"""Linear-edge force law: per metre of edge :math:`F_t = K_t h + K_{te}`, :math:`F_n = K_n h + K_{ne}`, and axial.
 
     Parameters

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointWarning, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Frf, Modes
 from toolpoint.vibration.dof import dofs as as_dofs
 from toolpoint.vibration.frequency_response import modal
@@ -20,7 +21,7 @@ NOTICEABLE = 0.02  # share of a lower residual in the response that calls for a 
 
 
 @dataclass(frozen=True, eq=False)
-class PlaneDynamics:
+class PlaneDynamics(NotebookText):
     r"""Receptance :math:`G(i\omega)` of the tool against the work in the feed frame (x feed, y normal to it, z the axis).
 
     Shape (2, 2), or (3, 3) where the response along z is known; d stands for 2 or 3.

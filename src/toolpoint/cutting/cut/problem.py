@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning, count, fail, floats, positive, scalar
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients, mean_matrix
 from toolpoint.cutting.cut.plane import Label, PlaneDynamics, from_frf, from_modes, from_pair
 from toolpoint.cutting.cut.tool import Engagement, Tool
@@ -59,7 +60,7 @@ class SpeedVariation:
 
 
 @dataclass(frozen=True, eq=False)
-class MillingProblem:
+class MillingProblem(NotebookText):
     r"""One milling cut.
 
     The force on the tool is :math:`F = -w \sum_j g_j(t) k(\phi_j) n(\phi_j)^T (r(t) - r(t - \tau))` plus the static

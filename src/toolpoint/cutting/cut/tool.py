@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import LEFT_OUT, FloatArray, count, fail, floats, nonnegative, positive, scalar
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True, eq=False)
-class Tool:
+class Tool(NotebookText):
     r"""An end mill.
 
     Parameters
@@ -137,7 +138,7 @@ class Tool:
 
 
 @dataclass(frozen=True)
-class Engagement:
+class Engagement(NotebookText):
     """The arc of cut: angles from entry to exit, clockwise from y, feed along x.
 
     Parameters

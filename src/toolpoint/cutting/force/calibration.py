@@ -10,6 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.stats import t as student
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.force.laws import edge_field
@@ -22,7 +23,7 @@ NAMES = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
 
 
 @dataclass(frozen=True, eq=False)
-class Calibration:
+class Calibration(NotebookText):
     """Fitted coefficients (and run-out) with their uncertainty.
 
     Parameters

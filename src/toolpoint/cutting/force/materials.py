@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from toolpoint._check import fail, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.force.laws import Kienzle
 
@@ -32,7 +33,7 @@ _KIENZLE = {
 
 
 @dataclass(frozen=True)
-class Range:
+class Range(NotebookText):
     """Values of one material from one source or several."""
 
     material: str

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
@@ -16,7 +17,7 @@ from toolpoint.vibration import Dof, Record
 
 
 @dataclass(frozen=True, eq=False)
-class Simulation:
+class Simulation(NotebookText):
     """Result of a simulated cut.
 
     Parameters

@@ -8,12 +8,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, floats, nonnegative
+from toolpoint._notebook import NotebookText
 
 KINDS = ("Hopf", "flip", "fold")
 
 
 @dataclass(frozen=True, eq=False)
-class StabilityChart:
+class StabilityChart(NotebookText):
     """Stability over spindle speed and depth of cut.
 
     Parameters

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.simulation.milling import Simulation
 
 
 @dataclass(frozen=True, eq=False)
-class Wall:
+class Wall(NotebookText):
     """The finished wall of a peripheral cut.
 
     Parameters

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 
 ROLES = ("position_set", "position", "velocity_set", "velocity", "following_error", "current", "torque", "acceleration_set")
 
@@ -40,7 +41,7 @@ class AxisSignal:
 
 
 @dataclass(frozen=True, eq=False)
-class AxisRecord:
+class AxisRecord(NotebookText):
     """Signals of a controller's record, with notes on what was assumed of it."""
 
     signals: tuple[AxisSignal, ...]

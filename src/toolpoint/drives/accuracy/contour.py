@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import ARC, CLOTHOID, Path
 
 # Pairs of a point and a segment that are looked at: some tens of seconds.
@@ -14,7 +15,7 @@ _MOST = 1e8
 
 
 @dataclass(frozen=True, eq=False)
-class ContourError:
+class ContourError(NotebookText):
     """Feet on the path (n, 3), vectors to the actual points (n, 3), arc length of the feet (n,), signed error (n,), m.
 
     The sign is that of the left-hand normal in the xy plane; `length` the length of the vector.

@@ -8,10 +8,11 @@ import numpy as np
 import scipy
 
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True)
-class CircularTest:
+class CircularTest(NotebookText):
     """Circular test: centre (m), circular deviation G, radial deviations F_max and F_min from the nominal circle, m."""
 
     center: tuple[float, float]
@@ -91,7 +92,7 @@ def quadrant_peaks(points: FloatArray, radius: float, center: tuple[float, float
 
 
 @dataclass(frozen=True)
-class Positioning:
+class Positioning(NotebookText):
     """Positioning of ISO 230-2, m: A accuracy, E systematic deviation, R repeatability, B reversal, M mean deviation."""
 
     accuracy: float

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, symmetric
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.friction.contact import Contact
 from toolpoint.drives.friction.laws import FrictionLaw
 
@@ -33,7 +34,7 @@ class Play:
 
 
 @dataclass(frozen=True, eq=False)
-class Mechanics:
+class Mechanics(NotebookText):
     r"""One axis :math:`M \ddot q + C \dot q + K q = e_m T - \sum r_j F_j(r_j \cdot \dot q)`.
 
     Parameters

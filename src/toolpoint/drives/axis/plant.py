@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, frozen, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.mechanics import Mechanics
 from toolpoint.drives.axis.motor import SynchronousMotor, TorqueMotor
 from toolpoint.drives.axis.outputs import OUTPUTS
@@ -89,7 +90,7 @@ def _at(kind: str, name: str, names: Sequence[str]) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Plant:
+class Plant(NotebookText):
     r"""Linear plant with nonlinear scalars: :math:`\dot x = A x + B_u u + B_d d + B_w w(s)`, s = S x, y = C x.
 
     u holds (u_d, u_q) of every axis, V (0 and torque for a TorqueMotor); d the force on every table, N; w the friction,

@@ -12,6 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller
@@ -23,7 +24,7 @@ Update = Callable[[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(NotebookText):
     """Gain margin (factor), phase margin (deg), smallest distance to -1, and their frequencies (Hz); nan where none.
 
     `trusted` is the share of the lines that were judged: on a measured loop the others lie beyond where it is coherent, and
@@ -156,7 +157,7 @@ def bandwidth(frequency: FloatArray, closed_loop: ComplexArray, drop_db: float =
 
 
 @dataclass(frozen=True, eq=False)
-class ServoLoops:
+class ServoLoops(NotebookText):
     """The three levels of a servo (the current level is missing where every motor is a TorqueMotor)."""
 
     current: LoopLevel

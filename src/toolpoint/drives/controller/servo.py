@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from toolpoint._check import fail
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.plant import Plant
 from toolpoint.drives.controller.records import SampleCounts
 from toolpoint.drives.controller.settings import Controller
 
 
 @dataclass(frozen=True)
-class Servo:
+class Servo(NotebookText):
     """A plant and a controller for each of its axes; all axes share the three sample times."""
 
     plant: Plant

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, increasing, positive
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True)
-class StepFigures:
+class StepFigures(NotebookText):
     """Rise time from 10 to 90 % and settling time (s), overshoot (share of the step), steady error (unit of the signal)."""
 
     rise_time: float

@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.friction.laws import Coulomb, Stribeck, TwoExponential, _Law
 
 
@@ -182,7 +183,7 @@ def _first_guess(law: str, v: FloatArray, t: FloatArray) -> list[float]:
 
 
 @dataclass(frozen=True)
-class Plausibility:
+class Plausibility(NotebookText):
     """What a friction law does in a velocity loop.
 
     `ratio` F_s/F_c; `steepest` most negative slope of the curve and the speed of it; `loop_gain` of the velocity loop, in

@@ -7,10 +7,11 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, floats, frozen, positive
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True, eq=False)
-class Command:
+class Command(NotebookText):
     """Set points of several axes.
 
     Parameters

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.program.jerk_profile import JerkLimits
 
 
 @dataclass(frozen=True, eq=False)
-class LimitReport:
+class LimitReport(NotebookText):
     """Largest share of each limit that each axis uses, (n_axes, 3) for speed, acceleration, jerk, and the time of each."""
 
     share: FloatArray

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.clothoid import Blend, half_lengths
 
 LINE, ARC, CLOTHOID = 0, 1, 2
@@ -14,7 +15,7 @@ PLANES = {"xy": (0, 1), "zx": (2, 0), "yz": (1, 2)}
 
 
 @dataclass(frozen=True, eq=False)
-class Path:
+class Path(NotebookText):
     """Segments end to end; an arc turns by `sweep` about `center` in a coordinate plane, the third axis linear (helix).
 
     Parameters

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats, frozen, nonnegative, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.clothoid import half_lengths, steady_speed
 from toolpoint.drives.program.command import Command
 from toolpoint.drives.program.jerk_profile import JerkLimits, seven_phase
@@ -14,7 +15,7 @@ from toolpoint.drives.program.path import ARC, CLOTHOID, Path, blend_corners, so
 
 
 @dataclass(frozen=True, eq=False)
-class Plan:
+class Plan(NotebookText):
     """Timed path: for every segment seven durations (s) and the speeds at its ends (n + 1, m/s)."""
 
     path: Path

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError, count, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.controller.loops import LEVELS, Margins, bandwidth, margins
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.program.command import Command, constant_velocity
@@ -35,7 +36,7 @@ def prbs(order: int, amplitude: float = 1.0) -> FloatArray:
 
 
 @dataclass(frozen=True, eq=False)
-class LoopResponse:
+class LoopResponse(NotebookText):
     """Measured loop: frequency (Hz), closed T = y/r and open L = y/e responses, coherence of y and r, sample time (s)."""
 
     frequency: FloatArray

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail, floats, frozen, one_of
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import OUTPUTS
 from toolpoint.drives.axis.plant import Plant
 from toolpoint.drives.controller.loops import check_stable
@@ -31,7 +32,7 @@ from toolpoint.vibration import Dof, Record
 
 
 @dataclass(frozen=True, eq=False)
-class ServoResult:
+class ServoResult(NotebookText):
     """Histories of a simulation.
 
     `outputs` (n, n_axes, 7): motor angle, speed, scale, i_d, i_q, table, tool; `signals` (n, n_axes, 6): speed, torque and

@@ -9,13 +9,14 @@ import numpy as np
 from scipy.sparse import coo_array, csc_array, tril, triu
 
 from toolpoint._check import ToolpointError, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof
 
 DIRECTIONS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 
 
 @dataclass(frozen=True, eq=False)
-class LabelledMatrix:
+class LabelledMatrix(NotebookText):
     """A matrix as its file holds it: real or complex, both triangles, labels of rows and columns or none."""
 
     name: str

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.vibration import Record
 
@@ -27,7 +28,7 @@ _COLUMN = re.compile(r"^\s*([^\[\]]+?)\s*(?:\[([^\]]*)\])?\s*$")
 
 
 @dataclass(frozen=True, eq=False)
-class CommandStream:
+class CommandStream(NotebookText):
     """Signals at one sample time: `values` (n, n_columns) in SI, their names and units, start time."""
 
     values: FloatArray

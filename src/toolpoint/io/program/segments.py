@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.program.path import Path as DrivePath
 from toolpoint.io.faults import Fault, FileFaults
 
@@ -15,7 +16,7 @@ MOST_SEGMENTS = 2_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class Program:
+class Program(NotebookText):
     """Segments of a program in SI, as plain arrays.
 
     `kind` (n,) 0 line, 1 arc; `start`, `end`, `center` (n, 3) m; `sweep` (n,) rad, positive from the plane's first to its

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.simulation.loop_identification import LoopResponse
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
@@ -21,7 +22,7 @@ _BLOCK = {"double": 1, "ComplexNumber": 2}
 
 
 @dataclass(frozen=True, eq=False)
-class FrequencyTrace:
+class FrequencyTrace(NotebookText):
     """A measured frequency response as the controller stored it.
 
     Parameters

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.io.uff import elements
 from toolpoint.io.uff.sets import UniversalFile, UniversalSet
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredGeometry:
+class MeasuredGeometry(NotebookText):
     """Points of a measurement and the lines drawn between them.
 
     Parameters

@@ -13,6 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.io.door import door
 from toolpoint.io.uff import functions
 from toolpoint.io.uff.functions import FunctionHeader
@@ -30,7 +31,7 @@ Part = tuple[UniversalSet, FunctionHeader]
 
 
 @dataclass(frozen=True, eq=False)
-class UniversalFunction:
+class UniversalFunction(NotebookText):
     """One function of a file as it stands there: values in the file's own units (`unit`), no factor applied.
 
     `type` is its name (``auto spectrum``, ``power spectral density``, ``coherence`` ...), `abscissa` (n,) in Hz or s,

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance
 from toolpoint.modal_identification.judgement.steadiness import Steadiness
@@ -38,7 +39,7 @@ class ModalModel:
 
 
 @dataclass(frozen=True, eq=False)
-class Identification:
+class Identification(NotebookText):
     """What `identify` returns.
 
     Parameters

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.poles.stabilization import Diagram
 
 WIDTH = 1.0
@@ -26,7 +27,7 @@ SHORTEST = 4
 
 
 @dataclass(frozen=True, eq=False)
-class Selection:
+class Selection(NotebookText):
     """Modes selected across orders: poles (rad/s), participation (n_inputs, n_modes), share of orders with each."""
 
     poles: ComplexArray

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 
 LARGEST_DAMPING = 0.2
@@ -17,7 +18,7 @@ VECTOR_TOLERANCE = 0.95
 
 
 @dataclass(frozen=True, eq=False)
-class Diagram:
+class Diagram(NotebookText):
     """Physically possible poles of every model order.
 
     Parameters

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine.model import Machine
 from toolpoint.studies.accuracy.cutting_table import CuttingTable, check_regeneration, cutting_problem, cutting_table
@@ -122,7 +123,7 @@ class SideAccuracy:
 
 
 @dataclass(frozen=True, eq=False)
-class MillingAccuracy:
+class MillingAccuracy(NotebookText):
     """Accuracy of all sides of a path; loads in words; status says whether the stated halving bounds the error."""
 
     machine: str

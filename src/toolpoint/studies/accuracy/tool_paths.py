@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, one_of, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.drives import JerkLimits, Quintic, seven_phase
 from toolpoint.drives.program.path import ARC, LINE, PLANES, Path
 
@@ -31,7 +32,7 @@ class MotionLaw(Protocol):
 
 
 @dataclass(frozen=True, eq=False)
-class PathSide:
+class PathSide(NotebookText):
     """A smooth piece of a path from rest to rest: segments of `path` (m) in the frame `place` (4, 4), and its motion law."""
 
     name: str

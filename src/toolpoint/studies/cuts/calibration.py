@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
@@ -57,7 +58,7 @@ class CuttingTest:
 
 
 @dataclass(frozen=True, eq=False)
-class CalibrationStudy:
+class CalibrationStudy(NotebookText):
     """Both fits of a cutting test, and the course of the forces over a revolution."""
 
     test: CuttingTest

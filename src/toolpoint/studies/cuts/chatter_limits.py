@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.studies.cuts.limit_spread import LimitSpread
 from toolpoint.studies.machines.pose_words import position_words
@@ -39,7 +40,7 @@ class WorstCut:
 
 
 @dataclass(frozen=True, eq=False)
-class ChatterMap:
+class ChatterMap(NotebookText):
     """Limits of one cut over a grid of axis positions, or over a list of poses.
 
     axes : axis name to its positions, m or rad; empty for a list of poses, which has one leading axis instead.

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
@@ -32,7 +33,7 @@ NamedProgress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class LobesStudy:
+class LobesStudy(NotebookText):
     """The stability chart of a cut, and what goes with it.
 
     chart : its notes say what was assumed; advice : rows (what, rev/min, mm, why) of cuts to make; doubts : remarks on limits

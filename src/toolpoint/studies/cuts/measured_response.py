@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.modal_identification.poles.quadrature import quadrature
@@ -20,7 +21,7 @@ from toolpoint.vibration import Frf, Modes
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredResponse:
+class MeasuredResponse(NotebookText):
     """Measured responses (receptance, the band used), their modes, and the chart of the driving point where there is one.
 
     cut : what the chart is of; notes : what was assumed, and what could not be computed.

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
@@ -24,7 +25,7 @@ RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
 
 
 @dataclass(frozen=True, eq=False)
-class SimulatedCut:
+class SimulatedCut(NotebookText):
     """The simulation; `verdict` on it; `linear`: multiplier and limit of the stability chart; `notes`: what was assumed."""
 
     run: Simulation

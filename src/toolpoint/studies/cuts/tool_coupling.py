@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
 from toolpoint.machine.assemble import assemble
@@ -39,7 +40,7 @@ class StickOut:
 
 
 @dataclass(frozen=True, eq=False)
-class ToolCoupling:
+class ToolCoupling(NotebookText):
     """A tool coupled to a spindle.
 
     tool : what was coupled; tips : receptance at the tip in each plane, with draws; stick_outs : other lengths; lobes : of the

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.problem import TurningProblem
@@ -42,7 +43,7 @@ class TurningCut:
 
 
 @dataclass(frozen=True, eq=False)
-class TurningStudy:
+class TurningStudy(NotebookText):
     """The cut and its problem, the chart (its notes say what was assumed), the unconditional limit (None with process
     damping, where it depends on the speed), and the width of mode coupling alone, without regeneration, that no choice of speed
     avoids (None of a measured FRF or with process damping)."""

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity
 from toolpoint.studies.finite_elements.tuned_damper import TunedDamper, tune_damper
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
@@ -31,7 +32,7 @@ class Variant:
 
 
 @dataclass(frozen=True, eq=False)
-class FiniteElementStudy:
+class FiniteElementStudy(NotebookText):
     """What was found of a machine: modes, energies of parts and joints, variants, a damper."""
 
     machine: FiniteElementMachine

@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from toolpoint._notebook import NotebookText
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 
 
 @dataclass(frozen=True, eq=False)
-class MatrixModes:
+class MatrixModes(NotebookText):
     """The lowest modes of imported matrices, with what was checked."""
 
     matrices: ImportedMatrices

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, floats, increasing
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assemble import loop_basis
 from toolpoint.machine.gyroscopics import at_speed, fastest_spin
@@ -23,7 +24,7 @@ ROUND = 0.05  # share of a circle below which an orbit is a line, neither forwar
 
 
 @dataclass(frozen=True, eq=False)
-class Campbell:
+class Campbell(NotebookText):
     """Frequencies over the spindle speed.
 
     speeds : (n,), rev/min; frequency : (n, n_modes), Hz; whirl : the same shape, +1 forward, -1 backward, 0 neither;

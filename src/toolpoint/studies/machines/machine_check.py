@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
 from toolpoint.studies.machines.machine_beliefs import question_units
@@ -14,7 +15,7 @@ from toolpoint.studies.machines.machine_words import describe_motion
 
 
 @dataclass(frozen=True)
-class CheckedMachine:
+class CheckedMachine(NotebookText):
     """A checked machine: doubts first, then its chain, travel, motion and cut in words, then its assumptions."""
 
     machine: str

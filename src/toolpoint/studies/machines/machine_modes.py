@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.gyroscopics import fastest_spin
@@ -17,7 +18,7 @@ from toolpoint.studies.text_table import text_table
 
 
 @dataclass(frozen=True, eq=False)
-class MachineModes:
+class MachineModes(NotebookText):
     """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
 
     spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance; notes : what the

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -28,7 +29,7 @@ Pose = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class MachineReport:
+class MachineReport(NotebookText):
     """Modes of a machine at a pose beside its references, tool-point responses and stability charts; `missing` says what could
     not be computed and why."""
 

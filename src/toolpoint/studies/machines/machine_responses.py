@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, increasing
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.chain import check_poses
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
@@ -25,7 +26,7 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class MachineResponses:
+class MachineResponses(NotebookText):
     """Receptances of a machine at several poses.
 
     frfs : one Frf a pose; spread : of the natural logarithm of |H|, (n_poses, n_f, n_outputs, n_inputs), None where the machine

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.model import Machine
 
 Z95 = 1.959964
@@ -21,7 +22,7 @@ _STEP = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class MachineUncertainty:
+class MachineUncertainty(NotebookText):
     """The identified numbers of a machine.
 
     paths : of the numbers; covariance : (n, n); parts : the joint or body that each belongs to.

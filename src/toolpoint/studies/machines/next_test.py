@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.model import Machine
 from toolpoint.machine.shapes import body_shapes
@@ -30,7 +31,7 @@ Progress = Callable[[int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class NextTest:
+class NextTest(NotebookText):
     """Candidate tests, best first.
 
     names : what is measured; after : 95 % half width of the answer (relative) after each; today : the same now; answer : in

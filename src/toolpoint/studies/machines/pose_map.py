@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, count
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.assemble import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
@@ -21,7 +22,7 @@ from toolpoint.studies.text_table import text_table
 
 
 @dataclass(frozen=True, eq=False)
-class PoseMap:
+class PoseMap(NotebookText):
     """Frequencies over a grid.
 
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Axis, Drive, TreeChain
 from toolpoint.kinematics.inverse import ToolOnWork, solve_inverse
 from toolpoint.kinematics.singularity import pose_condition
@@ -24,7 +25,7 @@ Pose = Mapping[str, float]
 
 
 @dataclass(frozen=True, eq=False)
-class Reach:
+class Reach(NotebookText):
     """Poses of places.
 
     places : (n, 3), m, from the table point (the machine's origin without one); poses : one for each place, None where it

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, fail, increasing
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
@@ -27,7 +28,7 @@ _CARRIED = 0.7  # share of a peak that the lines beside it must reach: half the 
 
 
 @dataclass(frozen=True, eq=False)
-class ResponseMap:
+class ResponseMap(NotebookText):
     """Receptances of the tool against the work over a grid.
 
     axes : axis name to its positions, m or rad; frequency : (n_f,) Hz; values : (n_1, ..., n_f, 3) complex, m/N, along the

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assemble import loop_basis
@@ -35,7 +36,7 @@ _TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
 @dataclass(frozen=True, eq=False)
-class SensitivityStudy:
+class SensitivityStudy(NotebookText):
     """Table of sensitivities.
 
     paths : (n_p); parts : joint or body of each; values : (n_p,), SI; frequencies : (n_modes,), Hz; frequency : (n_p, n_modes),

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, one_of
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
@@ -30,7 +31,7 @@ _LINES = 600
 
 
 @dataclass(frozen=True, eq=False)
-class StiffnessMap:
+class StiffnessMap(NotebookText):
     """Stiffness over a grid.
 
     axes : axis name to its positions, m or rad; stiffness : (n_1, ..., 6), N/m, along the tool's x, y, z and in principal

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
 from toolpoint.cutting.description import CuttingDescription
@@ -34,7 +35,7 @@ FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
 
 @dataclass(frozen=True, eq=False)
-class ToolPoint:
+class ToolPoint(NotebookText):
     """Tool-point dynamics at several poses.
 
     poses : axis name to position, one mapping a pose; modes : Modes with one leading pose axis, seen at the tool point;

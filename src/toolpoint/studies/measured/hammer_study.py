@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, suggestion
+from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import DrivingPointCheck, Reciprocity, driving_points, reciprocity
 from toolpoint.signals.doubts import question
 from toolpoint.signals.hammer import HammerTest, hammer_test, locate_hits
@@ -41,7 +42,7 @@ class HitVerdict:
 
 
 @dataclass(frozen=True, eq=False)
-class HammerStudy:
+class HammerStudy(NotebookText):
     """The responses of a hammer test and what they rest on.
 
     frf : all responses, one column for each struck Dof; tests : the test of each; verdicts : on every hit, in order; band :

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import Machine, MachineDescription, build
 from toolpoint.machine.components import Components
@@ -20,7 +21,7 @@ from toolpoint.vibration.geometry import Geometry
 
 
 @dataclass(frozen=True, eq=False)
-class JointStudy:
+class JointStudy(NotebookText):
     """Joints, the modes, points and components that they came from, and the machine where masses were known.
 
     machine : its description, None where there is none, for the reason in `missing`; checked : the machine as it runs beside

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.derivatives import matrix_derivatives
@@ -81,7 +82,7 @@ def _equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
 
 
 @dataclass(frozen=True, eq=False)
-class Agreement:
+class Agreement(NotebookText):
     """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
 
     modes : (n_measured,) indices of the predicted partners; frac : (n_outputs, n_inputs) or None.
@@ -112,7 +113,7 @@ class Agreement:
 
 
 @dataclass(frozen=True, eq=False)
-class MachineUpdate:
+class MachineUpdate(NotebookText):
     """Result: the updated `machine`, the `fit`, its `problem`, and the agreement of every set of targets before and after."""
 
     machine: Machine

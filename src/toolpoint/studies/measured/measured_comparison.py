@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.named_points import point_positions
 from toolpoint.modal_identification import identify, real_modes
@@ -46,7 +47,7 @@ def gather_test(modes: Modes | None = None, frf: Frf | None = None, *, geometry:
 
 
 @dataclass(frozen=True, eq=False)
-class Comparison:
+class Comparison(NotebookText):
     """The correlation of a machine with a test, and that of the machine before where one was given.
 
     machine : with the points that the test was paired with.

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
 from toolpoint.modal_identification import identify, real_modes
@@ -37,7 +38,7 @@ class Measurement:
 
 
 @dataclass(frozen=True, eq=False)
-class MeasuredUpdate:
+class MeasuredUpdate(NotebookText):
     """The machine before, its update to the measurements, samples of the posterior where they were asked for, and what the
     updated machine makes doubtful about channels of the test."""
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import PointDescription
@@ -25,7 +26,7 @@ _BANDS = 4
 
 
 @dataclass(frozen=True, eq=False)
-class ModelCorrelation:
+class ModelCorrelation(NotebookText):
     """A test beside a machine.
 
     points : pairing of the points; measured, predicted : Modes at the paired Dofs; mac : (n_measured, n_predicted);

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.build import build
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.frequencies import natural_frequencies
@@ -25,7 +26,7 @@ _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 
 
 @dataclass(frozen=True, eq=False)
-class DatasheetStudy:
+class DatasheetStudy(NotebookText):
     """What a datasheet implies.
 
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, one_of
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.model import Machine
 from toolpoint.studies.cuts.chatter_map import chatter_map
@@ -24,7 +25,7 @@ _UNITS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 
 @dataclass(frozen=True, eq=False)
-class PlaceGrid:
+class PlaceGrid(NotebookText):
     """Places in rows: names of the directions, positions along each (m), and all places (n_1, ..., 3)."""
 
     names: tuple[str, ...]
@@ -116,7 +117,7 @@ class PlaceQuantity:
 
 
 @dataclass(frozen=True, eq=False)
-class PlaceMap:
+class PlaceMap(NotebookText):
     """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be; and the poses."""
 
     machine: Machine

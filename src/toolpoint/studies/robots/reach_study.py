@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import SINGULAR, nearest_singularity, pose_condition
 from toolpoint.machine.frequencies import natural_frequencies
@@ -41,7 +42,7 @@ class ReachedPose:
 
 
 @dataclass(frozen=True, eq=False)
-class ReachStudy:
+class ReachStudy(NotebookText):
     """The poses of a place; `reason` where there is none; rates : axis speed per tool speed, where the machine has a task."""
 
     machine: Machine

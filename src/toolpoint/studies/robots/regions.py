@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, count, fail, floats, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.reach import reach_places
 from toolpoint.studies.robots.place_map import PlaceQuantity, place_words
@@ -51,7 +52,7 @@ class EvenSegment:
 
 
 @dataclass(frozen=True, eq=False)
-class RegionSearch:
+class RegionSearch(NotebookText):
     """Segments that can be reached whole, the most even one first; tried : how many segments there were."""
 
     quantity: PlaceQuantity

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.reach import Pose, Reach, branch_names, reach_places
 from toolpoint.studies.robots.place_map import PlaceQuantity
@@ -18,7 +19,7 @@ from toolpoint.studies.text_table import text_table
 
 
 @dataclass(frozen=True, eq=False)
-class TurnChoice:
+class TurnChoice(NotebookText):
     """Merit over places and turns, and what was chosen.
 
     turns : (n_turns,) rad; merit : (n_places, n_turns), the least of the quantity's columns, not a number out of reach; best :
@@ -101,7 +102,7 @@ def _followed(merit: FloatArray, reaches: Sequence[Reach], largest_step: float) 
 
 
 @dataclass(frozen=True, eq=False)
-class BranchComparison:
+class BranchComparison(NotebookText):
     """A quantity on each branch of an arm along places: means (n_columns,), least value, and how many places it reaches."""
 
     quantity: PlaceQuantity

@@ -14,13 +14,14 @@ from scipy.linalg import hadamard
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, count, fail, floats
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.variation import Change, Swap, resting_shares
 
 MOST_RUNS = 1_000_000
 
 
 @dataclass(frozen=True, eq=False)
-class ScreeningDesign:
+class ScreeningDesign(NotebookText):
     """Points (n, n_changes) of a design; kind says how they were placed, labels name them where each stands for one change."""
 
     kind: str

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import rankdata, sobol_indices
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.studies.screening.metrics import is_lower_better, unit_of
 from toolpoint.studies.screening.screen import Screening
 from toolpoint.studies.text_table import text_table
@@ -36,7 +37,7 @@ class Effect:
 
 
 @dataclass(frozen=True, eq=False)
-class Ranking:
+class Ranking(NotebookText):
     """Effects of all changes on a metric, the best first; `what` says what the numbers are, `doubt` why they may not rank."""
 
     metric: str

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.assemble import assemble
 from toolpoint.machine.build import build
 from toolpoint.machine.description import MachineDescription
@@ -31,7 +32,7 @@ _MARGIN = 2e-4
 
 
 @dataclass(frozen=True, eq=False)
-class Improvement:
+class Improvement(NotebookText):
     """The cheapest changes for a goal.
 
     shares : (n,) of every factor's range; before, goal, value : the answer (worst of all poses); value is that of the full

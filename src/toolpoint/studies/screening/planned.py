@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.model import Machine
 from toolpoint.machine.screening_plan import MilledSquare, ScreeningPlan
 from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
@@ -54,7 +55,7 @@ class JoinedMetrics:
 
 
 @dataclass(frozen=True, eq=False)
-class PlannedScreening:
+class PlannedScreening(NotebookText):
     """A screening with the rankings of its first metrics."""
 
     plan: ScreeningPlan

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, ZeroOrder
 from toolpoint.machine.model import Machine
 from toolpoint.machine.screening_plan import ScreeningPlan
@@ -38,7 +39,7 @@ _FINDINGS = (
 
 
 @dataclass(frozen=True, eq=False)
-class RobotDemo:
+class RobotDemo(NotebookText):
     """Results of the demo, in the order of the source."""
 
     datasheet: DatasheetStudy

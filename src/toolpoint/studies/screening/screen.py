@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.machine.build import build
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.model import Machine
@@ -23,7 +24,7 @@ _SHOWN = 4  # metrics in the table; all are in the data
 
 
 @dataclass(frozen=True, eq=False)
-class Screening:
+class Screening(NotebookText):
     """Metrics at all points of a design.
 
     values : (n_draws, n_points, n_metrics), not a number where a variant failed; draws : (n_draws, n_doubts) shares of the

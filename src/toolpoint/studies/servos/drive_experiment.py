@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.accuracy.contour import ContourError
 from toolpoint.drives.accuracy.metrology import CircularTest, circular_test, quadrant_peaks
 from toolpoint.drives.build import build_servo
@@ -43,7 +44,7 @@ class CircleTurn:
 
 
 @dataclass(frozen=True, eq=False)
-class DriveExperiment:
+class DriveExperiment(NotebookText):
     """A simulated program: servo, histories, contour error at scale, table and tool point, loops; and a circular test.
 
     `errors` maps ``scale``, ``table`` and ``tool`` to their contour errors, `cutting` to the instants at which they count

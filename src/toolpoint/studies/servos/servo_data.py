@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import find_objects, label, maximum_filter1d, minimum_filter1d
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.drives.accuracy.axis_record import AxisRecord, AxisSignal, PositioningRun, names_of
 from toolpoint.drives.accuracy.metrology import Positioning, positioning
 from toolpoint.drives.friction.identification import FrictionFit, identify_friction
@@ -50,7 +51,7 @@ class AxisFindings:
 
 
 @dataclass(frozen=True, eq=False)
-class ServoData:
+class ServoData(NotebookText):
     """Findings of a file: axes of a record, or the positioning of a run, or the margins of a measured loop."""
 
     source: str

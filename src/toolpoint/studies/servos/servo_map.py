@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.drives import Servo, Structure, circular_test, compute_loops, simulate
 from toolpoint.drives.build import build_servo
 from toolpoint.drives.controller.loops import LoopLevel, bandwidth
@@ -32,7 +33,7 @@ QUANTITIES = (("velocity_phase_margin", "Phase margin of the velocity loop, °",
 
 
 @dataclass(frozen=True, eq=False)
-class ServoMap:
+class ServoMap(NotebookText):
     """Position loops at many poses.
 
     poses : the poses; axes : names of the drives' axes; gain_margin (dB), phase_margin (deg), bandwidth (Hz, -3 dB) :

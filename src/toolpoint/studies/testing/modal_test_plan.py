@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine.model import Machine
 from toolpoint.studies.machines.virtual_test import Hammer, MeasuringPoints, surface_points, true_modes
@@ -31,7 +32,7 @@ Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True, eq=False)
-class ModalTestPlan:
+class ModalTestPlan(NotebookText):
     """A planned hammer test.
 
     candidates : all points that could be measured; modes : the model's, at all of them; points : those to measure, with a

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification import Identification, without_window
 from toolpoint.signals.checks import driving_points
 from toolpoint.signals.usable_band import UsableBand, usable_band
@@ -61,7 +62,7 @@ class TappedDirection:
 
 
 @dataclass(frozen=True, eq=False)
-class TapStudy:
+class TapStudy(NotebookText):
     """What a tap test gives: directions, limits with speeds to use, lights, and what to strike again."""
 
     directions: tuple[TappedDirection, ...]

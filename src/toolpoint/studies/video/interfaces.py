@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND
 from toolpoint.machine.placement import place_machine
@@ -46,7 +47,7 @@ class InterfaceRank:
 
 
 @dataclass(frozen=True, eq=False)
-class InterfaceRanking:
+class InterfaceRanking(NotebookText):
     """All interfaces, the softest in the modes of the videos first."""
 
     interfaces: tuple[InterfaceRank, ...]

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.shape_modes import body_modes, window_modes
@@ -39,7 +40,7 @@ BROKEN = 10.0
 
 
 @dataclass(frozen=True, eq=False)
-class VideoStudy:
+class VideoStudy(NotebookText):
     """What a video tells.
 
     Parameters

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.placement import place_machine
 from toolpoint.modal_identification import real_modes
@@ -20,7 +21,7 @@ from toolpoint.vibration import Frf
 
 
 @dataclass(frozen=True, eq=False)
-class VideoUpdate:
+class VideoUpdate(NotebookText):
     """The ranking of the interfaces and, where any of them moves, the machine updated to the videos."""
 
     ranking: InterfaceRanking

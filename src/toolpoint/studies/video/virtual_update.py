@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.video_study import VideoStudy, study_video
@@ -27,7 +28,7 @@ SHAPE, SCALE, ORIGIN = (432, 384), 2.5e-3, (192.0, 400.0)
 
 
 @dataclass(frozen=True, eq=False)
-class VirtualUpdate:
+class VirtualUpdate(NotebookText):
     """The videos, the update, and responses at the struck point: of the truth, before and after, with FRAC of each plane."""
 
     videos: tuple[VideoStudy, ...]

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, floats
+from toolpoint._notebook import NotebookText
 
 
 @dataclass(frozen=True, eq=False)
-class EigenPairs:
+class EigenPairs(NotebookText):
     r"""Lowest modes of :math:`K \phi = \omega^2 M \phi`, ascending.
 
     Parameters

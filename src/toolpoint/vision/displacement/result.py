@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail, frozen
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Record
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, SIGHTS, Windows
 from toolpoint.vision.view import View
 
 
 @dataclass(frozen=True, eq=False)
-class DisplacementField:
+class DisplacementField(NotebookText):
     """Displacement of windows of the picture, pixels.
 
     Parameters

@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, Windows
 from toolpoint.vision.modes.projection import PointShapes
@@ -25,7 +26,7 @@ EDGE_MARGIN = 5.0
 
 
 @dataclass(frozen=True, eq=False)
-class BodyMotion:
+class BodyMotion(NotebookText):
     """Motion of one body in every mode.
 
     Parameters

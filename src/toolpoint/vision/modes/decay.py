@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, scalar
+from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Frf
 from toolpoint.vision.displacement.result import DisplacementField
 
@@ -26,7 +27,7 @@ HIGHEST = 0.42
 
 
 @dataclass(frozen=True, eq=False)
-class FreeDecay:
+class FreeDecay(NotebookText):
     """Components of a decay.
 
     Parameters
