@@ -43,6 +43,9 @@ def test_parallel_head():
 
 # Every command of the README in Python: (example, the number that it returns, relative deviation, where the number is from).
 COMMANDS = [
+    ("form_responses_of_hammer_blows.py", 4, 0, "five blows, one of them weak"),
+    pytest.param("tap_a_tool.py", 1.0, 0.15, "a slot: the single-frequency solution is near", marks=pytest.mark.slow),
+    ("plan_a_hammer_test.py", 1.0, 1e-2, "the bar: MAC of the expanded shapes at least 0.99"),
     ("examine_the_environment.py", 0, 0, "all that is needed is there"),
     ("begin_from_a_template.py", 0.5, 1e-6, "frequencies go with one over the root of all masses"),
     ("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual"),
@@ -116,6 +119,10 @@ def test_a_foundation_carries_the_weight():
 
 def test_frequencies_of_a_map_are_those_of_the_pose():
     assert run("map_frequencies.py") < 1e-9
+
+
+def test_text_tables_of_two_bands_become_one_file():
+    assert run("convert_measured_responses.py") < 1e-14  # text of 17 digits and binary doubles lose nothing
 
 
 def test_modes_from_a_file():

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from toolpoint.io.frf_files import read as read_frf
+    from toolpoint.io.frf_writing import write as write_frf
     from toolpoint.io.geometry_files import read as read_geometry
     from toolpoint.io.hdf5 import write as write_nouns
     from toolpoint.io.matrix_files import read_matrices
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_matrices",
            "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_records", "read_robot_machine",
-           "read_servo_data", "read_shaft", "write_machine", "write_nouns"]
+           "read_servo_data", "read_shaft", "write_frf", "write_machine", "write_nouns"]
 
 _HOME = {
     "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
@@ -39,7 +40,7 @@ _HOME = {
     "read_servo_data": ("program.controller_records", "read"),
     "read_record": ("record_files", "read"), "read_records": ("record_files", "read_all"),
     "read_shaft": ("yaml.shaft_file", "read"),
-    "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
+    "write_frf": ("frf_writing", "write"), "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
 }
 
 

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
+    from toolpoint.studies.measured.hammer_study import study_hammer_records
+    from toolpoint.studies.measured.identification import identify_modes
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
     from toolpoint.studies.measured.measured_update import Measurement, update_machine
@@ -48,6 +50,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.drive_experiment import run_drives
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
+    from toolpoint.studies.testing.modal_test_plan import plan_test
+    from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.interfaces import rank_interfaces
     from toolpoint.studies.video.video_study import study_video
     from toolpoint.studies.video.video_update import update_from_videos
@@ -82,6 +86,7 @@ __all__ = [
     "compare_with_test",
     "film_machine",
     "gather_test",
+    "identify_modes",
     "improve_machine",
     "judge_servo_data",
     "line",
@@ -96,6 +101,7 @@ __all__ = [
     "modal_dynamics",
     "one_at_a_time",
     "place_grid",
+    "plan_test",
     "plane_directions",
     "rank_changes",
     "rank_interfaces",
@@ -113,6 +119,7 @@ __all__ = [
     "square",
     "study_datasheet",
     "study_finite_elements",
+    "study_hammer_records",
     "study_joints",
     "study_machine",
     "study_modes",
@@ -120,6 +127,7 @@ __all__ = [
     "study_responses",
     "study_responses_of_machine",
     "study_sensitivity",
+    "study_tap",
     "study_tool",
     "study_video",
     "tune_damper",
@@ -145,6 +153,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "machines.machine_responses": ("study_responses_of_machine",),
     "machines.next_test": ("rank_tests",),
     "machines.sensitivity_study": ("study_sensitivity",),
+    "measured.hammer_study": ("study_hammer_records",),
+    "measured.identification": ("identify_modes",),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "update_machine"),
@@ -165,6 +175,8 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "servos.drive_experiment": ("run_drives",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
+    "testing.modal_test_plan": ("plan_test",),
+    "testing.tap_study": ("study_tap",),
     "video.interfaces": ("rank_interfaces",),
     "video.video_study": ("study_video",),
     "video.video_update": ("update_from_videos",),

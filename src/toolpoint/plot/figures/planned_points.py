@@ -33,5 +33,5 @@ def point_views(places: Mapping[str | int, FloatArray], measured: Sequence[str |
                           hovertemplate="%{text}<extra></extra>", row=1, col=column)
         chart.update_xaxes(title_text=f"{'xyz'[across]}, m", row=1, col=column)
         chart.update_yaxes(title_text=f"{'xyz'[up]}, m", row=1, col=column)
-    chart.update_layout(template=TEMPLATE, height=460)
+    chart.update_layout(template=TEMPLATE, height=480, legend={"orientation": "h", "y": -0.2})
     return chart
