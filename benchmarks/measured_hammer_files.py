@@ -1,6 +1,7 @@
 """Measured files as they come, nobody choosing a band: modes beside those picked by hand, and how many are marked.
 
-`../shared/data/tool_holder_frf` (five text FRFs, not renamed): its author picked 1074, 1961 and 2617 Hz with 3.40, 4.54, 3.40 %.
+`../shared/data/tool_holder_frf` (five text FRFs, not renamed): its author picked 1074, 1961 and 2617 Hz with 3.40, 4.54, 3.40
+%.
 `../shared/data/beam_hammer` (one raw record): picked here by hand from the record itself, by the decay of the acceleration in a
 band of 8 % about each clear peak (slope of the logarithm of its envelope, between 2 % and 25 % of the block).
 """
@@ -66,7 +67,8 @@ def main() -> None:
     every += compare("beam", identify_modes(study.frf, band=study.band.ends), picked)
     near = sum(abs(f) <= 0.01 for f, _ in every)
     damped = sum(abs(z) <= 0.15 for _, z in every)
-    print(f"{near} of {len(every)} frequencies within 1 %, {damped} of {len(every)} damping ratios within 15 % of those picked by hand")
+    print(f"{near} of {len(every)} frequencies within 1 %, {damped} of {len(every)} damping ratios within 15 % of those picked "
+          "by hand")
 
 
 if __name__ == "__main__":

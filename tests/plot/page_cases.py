@@ -371,3 +371,41 @@ def measured_responses() -> Report:
     modes = Modes([900.0, 1010.0, 1700.0], 0.02, np.array([[1.0, 0.5, 0.8]]), ("1:+x",))
     frf = frequency_response.modal(modes, np.arange(100.0, 3000.0), inputs=["1:+x"])
     return with_measured(Report("Measured frequency responses", subtitle="tip.txt"), study_responses(frf, None, (150, 2900)))
+
+
+def blows(*heights: float, at: str = "1:+x") -> Any:
+    from signals.hammer_case import struck
+    from toolpoint.signals.record_set import RecordSet
+
+    rng = np.random.default_rng(3)
+    records = tuple(struck([height], at=at, rng=rng, noise=1e-3) for height in heights)
+    return RecordSet(records, tuple(f"{at[0]}_{k}.csv" for k in range(1, len(records) + 1)))
+
+
+@case
+def hammer_records() -> Report:
+    from toolpoint.pages.measured.hammer_records import hammer_page
+    from toolpoint.signals.record_set import RecordSet
+    from toolpoint.studies import study_hammer_records
+
+    first, second = blows(100, 8, 90, 110), blows(95, 105, 100, at="2:+x")
+    return hammer_page(study_hammer_records(RecordSet(first.records + second.records, first.names + second.names)))
+
+
+@case
+def tap() -> Report:
+    from toolpoint.pages.testing.tap import tap_page
+    from toolpoint.studies import study_tap
+    from toolpoint.vibration import Modes, frequency_response
+
+    modes = Modes([920.0, 1480.0], [0.03, 0.025], [[2.1, 1.3]], ["tip:+x"])
+    frf = frequency_response.modal(modes, np.arange(60.0, 3000.0, 4), inputs=["tip:+x"])
+    return tap_page(study_tap(frf, values=CUT, speeds=(6000.0, 18000.0), rng=np.random.default_rng(0)))
+
+
+@case
+def planned_test() -> Report:
+    from toolpoint.pages.testing.test_plan import plan_page
+    from toolpoint.studies import plan_test
+
+    return plan_page(plan_test(machine(), 6, rng=np.random.default_rng(1)))

@@ -53,7 +53,7 @@ def test_page(name, opened):
 def test_every_page_of_the_package_is_among_the_cases():
     """A new page function is looked at too: its name stands in the cases (tests of their own for those of long studies)."""
     source = Path(page_cases.__file__).read_text(encoding="utf-8")
-    elsewhere = {"video_page", "finite_element_page", "tap_page", "hammer_page", "plan_page"}
+    elsewhere = {"video_page", "finite_element_page"}
     import toolpoint.pages
 
     assert {name for name in toolpoint.pages.__all__ if name not in source} <= elsewhere

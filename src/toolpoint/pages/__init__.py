@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.machines.machine_responses import responses_page
     from toolpoint.pages.machines.sensitivity import sensitivity_page
     from toolpoint.pages.measured.correlation import correlation_page
+    from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
     from toolpoint.pages.measured.update import update_page
@@ -29,13 +30,16 @@ if TYPE_CHECKING:
     from toolpoint.pages.servos.drive_experiment import drive_page
     from toolpoint.pages.servos.servo_data import servo_data_page
     from toolpoint.pages.servos.servo_map import servo_map_page
+    from toolpoint.pages.testing.tap import tap_page
+    from toolpoint.pages.testing.test_plan import plan_page
     from toolpoint.pages.video import video_page
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "drive_page",
-    "finite_element_page", "identification_page", "joints_page", "lobes_page", "machine_page", "map_page", "place_page",
+    "finite_element_page", "hammer_page", "identification_page", "joints_page", "lobes_page", "machine_page", "map_page", "place_page",
+    "plan_page",
     "responses_page", "robot_page", "screening_page", "sensitivity_page", "servo_data_page", "servo_map_page",
-    "simulation_page", "tool_coupling_page", "turning_page", "update_page", "video_page",
+    "simulation_page", "tap_page", "tool_coupling_page", "turning_page", "update_page", "video_page",
 ]
 
 _HOME = {
@@ -48,7 +52,8 @@ _HOME = {
     "sensitivity_page": "machines.sensitivity", "servo_data_page": "servos.servo_data",
     "servo_map_page": "servos.servo_map", "simulation_page": "cuts.simulated_cut",
     "tool_coupling_page": "cuts.tool_coupling", "turning_page": "cuts.turning", "update_page": "measured.update",
-    "video_page": "video",
+    "video_page": "video", "hammer_page": "measured.hammer_records", "tap_page": "testing.tap",
+    "plan_page": "testing.test_plan",
 }
 
 

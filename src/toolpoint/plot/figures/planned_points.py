@@ -14,24 +14,40 @@ from toolpoint.vibration import Dof
 
 VIEWS = (("front", 0, 2), ("side", 1, 2), ("top", 0, 1))
 STRUCK = "#c0392b"
+NEAR = 0.14, 0.08  # of the span across and up, nearer than which two names would touch on a phone
 
 
 def point_views(places: Mapping[str | int, FloatArray], measured: Sequence[str | int], struck: Sequence[Dof]) -> go.Figure:
-    """Return three views of all places (m), those measured with their names, and those struck with their directions."""
-    chart = make_subplots(rows=1, cols=3, subplot_titles=[name for name, _, _ in VIEWS], horizontal_spacing=0.07)
+    """Return three views of all places (m), those measured with their names, and those struck with their directions.
+
+    Where names would lie on each other one is written; all show on hover.
+    """
+    chart = make_subplots(rows=3, cols=1, subplot_titles=[name for name, _, _ in VIEWS], vertical_spacing=0.09)
     every = np.array(list(places.values()))
-    for column, (_, across, up) in enumerate(VIEWS, start=1):
-        chart.add_scatter(x=every[:, across], y=every[:, up], mode="markers", name="could be measured", showlegend=column == 1,
-                          marker={"size": 5, "color": "rgba(127,127,127,0.35)"}, hoverinfo="skip", row=1, col=column)
-        at = np.array([places[name] for name in measured])
-        chart.add_scatter(x=at[:, across], y=at[:, up], mode="markers+text", name="sensor here", showlegend=column == 1,
-                          text=[str(name) for name in measured], textposition="top center",
-                          marker={"size": 10, "color": COLOURS[0]}, hovertemplate="%{text}<extra></extra>", row=1, col=column)
-        at = np.array([places[dof.point] for dof in struck])
-        chart.add_scatter(x=at[:, across], y=at[:, up], mode="markers", name="strike here", showlegend=column == 1,
+    for row, (_, across, up) in enumerate(VIEWS, start=1):
+        plane = every[:, [across, up]]
+        chart.add_scatter(x=plane[:, 0], y=plane[:, 1], mode="markers", name="could be measured", showlegend=row == 1,
+                          marker={"size": 5, "color": "rgba(127,127,127,0.35)"}, hoverinfo="skip", row=row, col=1)
+        at = np.array([places[name] for name in measured])[:, [across, up]]
+        names = [str(name) for name in measured]
+        chart.add_scatter(x=at[:, 0], y=at[:, 1], mode="markers+text", name="sensor here", showlegend=row == 1,
+                          text=_apart(names, at, np.ptp(plane, axis=0)), textposition="top center", customdata=names,
+                          marker={"size": 10, "color": COLOURS[0]}, hovertemplate="%{customdata}<extra></extra>", row=row, col=1)
+        hit = np.array([places[dof.point] for dof in struck])[:, [across, up]]
+        chart.add_scatter(x=hit[:, 0], y=hit[:, 1], mode="markers", name="strike here", showlegend=row == 1,
                           text=[str(dof) for dof in struck], marker={"size": 15, "symbol": "star", "color": STRUCK},
-                          hovertemplate="%{text}<extra></extra>", row=1, col=column)
-        chart.update_xaxes(title_text=f"{'xyz'[across]}, m", row=1, col=column)
-        chart.update_yaxes(title_text=f"{'xyz'[up]}, m", row=1, col=column)
-    chart.update_layout(template=TEMPLATE, height=480, legend={"orientation": "h", "y": -0.2})
+                          hovertemplate="%{text}<extra></extra>", row=row, col=1)
+        chart.update_xaxes(title_text=f"{'xyz'[across]}, m", row=row, col=1)
+        chart.update_yaxes(title_text=f"{'xyz'[up]}, m", row=row, col=1)
+    chart.update_layout(template=TEMPLATE, height=1150, margin={"t": 90}, legend={"y": 1.04})
     return chart
+
+
+def _apart(names: Sequence[str], at: FloatArray, span: FloatArray) -> list[str]:
+    """Return the names, empty where another written one lies too near."""
+    written: list[int] = []
+    for k in range(len(names)):
+        steps = np.abs(at[written] - at[k]) / np.maximum(span, 1e-9)
+        if not written or ((steps[:, 0] > NEAR[0]) | (steps[:, 1] > NEAR[1])).all():
+            written.append(k)
+    return [name if k in written else "" for k, name in enumerate(names)]
