@@ -5,7 +5,6 @@ An example that saves no page has a picture of what it prints.
 
 from __future__ import annotations
 
-import builtins
 import html
 import shutil
 import subprocess
@@ -56,11 +55,7 @@ def record_pages() -> None:
     """Keep a copy of every page that an example saves, and what it prints, for its picture."""
     from toolpoint.plot import Report
 
-    save, write = Report.save, builtins.print
-
-    def printed(*values: Any, **options: Any) -> None:
-        PRINTED.append(" ".join(map(str, values)))
-        write(*values, **options)
+    save: Any = Report.save
     keep = Path(tempfile.mkdtemp(prefix="toolpoint-gallery-"))
 
     def saved(report: Any, path: Any) -> Path:
@@ -71,7 +66,21 @@ def record_pages() -> None:
         return target
 
     Report.save = saved  # type: ignore[method-assign]
-    builtins.print = printed
+    _record_print()
+
+
+def _record_print() -> None:
+    """Keep what examples print, as sphinx-gallery's own capture of it sees it."""
+    from sphinx_gallery import gen_rst
+
+    tee: Any = gen_rst._LoggingTee
+    write = tee.write
+
+    def written(self: Any, data: str) -> Any:
+        PRINTED.append(data)
+        return write(self, data)
+
+    tee.write = written
 
 
 class PageScraper:
@@ -96,7 +105,7 @@ class PageScraper:
 
 def _page_of_print() -> list[Path]:
     """Return a page of what was printed, as the terminal shows it; none where nothing was."""
-    lines = "\n".join(PRINTED).splitlines()[:SHOWN]
+    lines = "".join(PRINTED).splitlines()[:SHOWN]
     if not lines:
         return []
     page = Path(tempfile.mkdtemp(prefix="toolpoint-gallery-")) / "print.html"
