@@ -8,7 +8,7 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from typing import Any
 
 import click
@@ -54,14 +54,14 @@ def spell_options(text: str) -> str:
 @contextmanager
 def _spoken(state: Callable[[], str]) -> Iterator[None]:
     """Print what is being done, a line now and then, where nobody watches a terminal: in a log, a pipe, a batch job."""
-    from toolpoint.app.terminal import ERR
-
     ended, start = threading.Event(), time.monotonic()
 
     def speak() -> None:
         wait = FIRST_LINE
         while not ended.wait(wait):
             if state():
+                from toolpoint.app.terminal import ERR
+
                 ERR.print(f"{state()}, {time.monotonic() - start:.0f} s", markup=False)
                 wait = NEXT_LINE
     thread = threading.Thread(target=speak, daemon=True)
@@ -80,18 +80,24 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
         yield lambda name: None
         return
 
-    from toolpoint.app.terminal import bar_of_steps
-
-    said = ""
-    plain = nullcontext() if interactive() else _spoken(lambda: said)
-    with plain, bar_of_steps(not interactive()) as progress:
-        task = progress.add_task("", total=total)
-        done = -1
-
-        def step(name: str) -> None:
+    said, done = "", -1
+    if not interactive():
+        def tell(name: str) -> None:
             nonlocal done, said
             done += 1
             said = f"{name} (step {done + 1} of {total})"
+        with _spoken(lambda: said):
+            yield tell
+        return
+
+    from toolpoint.app.terminal import bar_of_steps
+
+    with bar_of_steps() as progress:
+        task = progress.add_task("", total=total)
+
+        def step(name: str) -> None:
+            nonlocal done
+            done += 1
             progress.update(task, description=name, completed=done)
         yield step
         progress.update(task, completed=total)
@@ -104,16 +110,21 @@ def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], No
         yield lambda name, done, total: None
         return
 
+    said = ""
+    if not interactive():
+        def tell(name: str, done: int, total: int) -> None:
+            nonlocal said
+            said = f"{name}: {done} of {total}"
+        with _spoken(lambda: said):
+            yield tell
+        return
+
     from toolpoint.app.terminal import bars_of_parts
 
-    said = ""
-    plain = nullcontext() if interactive() else _spoken(lambda: said)
-    with plain, bars_of_parts(not interactive()) as progress:
+    with bars_of_parts() as progress:
         tasks: dict[str, Any] = {}
 
         def count(name: str, done: int, total: int) -> None:
-            nonlocal said
-            said = f"{name}: {done} of {total}"
             if name not in tasks:
                 tasks[name] = progress.add_task(name, total=total)
             progress.update(tasks[name], completed=done, total=total)

@@ -97,13 +97,15 @@ def servo_data(file: Path, units: tuple[str, ...], sample_time: float | None, ou
 def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, ideal: tuple[str, ...],
          feed: float | None, output: Path, as_json: bool) -> None:
     """Simulate a program (G-code) or a circle (radius m, feed m/s)."""
-    from toolpoint.app.poses import machine_at
-    from toolpoint.io import read_program
     from toolpoint.io.yaml import drive_file
 
     with frame(output, as_json, steps=4) as run:
         run.step("reading")
         description = drive_file.read(drives)
+
+        from toolpoint.app.poses import machine_at
+        from toolpoint.io import read_program
+
         built = None if machine is None else machine_at(machine, pose)
         moves = None if program is None else read_program(program, feed=None if feed is None else feed * 1e-3 / 60)
         path = None if moves is None else moves.path

@@ -228,14 +228,15 @@ def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, com
               pose: dict[str, float] | None, output: Path, as_json: bool) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
     from toolpoint.app.poses import machine_at
-    from toolpoint.io import frf_files, geometry_files, mode_files
-    from toolpoint.io.yaml import component_file
-
     if components is not None and geometry is None:
         raise ToolpointError("--components: needs --geometry for the positions of the points")
     with frame(output, as_json, steps=3) as run:
         run.step("reading")
         built, first = machine_at(machine, pose), None if before is None else machine_at(before, pose)
+
+        from toolpoint.io import frf_files, geometry_files, mode_files
+        from toolpoint.io.yaml import component_file
+
         saved = [file for file in files if mode_files.holds_modes(file)]
         responses = [file for file in files if file not in saved]
         measured = mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None

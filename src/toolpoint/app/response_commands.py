@@ -53,17 +53,18 @@ def is_machine(files: Sequence[Path]) -> bool:
 
     if len(files) > 1 or files[0].suffix.lower() not in YAML:
         return False
-    from toolpoint.io.yaml import test_file
+    from toolpoint.io.yaml.file_kinds import kind_of
 
-    return not test_file.is_test(files[0])
+    return kind_of(files[0]) != "test"
 
 
 def _respond(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], *, inputs: Sequence[str], lines: Any,
              save: Path | None, output: Path, as_json: bool) -> None:
     from toolpoint.app.poses import machine_at
-    from toolpoint.io import frf_writing
 
     if save is not None:
+        from toolpoint.io import frf_writing
+
         frf_writing.check_writable(save)
     if save is not None and len(poses) > 1:
         raise ToolpointError(f"--save {save}: {len(poses)} poses; a file of responses holds one; call once for each")
@@ -78,6 +79,8 @@ def _respond(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence
             frequency=lines, progress=progress)
     run.save(responses_page(result, run.warnings))
     if save is not None:
+        from toolpoint.io import frf_writing
+
         frf_writing.write(result.frfs[0], save)
     run.show(result, result.notes, {"Responses": save})
 

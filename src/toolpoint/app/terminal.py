@@ -22,13 +22,13 @@ OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
 
 
-def bar_of_steps(is_hidden: bool) -> Progress:
+def bar_of_steps() -> Progress:
     """Return the bar of a command's named steps."""
     return Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
-                    TimeElapsedColumn(), console=ERR, transient=True, disable=is_hidden)
+                    TimeElapsedColumn(), console=ERR, transient=True)
 
 
-def bars_of_parts(is_hidden: bool) -> Progress:
+def bars_of_parts() -> Progress:
     """Return the bars of a study's parts."""
     return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
-                    transient=True, disable=is_hidden)
+                    transient=True)

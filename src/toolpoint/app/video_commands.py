@@ -56,15 +56,18 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
     Videos (.mp4 .mov .avi .mkv, extra 'video'), folders of images, .npy or raw frames. Two videos of orthogonal planes and a
     machine file rank the machine's interfaces and update it.
     """
-    from toolpoint.io import hdf5
-    from toolpoint.io.yaml import machine_file
-
     if written is not None and machine is None:
         raise ToolpointError("--update: needs --machine, the machine to be updated")
-    built = None if machine is None else machine_file.read(machine)
+    built = None
+    if machine is not None:
+        from toolpoint.io.yaml import machine_file
+
+        built = machine_file.read(machine)
     with frame(output, as_json) as run:
         videos = [_study(run, path, number, built, options) for number, path in enumerate(files)]
 
+        from toolpoint.io import hdf5
+        from toolpoint.io.yaml import machine_file
         from toolpoint.pages.video import video_page
         from toolpoint.studies.video.interfaces import rank_interfaces
         from toolpoint.studies.video.video_update import update_from_videos
@@ -95,7 +98,6 @@ def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | No
 
 def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str, Any]) -> Any:
     """Read and study one video."""
-    from toolpoint.io import frf_files, mode_files, record_files
     from toolpoint.vision import Region, read_clip
 
     view = _view(options, number)
@@ -103,6 +105,7 @@ def _study(run: Frame, path: Path, number: int, machine: Any, options: dict[str,
     clip = read_clip(path, options["fps"], shape=_shape(options["shape"]), bits=options["bits"],
                      row_delay=1e-6 * options["row_delay"], region=region)
 
+    from toolpoint.io import frf_files, mode_files, record_files
     from toolpoint.studies.video.machine_view import body_regions
     from toolpoint.studies.video.record_poles import poles_of
     from toolpoint.studies.video.video_study import study_video
