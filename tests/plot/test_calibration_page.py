@@ -33,5 +33,5 @@ def test_measured_and_fitted_forces_are_drawn_over_rotation(opened):
     values = seen.page.evaluate("window.toolpointCharts.forces1.calcdata[1].map(point => point.y)")
     np.testing.assert_allclose(values, fitted[1, :, 0], rtol=1e-6)
     shown = seen.page.content()
-    assert "K_te" in shown and "95 % interval" in shown and "Fit of the mean forces" in shown
+    assert "K<sub>te</sub>" in shown and "95 % interval" in shown and "Fit of the mean forces" in shown
     assert seen.errors == [] and len(seen.requests) == 1

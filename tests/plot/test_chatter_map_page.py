@@ -20,7 +20,7 @@ def test_map_and_speeds_are_drawn(opened, vertical_drives, axes):
     np.testing.assert_allclose(lines[0], 1e3 * found.everywhere, rtol=1e-6)
     if "map" in drawn:
         names = seen.page.evaluate("Array.from(window.toolpointCharts.map.data, t => t.name)")
-        assert names == ["worst direction", "feed at 0°", "feed at 90°"]
+        assert names[:3] == ["worst direction", "feed at 0°", "feed at 90°"]
         shown = seen.page.evaluate("(trace => Array.from(trace.z || trace.y).flatMap(r => r.length ? Array.from(r) : r))"
                                    "(window.toolpointCharts.map._fullData[0])")
         np.testing.assert_allclose(np.sort(shown), np.sort(1e3 * found.lowest.min(axis=-1), axis=None), rtol=1e-6)

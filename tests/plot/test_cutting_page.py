@@ -24,7 +24,7 @@ def test_click_on_a_cut_shows_its_simulation(opened):
     source = seen.page.locator(".tp-chart[data-name=stability]")
     source.scroll_into_view_if_needed()
     seen.page.wait_for_timeout(300)
-    title = "window.toolpointCharts.simulated.layout.title.text"
+    title = "window.toolpointCharts.simulated.parentElement.querySelector('h3').textContent"
     for number, words in ((2, "19000 rev/min"), (1, "15000 rev/min")):
         box = source.locator(".scatterlayer .trace").last.locator(".point").nth(number).bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -57,3 +57,17 @@ def test_the_probability_chart_and_the_cuts_made_are_drawn(opened):
     assert drawn[0] == "heatmap" and "95 % stable" in drawn and drawn[-2:] == ["stable cut", "cut with chatter"]
     assert "best cut with 95 % certainty" in seen.page.content()
     assert seen.errors == []
+
+
+@pytest.mark.slow
+def test_depth_at_my_speed_is_the_lower_of_both_sides(opened):
+    from toolpoint.plot import Lookup, Report
+
+    lookup = Lookup("How deep at my speed", "rev/min", [1000, 2000, 3000], [1e-3, np.inf, 2e-3],
+                    ["1000: 1 mm", "2000: no limit", "3000: 2 mm"], 1500)
+    seen = opened(Report("x", "An answer.").with_section("Chart", lookup).html())
+    place, field = seen.page.locator(".tp-lookup output"), seen.page.locator(".tp-lookup input")
+    for value, words in (("1500", "1000: 1 mm"), ("2900", "3000: 2 mm"), ("2000", "2000: no limit"), ("5000", "Outside")):
+        field.fill(value)
+        assert place.locator("strong").inner_text().startswith(words)
+    assert seen.errors == [] and len(seen.requests) == 1

@@ -23,7 +23,7 @@ def test_click_on_a_pole_animates_its_shape(opened):
     chart = seen.page.locator(".tp-chart[data-name=stabilization]")
     chart.scroll_into_view_if_needed()
     seen.page.wait_for_timeout(300)
-    stable = chart.locator(".overplot > .xy .trace").last.locator(".point")
+    stable = chart.locator(".overplot > .xy .trace").nth(-2).locator(".point")  # the last are the modes taken
     for number in (stable.count() - 1, 0):
         box = stable.nth(number).bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -52,3 +52,47 @@ def test_one_response_is_drawn_once_and_labels_of_low_modes_do_not_overlap(opene
         for b in boxes[:i]:
             assert a[0] >= b[1] or b[0] >= a[1] or a[2] >= b[3] or b[2] >= a[3], (a, b)
     assert seen.errors == []
+
+
+def click_point(seen, chart, point):
+    """Click on a drawn point by the mouse, as a person does."""
+    box = point.bounding_box()
+    x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
+    seen.page.mouse.move(x + 1, y)
+    seen.page.wait_for_timeout(200)
+    seen.page.mouse.click(x, y)
+
+
+@pytest.mark.slow
+def test_poles_are_chosen_by_clicks_and_the_command_says_so(opened):
+    rng = np.random.default_rng(6)
+    dofs = tuple(Dof(point, "+x") for point in range(1, 7))
+    modes = Modes([20.0, 45.0], [0.02, 0.02], rng.normal(size=(6, 2)), dofs)
+    frf = frequency_response.modal(modes, np.linspace(5, 80, 400), inputs=[dofs[0], dofs[3]])
+    values = frf.values * (1 + 0.005 * rng.normal(size=frf.values.shape))
+    found = identify(Frf(frf.frequency, values, frf.outputs, frf.inputs))
+    html = identification_page(found, None, ["a.txt"], command="toolpoint identify a.txt --band 5:80").html()
+    seen = opened(html, reduced_motion="reduce")
+    seen.wait("Object.keys(window.toolpointPickers).length === 1 && 'fit' in window.toolpointCharts")
+    command = seen.page.locator(".tp-picker pre").first
+    assert command.inner_text() == "toolpoint identify a.txt --band 5:80"
+    chart = seen.page.locator(".tp-chart[data-name=stabilization]")
+    chart.scroll_into_view_if_needed()
+    seen.page.wait_for_timeout(300)
+    taken = chart.locator(".overplot > .xy .trace").last.locator(".point")
+    assert taken.count() == found.modes.count
+    click_point(seen, chart, taken.nth(1))
+    removed = f"--remove {found.modes.frequency[1]:.6g}"
+    seen.wait(f"document.querySelector('.tp-picker pre').textContent.includes('{removed}')")
+    assert "remove:" in seen.page.locator(".tp-picker pre").nth(1).inner_text()
+    seen.page.locator(".tp-picker input").nth(1).check()  # by keyboard or tick: it stays after all
+    assert "--remove" not in command.inner_text()
+    orders = chart.locator(".overplot > .xy .trace").nth(-2).locator(".point")
+    click_point(seen, chart, orders.nth(orders.count() - 1))  # a stable pole beside a mode: that one is there already
+    seen.wait("document.querySelector('.tp-picker p').textContent.includes('already')")
+    assert "--add" not in command.inner_text()
+    first = seen.page.locator("h3.tp-title", has_text="fit").first.inner_text()
+    seen.page.locator("#tp-series-fit-list").select_option(index=2)
+    seen.wait("document.querySelector('.tp-chart[data-name=fit]').dataset.shown === '2'")
+    assert seen.page.locator("h3.tp-title", has_text="fit").first.inner_text() != first
+    assert seen.errors == [] and len(seen.requests) == 1

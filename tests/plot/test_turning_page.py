@@ -19,8 +19,8 @@ def test_the_page_shows_the_chart_and_the_response_with_its_least_real_part(open
     seen = opened((tmp_path / "page/index.html").read_text(), reduced_motion="reduce")
     seen.wait("'stability' in window.toolpointCharts && 'oriented' in window.toolpointCharts")
     names = seen.page.evaluate("Array.from(window.toolpointCharts.stability.data, trace => trace.name)")
-    assert names == ["stable", "first limit", "stable at every speed", "best cut, with some margin"]
-    assert seen.page.evaluate("window.toolpointCharts.stability._fullData[2].y[0]") == pytest.approx(least, rel=1e-6)
+    assert list(dict.fromkeys(names)) == ["stable", "first limit", "stable at every speed", "best cut, with some margin"]
+    assert seen.page.evaluate("window.toolpointCharts.stability._fullData[3].y[0]") == pytest.approx(least, rel=1e-6)
     title = "window.toolpointCharts.stability.layout.yaxis.title.text"
     assert seen.page.evaluate(title) == "Width of cut, mm"
     marked = seen.page.evaluate("window.toolpointCharts.oriented._fullData.filter(t => t.name === 'least real part')[0].x[0]")

@@ -84,7 +84,7 @@ def fits_by_name(result: Identification, name: str = "fit") -> ClickedSeries:
     chart = figure("", 420)
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text=plain(f"{frf.quantity.capitalize()}, {frf.unit}"), type="log", dtick=1)
-    mark_modes(chart, result.modes.frequency)
+    mark_modes(chart, result.modes.frequency, (float(frf.frequency[0]), float(frf.frequency[-1])))
     some = "" if len(chosen) == len(names) else f" {len(chosen)} of {len(names)} responses are in the list, the worst first."
     return ClickedSeries(chart, "", "", ("measured", "synthesised", "left over"), (COLOURS[0], COLOURS[1], COLOURS[6]), sets,
                          f"Left over: size of measured less synthesised.{some}", name, "Response")

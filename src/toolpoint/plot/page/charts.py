@@ -105,7 +105,7 @@ class ClickedSeries:
             return [float(f"{v:.{digits}g}") if math.isfinite(v) else None for v in values]
 
         data = {"trace": self.trace, "mode": self.mode, "names": list(self.names), "colours": list(self.colours),
-                "sets": [{"label": label, "x": short(x, 6), "y": [short(y, 4) for y in curves]}
+                "sets": [{"label": label, "x": short(x, 6), "y": [short(y, 5) for y in curves]}
                          for label, x, curves in self.sets]}
         block = f"tp-series-{self.name}"
         inner = Chart(self.figure, self.caption, self.name).fragment()
