@@ -126,11 +126,13 @@ def main() -> None:
     """Run tests until so many hits were judged."""
     parser = argparse.ArgumentParser()
     parser.add_argument("--hits", type=int, default=2000)
-    hits = parser.parse_args().hits
+    parser.add_argument("--first-seed", type=int, default=0)
+    options = parser.parse_args()
+    hits = options.hits
     warnings.simplefilter("ignore")
     counts: Counter = Counter()
     shares: list[float] = []
-    seed = 0
+    seed = options.first_seed
     while counts.total() < hits:
         more, part = run(seed)
         counts += more
@@ -142,7 +144,7 @@ def main() -> None:
     right = sum(number for name, number in counts.items() if name.endswith(" right"))
     refused = bad - sum(number for name, number in counts.items() if name.endswith("missed"))
     good = counts["good used"] + counts["good refused"]
-    print(f"{counts.total()} hits in {seed} tests: {100 * refused / bad:.2f} % of {bad} bad hits refused, "
+    print(f"{counts.total()} hits in {seed - options.first_seed} tests: {100 * refused / bad:.2f} % of {bad} bad hits refused, "
           f"{100 * right / bad:.2f} % with the right reason; {100 * counts['good refused'] / good:.2f} % of {good} good ones "
           f"refused; 95 % intervals hold {100 * np.mean(shares):.1f} % (tests {100 * np.quantile(shares, 0.05):.0f} .. "
           f"{100 * np.quantile(shares, 0.95):.0f} %)")

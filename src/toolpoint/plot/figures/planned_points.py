@@ -32,7 +32,8 @@ def point_views(places: Mapping[str | int, FloatArray], measured: Sequence[str |
         names = [str(name) for name in measured]
         chart.add_scatter(x=at[:, 0], y=at[:, 1], mode="markers+text", name="sensor here", showlegend=row == 1,
                           text=_apart(names, at, np.ptp(plane, axis=0)), textposition="top center", customdata=names,
-                          marker={"size": 10, "color": COLOURS[0]}, hovertemplate="%{customdata}<extra></extra>", row=row, col=1)
+                          marker={"size": 10, "color": COLOURS[0]}, hovertemplate="%{customdata}<extra></extra>",
+                          row=row, col=1)
         hit = np.array([places[dof.point] for dof in struck])[:, [across, up]]
         chart.add_scatter(x=hit[:, 0], y=hit[:, 1], mode="markers", name="strike here", showlegend=row == 1,
                           text=[str(dof) for dof in struck], marker={"size": 15, "symbol": "star", "color": STRUCK},
