@@ -20,20 +20,45 @@ from pathlib import Path
 
 import h5py
 import numpy as np
-from scipy.io import savemat
+from scipy.io import savemat, wavfile
 
 from toolpoint._check import ToolpointError
-from toolpoint.io import frf_files, geometry_files, hdf5, mode_files, numpy_arrays, record_files, stl, uff
-from toolpoint.io.program import command_stream, gcode, sinumerik
+from toolpoint.io import (
+    frf_files,
+    geometry_files,
+    hdf5,
+    matrix_files,
+    mesh_files,
+    mode_files,
+    numpy_arrays,
+    record_files,
+    stl,
+    uff,
+)
+from toolpoint.io.program import command_stream, controller_records, gcode, sinumerik
 from toolpoint.io.text import frf_table, record_table
-from toolpoint.io.yaml import component_file, drive_file, machine_file
+from toolpoint.io.yaml import component_file, drive_file, machine_file, plan_file, robot_file, shaft_file, test_file
 from toolpoint.vibration import Frf, Modes, Record
 
 SECONDS, GROWTH = 5.0, 1e9
-MACHINES = Path(machine_file.__file__).parents[2] / "app" / "machines"
+PACKAGE = Path(machine_file.__file__).parents[2]
+MACHINES = PACKAGE / "app" / "machines"
+# Real files beside the project, where they are; larger ones would only be slower.
+SHARED, LARGEST = Path(__file__).resolve().parents[2] / "shared" / "data", 150_000
 WORDS = [b"-1", b"9" * 400, b"1e999", b"nan", b"*a", b"&a", b"[" * 300, b"\0" * 8, b"\xff" * 8, b"<a>", b"\n", b"-1\n    -1\n",
          b"2147483647", b"18446744073709551615", b"{", b": ", b"UTF-4", b",,,", b"D+400", b"\x7f\xff\xff\xff"]
 Reader = Callable[[Path], object]
+PROGRAMS = {
+    "loop.nc": "%\nO1\nG21 G90 G54 G17\n#1=0\nWHILE [#1 LT 3] DO1\nG1 X[#1*10] Y0 F500\n#1=[#1+1]\nEND1\nG81 R2 Z-5 X1 Y1\nX2\n"
+               "G80\nM98 P2 L2\nM30\nO2\nG2 X5 Y5 R5\nM99\n%\n",
+    "part.mpf": "N10 G90 G71 G54\nDEF REAL A=3\nR1=2\nFOR R1=1 TO 3\nG1 X=A*R1 Y=IC(2) F300\nENDFOR\nIF R1>2 GOTOF ENDE\n"
+                "G3 X10 Y0 CR=5\nENDE: M30\n",
+    "part.h": "BEGIN PGM A MM\nTOOL CALL 1 Z S2000\nL X+0 Y+0 Z+5 R0 FMAX\nL Z-2 F200\nCC X+10 Y+0\nC X+20 Y+0 DR-\n"
+              "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nEND PGM A MM\n"}
+MESH = "BEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,1,1,2,3,4\nENDDATA\n"
+MEASURED: dict[str, Reader] = {
+    "controller/*": lambda path: controller_records.read(path), "gcode/*": lambda path: gcode.read(path),
+    "matrices/*": lambda path: matrix_files.read_labelled(path), "sinumerik/*": lambda path: controller_records.read(path)}
 
 
 def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
@@ -71,9 +96,19 @@ def sources(folder: Path) -> list[tuple[Path, list[Reader]]]:
     put("trace.xml", lambda path: path.write_text(TRACE), sinumerik.read)
     put("part.nc", lambda path: path.write_text("G21 G90\nG0 X0 Y0\nG1 X10 Y5 F1000\nG2 X20 Y0 I5 J0\nM30\n"), gcode.read)
     put("stream.csv", lambda path: path.write_text("time,X,Y\n0,0,0\n0.001,0.1,0\n0.002,0.2,0\n"), command_stream.read)
-    readers = [machine_file.read, drive_file.read, component_file.read]
-    for source in sorted(MACHINES.parent.rglob("*.yaml")):
+    readers = [machine_file.read, drive_file.read, component_file.read, robot_file.read, plan_file.read, shaft_file.read,
+               test_file.read]
+    for source in sorted([*MACHINES.parent.rglob("*.yaml"), *(PACKAGE / "io" / "templates").rglob("*.yaml")]):
         put(source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), *readers)
+    tone = (1e4 * rng.normal(size=(50, 2))).astype(np.int16)
+    put("tone.wav", lambda path: wavfile.write(path, 1000, tone), record_files.read)
+    for name, text in PROGRAMS.items():
+        put(name, lambda path, text=text: path.write_text(text), gcode.read)
+    put("plane.bdf", lambda path: path.write_text(MESH), mesh_files.read_nodes, matrix_files.read_labelled)
+    for pattern, reader in MEASURED.items():
+        for source in sorted(SHARED.glob(pattern)):
+            if source.stat().st_size < LARGEST:
+                put("real_" + source.name, lambda path, source=source: path.write_bytes(source.read_bytes()), reader)
     return files
 
 

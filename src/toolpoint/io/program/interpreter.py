@@ -11,7 +11,8 @@ from toolpoint.io.program.segments import Remarks
 from toolpoint.io.program.statements import ProgramLines, Statement
 from toolpoint.io.program.words import WordFault
 
-MOST_STEPS, DEEPEST = 1_000_000, 20
+# Lines that loops may run beside twenty times the program's own; passes of a loop that changes no variable: it never ends.
+MOST_STEPS, OFTEN, STANDSTILL, DEEPEST = 200_000, 20, 1000, 20
 # What a block asks of the run: where to go on ("call 100 3", "return", "end"), or nothing.
 Request = tuple[str, str, int] | None
 
@@ -27,6 +28,7 @@ class Run:
     unset: set[str] = field(default_factory=set)
     counts: dict[int, int] = field(default_factory=dict)
     calls: list[tuple[int, dict[str, float], str, int]] = field(default_factory=list)
+    passes: dict[int, tuple[int, int]] = field(default_factory=dict)
 
     def execute(self) -> None:
         """Run from the top to the end of the program; faults and notes go to the remarks."""
@@ -34,14 +36,19 @@ class Run:
             self.remarks.fault(number, 1, message)
         at, steps = 0, 0
         statements = self.listing.statements
+        most = MOST_STEPS + OFTEN * len(statements)
         while 0 <= at < len(statements):
             steps += 1
             statement = statements[at]
-            if steps > MOST_STEPS:
-                self.remarks.fault(statement.number, 1, f"more than {MOST_STEPS} lines are run: a loop without end?")
+            if steps > most:
+                self.remarks.fault(statement.number, 1, f"more than {most} lines are run: a loop without end?")
                 return
             try:
-                at = self._step(at, statement)
+                after = self._step(at, statement)
+                if after <= at and self._stands_still(after):
+                    self.remarks.fault(statement.number, 1, f"a loop without end: {STANDSTILL} passes changed no variable")
+                    return
+                at = after
             except ExpressionFault as fault:
                 self.remarks.fault(statement.number, statement.column + 1, str(fault))
                 at = self._past(at)
@@ -54,6 +61,14 @@ class Run:
             except OverflowError:
                 self.remarks.fault(statement.number, 1, "too many moves, or a number that is too large")
                 return
+
+    def _stands_still(self, at: int) -> bool:
+        """Return whether the run came back to a statement many times with all variables and counts as they were."""
+        state = hash((at, tuple(self.variables.items()), tuple(self.counts.items()), len(self.calls),
+                      tuple(call[0::3] for call in self.calls)))
+        last, passes = self.passes.get(at, (0, 0))
+        self.passes[at] = (state, passes + 1 if state == last else 0)
+        return self.passes[at][1] > STANDSTILL
 
     def _past(self, at: int) -> int:
         """Return the statement behind a block whose condition has no value."""
