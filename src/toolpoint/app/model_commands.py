@@ -133,7 +133,8 @@ def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> tuple[
 
     from toolpoint.studies.measured.identification import identify_modes
 
-    result = identify_modes(frf, band=band)
+    # All lines: what a tester of joints leaves out, he says himself.
+    result = identify_modes(frf, band=band or (float(frf.frequency[0]), float(frf.frequency[-1])))
     return result.modes, result.doubts
 
 

@@ -1,7 +1,8 @@
 r"""The part of measured lines that can be believed: above where integrated accelerations drift, below where noise takes over.
 
 Noise is the stated variance, else the third differences along the lines; its share of the responses is looked at in windows of
-lines, the median over the responses. From the strongest window the band grows to both sides until several windows in a row are
+lines, the median over the responses, and over the root of their number where there are many: a mode that all share stands
+out of noise that hides it in each. From the strongest window the band grows to both sides until several windows in a row are
 mostly noise (antiresonances are narrower). Drift is loud but rough: a window at the low end whose accelerance is a small part
 of the strongest one's and whose noise is not small does not belong to the band.
 """
@@ -17,6 +18,7 @@ from toolpoint.vibration.frf import Frf
 
 WINDOW, FEWEST = 0.006, 16  # of the lines in a window; at least so many
 NOISY, IN_A_ROW = 0.25, 4  # share of noise; windows in a row that end the band
+FEW = 5  # responses; more of them show a mode through more noise
 ROUGH, FAINT = 0.1, 0.05  # at the low end: noise above the first and accelerance below the second share
 _POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
 
@@ -52,8 +54,7 @@ def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
     notes = []
     if low > 0:
         notes.append(f"lines below {lines[starts[low]]:.4g} Hz are left out: noise and the drift of integrated accelerations "
-                     "are "
-                     "what they show")
+                     "are what they show")
     end = float(lines[-1]) if high == starts.size - 1 else float(lines[starts[high] + size - 1])
     if end < float(lines[-1]) and end < top:
         notes.append(f"lines above {end:.4g} Hz are left out: noise is more than {100 * NOISY:.0f} % of the responses there")
@@ -69,7 +70,8 @@ def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:
 
 
 def _looked_at(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, FloatArray]:
-    """Return of every window the share of noise (median over responses) and the level, both as accelerance."""
+    """Return of every window the share of noise (median over responses, less where they are many) and the level, both as
+    accelerance."""
     factor = (frf.omega ** _POWER[frf.quantity])[:, None]
     values = frf.values.reshape(frf.frequency.size, -1) * factor
     variance = None if frf.variance is None else frf.variance.reshape(frf.frequency.size, -1) * factor**2
@@ -78,7 +80,7 @@ def _looked_at(frf: Frf, starts: np.ndarray, size: int) -> tuple[FloatArray, Flo
         part = values[start:start + size]
         power = np.maximum((np.abs(part) ** 2).mean(axis=0), 1e-300)
         noise = _differences(part) if variance is None else variance[start:start + size].mean(axis=0)
-        share[k] = float(np.median(np.sqrt(noise / power)))
+        share[k] = float(np.median(np.sqrt(noise / power)) / np.sqrt(max(part.shape[1] / FEW, 1.0)))
         level[k] = float(np.median(np.sqrt(power)))
     return share, level
 
