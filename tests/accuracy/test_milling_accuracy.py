@@ -69,6 +69,7 @@ def test_zero_force_gives_zero_error(robot, sides):
     assert result.position_error == 0 and result.rotation_error == 0
 
 
+@pytest.mark.slow
 def test_work_and_energy_balance(robot, sides):
     result = mill_side(robot, sides[0], replace(SETUP, window=0.5, with_energy=True))
     assert result.energy.gap < 1e-6
@@ -136,6 +137,7 @@ def test_gravity_alone_is_the_sag_along_the_path(robot, sides):
     np.testing.assert_allclose(result.relative[[0, -1], :3], sag, rtol=1e-3, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_regeneration_agrees_with_the_stability_chart():
     machine = slide()
     problem = pose_problem(tool_point(machine, [{}], np.array([0.0, 1.0])), CUT, 0)

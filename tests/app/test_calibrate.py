@@ -181,6 +181,7 @@ def test_a_speed_that_is_not_that_of_the_record_is_told_with_the_one_it_shows(fo
     assert "line at 200 Hz is the tooth passing of 3000 rev/min: check --speed" in told
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("more", "words"), [
     (["--depth", "nan"], "--depth: nan mm"), (["--depth", "-2"], "above zero and at most 500 mm"),
     (["--yaml", "/nowhere/at/all.yaml"], "the folder /nowhere/at does not exist")])

@@ -126,6 +126,7 @@ def test_tables_of_a_page(tmp_path, capsys):
     assert "with --pictures png" in refused(capsys, page, "--to", tmp_path / "x")
 
 
+@pytest.mark.slow
 @pytest.mark.browser
 def test_pictures_of_a_page(tmp_path):
     pytest.importorskip("playwright")

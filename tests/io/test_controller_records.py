@@ -106,7 +106,7 @@ def test_positioning_run_by_a_second_computation(measured):
 def test_command_and_page(measured, tmp_path, capsys):
     main(["servo-data", str(measured / "controller" / "sinu_trace.xml"), "-o", str(tmp_path), "--json"])
     assert json.loads(capsys.readouterr().out)["axes"]["7"]["velocity_gain_1_s"] == pytest.approx(162.6, abs=0.2)
-    assert "K_v" in (tmp_path / "index.html").read_text()
+    assert "K<sub>v</sub>" in (tmp_path / "index.html").read_text()
 
 
 @pytest.mark.parametrize("text", ["", "a", "time [s]\n", "time [s],x [mm]\n1,2\n1,3\n", "<traceSession/>", "<traceSession",

@@ -94,6 +94,7 @@ def test_what_a_softening_spring_adds_does_not_stand_out():
     assert any("smooth" in line for line in found.advice)
 
 
+@pytest.mark.slow
 def test_more_references_than_outputs_have_the_same_resonances():
     rng = np.random.default_rng(1)
     frf = with_noise(benchmark(rng, points=6, references=1, lines=np.arange(1000) * 0.5).frf, 0.01, rng)

@@ -105,6 +105,7 @@ def test_lines_that_only_drift_or_noise_show_are_left_out():
     assert 2500 < usable_band(Frf(lines, loud[:, None, None], ["1:+x"], ["1:+x"])).high < 3200
 
 
+@pytest.mark.slow
 def test_measured_beam_from_its_file():
     path = DATA / "beam_hammer" / "acceleration.lvm"
     if not path.exists():

@@ -29,6 +29,7 @@ def truth():
 DOFS = [f"p{i}:{way}" for i in range(12) for way in ("+x", "+y", "+z")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("row", [None, 7])
 def test_a_sensor_turned_round_is_named_by_an_update_to_modes(truth, row):
     machine, true = truth

@@ -60,6 +60,7 @@ def test_motion_is_linear_in_the_factor_and_the_wall_stands_still(case):
         assert np.abs(wall - wall.mean()).max() < 0.02
 
 
+@pytest.mark.slow
 def test_magnified_frames_are_those_of_a_machine_that_moves_more(case):
     scene, _, warp = case
     base = scene.amplitudes

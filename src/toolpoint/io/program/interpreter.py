@@ -12,7 +12,8 @@ from toolpoint.io.program.statements import ProgramLines, Statement
 from toolpoint.io.program.words import WordFault
 
 # Lines that loops may run beside twenty times the program's own; passes of a loop that changes no variable: it never ends.
-MOST_STEPS, OFTEN, STANDSTILL, DEEPEST = 200_000, 20, 1000, 20
+MOST_STEPS, OFTEN, STANDSTILL, DEEPEST = 100_000, 20, 1000, 20
+MOST_FAULTS = 1000  # of a run; behind them nothing is told that helps
 # What a block asks of the run: where to go on ("call 100 3", "return", "end"), or nothing.
 Request = tuple[str, str, int] | None
 
@@ -34,10 +35,10 @@ class Run:
         """Run from the top to the end of the program; faults and notes go to the remarks."""
         for number, message in self.listing.faults:
             self.remarks.fault(number, 1, message)
-        at, steps = 0, 0
+        at, steps, faults = 0, 0, 0
         statements = self.listing.statements
         most = MOST_STEPS + OFTEN * len(statements)
-        while 0 <= at < len(statements):
+        while 0 <= at < len(statements) and faults < MOST_FAULTS:
             steps += 1
             statement = statements[at]
             if steps > most:
@@ -51,10 +52,10 @@ class Run:
                 at = after
             except ExpressionFault as fault:
                 self.remarks.fault(statement.number, statement.column + 1, str(fault))
-                at = self._past(at)
+                at, faults = self._past(at), faults + 1
             except WordFault as fault:
                 self.remarks.fault(statement.number, statement.column + fault.column, str(fault))
-                at += 1
+                at, faults = at + 1, faults + 1
             except RecursionError:
                 self.remarks.fault(statement.number, 1, "an expression nested too deeply")
                 at += 1

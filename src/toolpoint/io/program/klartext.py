@@ -12,7 +12,7 @@ from toolpoint.io.program.control_modes import AXES, ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
 from toolpoint.io.program.segments import Program
 
-MOST_STEPS, OFTEN = 200_000, 20  # lines that are run beside twenty times the program's own
+MOST_STEPS, OFTEN = 100_000, 20  # lines that are run beside twenty times the program's own
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
 _STILL = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN ?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")

@@ -1,0 +1,23 @@
+"""Programs whose loops never end are refused at once, with the line; loops that end run, however often."""
+
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.io.program import gcode
+
+HEAD = "G21 G90 G17\n"
+
+
+@pytest.mark.parametrize(("text", "words"), [
+    (HEAD + "#1=0\nWHILE [#1 LT 3] DO1\nG1 X[#1*10] F500\nEND1\nM30\n", "a loop without end: 1000 passes changed no variable"),
+    (HEAD + "#1=0\nWHILE [#1 GT -1] DO1\n#1=[#1+1]\nEND1\nM30\n", "lines are run: a loop without end"),
+    ("%\nO1\n" + HEAD + "M98 P2\nM30\nO2\nM98 P2 L3\nM99\n%\n", "nested more than 20 deep"),
+])
+def test_a_loop_without_end_is_named(text, words):
+    with pytest.raises(ToolpointError, match=words):
+        gcode.parse(text)
+
+
+def test_a_long_loop_that_ends_runs():
+    program = gcode.parse(HEAD + "#1=0\nWHILE [#1 LT 5000] DO1\nG1 X#1 F500\n#1=[#1+1]\nEND1\nM30\n")
+    assert program.end[-1][0] == pytest.approx(4.999)
