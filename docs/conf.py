@@ -43,5 +43,5 @@ sphinx_gallery_conf = {
     "subsection_order": [f"generated/examples_source/{group}" for group in gallery.GROUPS],
     "within_subsection_order": "FileNameSortKey", "download_all_examples": False, "show_memory": False,
     "capture_repr": (), "remove_config_comments": True, "min_reported_time": 5,
-    "default_thumb_file": str(HERE / "demo.png"),
+    "default_thumb_file": str(HERE / "demo.png"), "reset_modules": (),  # which would need matplotlib
 }
