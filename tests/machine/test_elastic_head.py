@@ -24,6 +24,12 @@ def folder(tmp_path_factory):
     return tmp_path_factory.mktemp("bodies")
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _cold():
+    """What other tests of this process keep in memory is forgotten: it would not be written."""
+    elastic_body._kept.cache_clear()
+
+
 @pytest.fixture(autouse=True)
 def _cache(folder, monkeypatch):
     monkeypatch.setenv("TOOLPOINT_CACHE", str(folder))

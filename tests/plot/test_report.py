@@ -9,7 +9,7 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table, Text
 from toolpoint.plot.figures.theme import figure
-from toolpoint.plot.page.frame import chart_script
+from toolpoint.plot.page.frame import chart_block
 
 EVIL = "</script ><script >window.broken = 1</script><img src=x onerror=\"window.broken = 2\">"
 
@@ -34,8 +34,8 @@ def full(machine, shapes, words="plain"):
 @pytest.mark.slow
 def test_page_is_whole_quiet_and_asks_nothing(opened, machine, shapes):
     html = full(machine, shapes).html()
-    assert html.count(chart_script()) == 1
-    assert len(html) - len(chart_script()) < 200_000
+    assert html.count(chart_block()) == 1
+    assert len(html) - len(chart_block()) < 200_000
     assert not re.search(r"<(script|link|img|iframe)[^>]+(src|href)=[\"']?(https?:)?//", html)
     seen = opened(html)
     seen.wait("Object.keys(window.toolpointCharts).length === 2")
