@@ -48,6 +48,14 @@ class MassProperties(NotebookText):
         if fault:
             raise ToolpointError(f"inertia: {fault}")
 
+    @classmethod
+    def of_matrix(cls, matrix: FloatArray) -> MassProperties:
+        """Return the properties that a (6, 6) mass matrix about the frame's origin holds, of twists (v, w)."""
+        mass = float(matrix[0, 0])
+        first = matrix[3:6, :3] / mass
+        inertia = matrix[3:6, 3:6] + mass * first @ first
+        return cls(mass, np.array([first[2, 1], first[0, 2], first[1, 0]]), (inertia + inertia.T) / 2)
+
     def moved(self, transform: FloatArray) -> MassProperties:
         """Return the properties seen from another frame: transform (4, 4) carries body coordinates to it."""
         r, t = transform[:3, :3], transform[:3, 3]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
@@ -51,3 +51,13 @@ def _words(error: Exception) -> str:
         return "nested too deeply" if isinstance(error, RecursionError) else "more numbers than the memory holds"
     lines = str(error).splitlines()
     return f"{type(error).__name__}: {lines[0][:160]}" if lines else type(error).__name__
+
+
+def new_files(folder: Path, names: Sequence[str], kind: str) -> list[Path]:
+    """Return files of these names in a folder, which is made; one that is there already is an error before any is written."""
+    files = [folder / f"{name}.{kind}" for name in names]
+    taken = [file for file in files if file.exists()]
+    if taken:
+        raise ToolpointError(f"{taken[0]}: exists already; nothing was written; choose another folder")
+    folder.mkdir(parents=True, exist_ok=True)
+    return files

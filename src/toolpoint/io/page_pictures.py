@@ -9,6 +9,7 @@ from typing import Any
 from urllib.parse import unquote
 
 from toolpoint._check import ToolpointError
+from toolpoint.io.door import new_files
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "chrome")
 WAIT = 20_000  # ms for a page to draw its charts
@@ -55,11 +56,7 @@ def _drawn(browser: Any, page: Path, folder: Path, kind: str, width: int, scale:
     names = tab.evaluate(NAMES)
     if not names:
         raise ToolpointError(f"{page}: has no chart")
-    files = [folder / f"{name}.{kind}" for name in names]
-    taken = [file for file in files if file.exists()]
-    if taken:
-        raise ToolpointError(f"{taken[0]}: exists already; nothing was written; choose another folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    files = new_files(folder, names, kind)
     for name, file in zip(names, files, strict=True):
         source = tab.evaluate(DRAW, [name, kind, width, scale])
         head, _, body = source.partition(",")

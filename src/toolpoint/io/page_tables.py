@@ -10,7 +10,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
-from toolpoint.io.door import door
+from toolpoint.io.door import door, new_files
 
 SPECIAL = {"&": r"\&", "%": r"\%", "#": r"\#", "_": r"\_", "$": r"\$", "{": r"\{", "}": r"\}", "±": r"$\pm$", "µ": r"\textmu{}",
            "°": r"$^\circ$", "²": r"$^2$", "~": r"\textasciitilde{}", "^": r"\textasciicircum{}", "\\": r"\textbackslash{}"}
@@ -104,11 +104,7 @@ def write_tables(page: str | Path, folder: str | Path, kind: str) -> list[Path]:
         stem = re.sub(r"[^a-z0-9]+", "_", table.title.lower()).strip("_") or "table"
         same = sum(name == stem or name.startswith(f"{stem}__") for name in names)
         names.append(stem if same == 0 else f"{stem}__{same + 1}")
-    files = [folder / f"{name}.{kind}" for name in names]
-    taken = [file for file in files if file.exists()]
-    if taken:
-        raise ToolpointError(f"{taken[0]}: exists already; nothing was written; choose another folder")
-    folder.mkdir(parents=True, exist_ok=True)
+    files = new_files(folder, names, kind)
     for table, file in zip(tables, files, strict=True):
         file.write_text(table.as_csv() if kind == "csv" else table.as_latex(), encoding="utf-8")
     return files

@@ -32,10 +32,7 @@ def beam_mass(description: BeamDescription) -> MassProperties:
     """Return the mass properties of a described beam in the body's frame."""
     beam = join_elements(*_elements(description, fine=False))
     turned = beam.rigid @ _from_frame(description.axis)
-    mass = turned.T @ beam.mass @ turned
-    first = mass[3:6, :3] / mass[0, 0]
-    inertia = mass[3:, 3:] + mass[0, 0] * first @ first
-    return MassProperties(float(mass[0, 0]), np.array([first[2, 1], first[0, 2], first[1, 0]]), (inertia + inertia.T) / 2)
+    return MassProperties.of_matrix(turned.T @ beam.mass @ turned)
 
 
 def beam_direction(description: BeamDescription) -> FloatArray:

@@ -96,10 +96,7 @@ def matrices_mass(body: MatricesBody) -> MassProperties:
     matrices = body.content
     _check_places(matrices)
     rigid = _motions(matrices, list(matrices.dofs), np.zeros(3))
-    mass = rigid.T @ (matrices.mass @ rigid)
-    first = mass[3:, :3] / mass[0, 0]
-    inertia = mass[3:, 3:] + mass[0, 0] * first @ first
-    return MassProperties(float(mass[0, 0]), np.array([first[2, 1], first[0, 2], first[1, 0]]), (inertia + inertia.T) / 2)
+    return MassProperties.of_matrix(rigid.T @ (matrices.mass @ rigid))
 
 
 def _motions(matrices: ImportedMatrices, dofs: Sequence[Dof], about: FloatArray) -> FloatArray:
