@@ -13,8 +13,8 @@ from scipy.sparse import block_diag, csc_array
 
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import frequency_response
 from toolpoint.vibration.eigen import solve_undamped

@@ -12,7 +12,7 @@ import numpy as np
 
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io import read_machine
-from toolpoint.machine.variation import Factor
+from toolpoint.machine.description.variation import Factor
 from toolpoint.studies.screening.answers import DepthLimit, ResponsePeak
 from toolpoint.studies.screening.improve import improve
 

@@ -25,7 +25,7 @@ from toolpoint.machine.description import (
     PointDescription,
     ShapeDescription,
 )
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, surface_points

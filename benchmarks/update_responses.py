@@ -21,7 +21,7 @@ import numpy as np
 import toolpoint.app
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import Machine, build
-from toolpoint.machine.assemble import assemble
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import PointDescription, parameters
 from toolpoint.studies.measured.measured_update import Measurement, update_machine
 from toolpoint.vibration import Frf, frequency_response

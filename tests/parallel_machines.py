@@ -17,7 +17,7 @@ from toolpoint.machine.description import (
     ShapeDescription,
     TaskDescription,
 )
-from toolpoint.machine.frames import describe_frame
+from toolpoint.machine.description.frames import describe_frame
 from toolpoint.spatial import transform as tf
 
 BALL = ("rx", "ry", "rz")

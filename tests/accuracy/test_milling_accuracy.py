@@ -14,7 +14,7 @@ from toolpoint.drives import JerkLimits
 from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
-from toolpoint.machine.inverse_dynamics import base_reaction
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction
 from toolpoint.machine.robot.model import rigid_members, robot_machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along

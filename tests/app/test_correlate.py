@@ -11,7 +11,7 @@ from toolpoint.app.main import main
 from toolpoint.io import hdf5
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, eigen, frequency_response

@@ -10,8 +10,8 @@ from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.io import geometry_files, hdf5, uff
 from toolpoint.io.yaml import machine_file
-from toolpoint.machine.placement import place_machine
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, surface_points, true_modes
 from toolpoint.vibration import Frf, Modes, frequency_response
 from toolpoint.vibration.correlation import mac

@@ -136,3 +136,28 @@ def test_bars_page_names_commands_that_exist():
         for word in line.replace("`", " ").split():
             if word.startswith(("benchmarks/", "tests/")):
                 assert (ROOT / word.split("::")[0]).exists(), word
+
+
+def exports_of(path):
+    """Triples (module, name there, name here) that a room's `__init__` shows to the type checker, and those it loads."""
+    tree, room = ast.parse(path.read_text(encoding="utf-8")), ".".join(path.parent.relative_to(SOURCE.parent).parts)
+    shown = {(node.module, alias.name, alias.asname or alias.name) for part in tree.body if isinstance(part, ast.If)
+             for node in ast.walk(part) if isinstance(node, ast.ImportFrom) for alias in node.names}
+    call = next(node for node in ast.walk(tree) if isinstance(node, ast.Call))
+    loaded = set()
+    for module, names in ast.literal_eval(call.args[1]).items():
+        home = module if module.startswith("toolpoint.") else f"{room}.{module}"
+        pairs = [name.split(" as ") if " as " in name else (name, name) for name in names]
+        loaded |= {(home, *pair) for pair in pairs} or {(room, module, module)}
+    return shown, loaded
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if "= export_lazily(" in path.read_text(encoding="utf-8")],
+                         ids=lambda p: p.parent.name)
+def test_what_a_room_exports_is_what_it_loads_on_first_use(path):
+    """What the type checker is shown (and has checked) is what is loaded, and what `__all__` lists."""
+    shown, loaded = exports_of(path)
+    assert shown == loaded
+    listed = next(node for node in ast.parse(path.read_text(encoding="utf-8")).body
+                  if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__")
+    assert set(ast.literal_eval(listed.value)) == {name for _, _, name in shown}

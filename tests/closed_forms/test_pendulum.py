@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.machine import assemble, build, static_equilibrium
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import (
     BodyDescription,
     FrameDescription,
@@ -14,7 +15,6 @@ from toolpoint.machine.description import (
     PointDescription,
 )
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.shapes import body_shapes
 from toolpoint.vibration import eigen
 
 G = 9.81

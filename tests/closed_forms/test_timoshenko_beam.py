@@ -10,8 +10,6 @@ from toolpoint import ToolpointError
 from toolpoint.bodies.beam import join_elements, rectangle, ring
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble, build
-from toolpoint.machine.beam_body import beam_mass, build_beam
-from toolpoint.machine.beam_description import BeamDescription, BeamSegment, SleeveDescription
 from toolpoint.machine.description import (
     BodyDescription,
     FrameDescription,
@@ -20,6 +18,8 @@ from toolpoint.machine.description import (
     PointDescription,
     SpinDescription,
 )
+from toolpoint.machine.description.beam import BeamDescription, BeamSegment, SleeveDescription
+from toolpoint.machine.parts.beam_body import beam_mass, build_beam
 from toolpoint.vibration import eigen, frequency_response
 
 NU = 0.3

@@ -9,7 +9,7 @@ from toolpoint.io import read_machine, write_machine
 from toolpoint.io.faults import FileFaults
 from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_forward
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 
 MACHINES = ("three_rps_head", "hexapod_6_ups", "three_prs_head", "gantry")
 

@@ -10,9 +10,9 @@ from toolpoint.app.main import main
 from toolpoint.io import read_machine
 from toolpoint.io.urdf import read, read_robot
 from toolpoint.machine import build
+from toolpoint.machine.assembly.inverse_dynamics import gravity_force
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.inverse_dynamics import gravity_force
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import rotation
 
 LINK = """<link name="{name}"><inertial><origin xyz="{centre}" rpy="0 0 0"/><mass value="{mass}"/>

@@ -12,7 +12,7 @@ import numpy as np
 
 from toolpoint.io.yaml import machine_file
 from toolpoint.joint_identification import ComponentMass
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.signals.hammer import hammer_test
 from toolpoint.signals.setups import join_setups

@@ -16,7 +16,7 @@ from toolpoint.kinematics.three_rps import ThreeRps
 from toolpoint.machine import build
 from toolpoint.machine.description import AxisDescription
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 
 HEAD = ThreeRps(0.35, 0.25)

@@ -18,7 +18,7 @@ from toolpoint.machine.description import (
     parameters,
 )
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import eigen, sensitivity

@@ -8,7 +8,7 @@ from toolpoint import ToolpointError
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid, Patch
 from toolpoint.machine import build
-from toolpoint.machine.assemble import assemble
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import (
     AxisDescription,
     BodyDescription,
@@ -18,9 +18,9 @@ from toolpoint.machine.description import (
     MachineDescription,
     PointDescription,
 )
-from toolpoint.machine.elastic_body import SlidingPatch, reduce_solid
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.imported_body import PointGroup, reduce_matrices
+from toolpoint.machine.parts.elastic_body import SlidingPatch, reduce_solid
+from toolpoint.machine.parts.imported_body import PointGroup, reduce_matrices
 from toolpoint.vibration import Dof
 from toolpoint.vibration.eigen import solve_undamped
 

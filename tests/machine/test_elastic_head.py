@@ -9,9 +9,9 @@ import pytest
 from conftest import MACHINES
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
-from toolpoint.machine import elastic_body
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.reduction_error import reduction_error, reduction_note
+from toolpoint.machine.assembly.reduction_error import reduction_error, reduction_note
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.parts import elastic_body
 from toolpoint.studies import solve_modes
 from toolpoint.vibration.eigen import solve_undamped
 

@@ -7,6 +7,7 @@ import pytest
 
 from toolpoint.cutting import ZeroOrder
 from toolpoint.machine import assemble, build
+from toolpoint.machine.assembly.gyroscopics import at_speed
 from toolpoint.machine.description import (
     BodyDescription,
     FrameDescription,
@@ -17,7 +18,6 @@ from toolpoint.machine.description import (
     SpinDescription,
 )
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.gyroscopics import at_speed
 from toolpoint.spatial import rotation
 from toolpoint.studies.machines.campbell import map_speeds
 from toolpoint.studies.machines.tool_point import lobes, speed_dynamics, tool_point

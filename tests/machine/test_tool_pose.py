@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint.io import read_machine
-from toolpoint.machine.tool_pose import pose_for, poses_for, tool_place
+from toolpoint.machine.pose.tool_pose import pose_for, poses_for, tool_place
 from toolpoint.spatial import rotation
 
 TRUNNION = """toolpoint: 1

@@ -8,7 +8,7 @@ from four_part_mill import four_part_mill
 
 from toolpoint._check import ToolpointError
 from toolpoint.machine import assemble
-from toolpoint.machine.named_points import point_positions
+from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.pages.machines.sensitivity import sensitivity_page
 from toolpoint.pages.measured.correlation import correlation_page
 from toolpoint.pages.measured.update import update_page

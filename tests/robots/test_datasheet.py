@@ -8,8 +8,8 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import build
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction, inverse_dynamics
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.inverse_dynamics import base_reaction, inverse_dynamics
 from toolpoint.machine.robot.gearing import compute_gearing, swap_reducer
 from toolpoint.studies.robots.datasheet_study import study_datasheet
 

@@ -10,8 +10,8 @@ from toolpoint.app.main import main
 from toolpoint.io.yaml import machine_file
 from toolpoint.kinematics.denavit_hartenberg import arm_forward
 from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import arm_rows
-from toolpoint.machine.tool_pose import tool_place
 from toolpoint.studies.machines.reach import branch_names, path_faults, reach_places
 from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid

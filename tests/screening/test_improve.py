@@ -12,7 +12,7 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import build
 from toolpoint.machine import description as d
-from toolpoint.machine.variation import Factor
+from toolpoint.machine.description.variation import Factor
 from toolpoint.studies.screening.answers import DepthLimit, PeriodicError, ResponsePeak
 from toolpoint.studies.screening.improve import _AffineModel, improve
 

@@ -8,8 +8,8 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
+from toolpoint.machine.description.variation import Factor, Option, Swap, resting_shares, vary
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.variation import Factor, Option, Swap, resting_shares, vary
 from toolpoint.studies.screening.designs import (
     fractional_factorial,
     full_factorial,

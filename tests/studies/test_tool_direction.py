@@ -20,7 +20,7 @@ from toolpoint.machine.description import (
     PointDescription,
     ShapeDescription,
 )
-from toolpoint.machine.frames import describe_frame
+from toolpoint.machine.description.frames import describe_frame
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.cuts.simulated_cut import simulate_cut

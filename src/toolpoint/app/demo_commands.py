@@ -154,7 +154,7 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
 
     from toolpoint.app import console
     from toolpoint.io.yaml import plan_file, robot_file
-    from toolpoint.machine.build import build
+    from toolpoint.machine.parts.build import build
     from toolpoint.pages.robots.robot_demo import robot_demo_page
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.screening.robot_demo import run_demo

@@ -5,8 +5,9 @@ Names below are loaded on first use: the command line asks for the description o
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.cutting import stability
@@ -45,31 +46,19 @@ __all__ = [
     "stability",
 ]
 
-_NAMES: dict[str, tuple[str, ...]] = {
+__getattr__, __dir__ = export_lazily(__name__, {
     "cut.coefficients": ("CuttingCoefficients",),
-    "cut.problem": ("MillingProblem", "SpeedVariation", "TurningProblem",),
-    "cut.tool": ("Engagement", "Tool",),
+    "cut.problem": ("MillingProblem", "SpeedVariation", "TurningProblem"),
+    "cut.tool": ("Engagement", "Tool"),
+    "stability": (),
     "stability.automatic": ("Automatic",),
     "stability.floquet.method": ("FloquetDeterminant",),
     "stability.hill.method": ("HillDeterminant",),
     "stability.methods.collocation": ("Collocation",),
-    "stability.methods.discretization": ("FullDiscretization", "SemiDiscretization",),
+    "stability.methods.discretization": ("FullDiscretization", "SemiDiscretization"),
     "stability.methods.multi_frequency": ("MultiFrequency",),
     "stability.methods.zero_order": ("ZeroOrder",),
     "stability.panels.method": ("PanelArnoldi",),
     "stability.result": ("StabilityChart",),
     "stability.warm_start": ("WarmStart",),
-}
-_HOME = {name: module for module, names in _NAMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"toolpoint.cutting.{_HOME[name]}"), name)
-    if name == "stability":
-        return importlib.import_module("toolpoint.cutting.stability")
-    raise AttributeError(f"module 'toolpoint.cutting' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+})

@@ -5,8 +5,9 @@ Names below are loaded on first use: reading a program or a drive file needs few
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.drives.accuracy.contour import contour_error, torque_comparison
@@ -52,7 +53,7 @@ __all__ = [
     "smooth_command", "step_figures", "straight_move", "torque_comparison", "tune", "two_mass_axis",
 ]
 
-_NAMES: dict[str, tuple[str, ...]] = {
+__getattr__, __dir__ = export_lazily(__name__, {
     "accuracy.contour": ("contour_error", "torque_comparison"),
     "accuracy.metrology": ("circular_hysteresis", "circular_test", "positioning", "quadrant_peaks"),
     "axis.ball_screw": ("BallScrew", "Coupling", "ball_screw_axis", "four_dof_axis"),
@@ -79,15 +80,4 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "simulation.loop_identification": ("measure_loop",),
     "simulation.moving_nut": ("simulate_moving_nut",),
     "simulation.simulate": ("simulate", "simulate_many"),
-}
-_HOME = {name: module for module, names in _NAMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"toolpoint.drives.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'toolpoint.drives' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+})

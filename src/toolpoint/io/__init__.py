@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.io.frf_files import read as read_frf
@@ -30,26 +31,20 @@ __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read
            "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_records", "read_robot_machine",
            "read_servo_data", "read_shaft", "write_frf", "write_machine", "write_nouns"]
 
-_HOME = {
-    "read_datasheet": ("yaml.robot_file", "read"), "read_robot_machine": ("yaml.robot_file", "read_robot_machine"),
-    "read_components": ("yaml.component_file", "read"), "read_drives": ("yaml.drive_file", "read"),
-    "read_frf": ("frf_files", "read"), "read_geometry": ("geometry_files", "read"),
-    "read_machine": ("yaml.machine_file", "read"), "read_modes": ("mode_files", "read"),
-    "read_mesh": ("mesh_files", "read_mesh"), "read_matrices": ("matrix_files", "read_matrices"),
-    "read_path": ("program.gcode", "read_path"), "read_program": ("program.gcode", "read"),
-    "read_servo_data": ("program.controller_records", "read"),
-    "read_record": ("record_files", "read"), "read_records": ("record_files", "read_all"),
-    "read_shaft": ("yaml.shaft_file", "read"),
-    "write_frf": ("frf_writing", "write"), "write_machine": ("yaml.machine_file", "write"), "write_nouns": ("hdf5", "write"),
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        module, verb = _HOME[name]
-        return getattr(importlib.import_module(f"toolpoint.io.{module}"), verb)
-    raise AttributeError(f"module 'toolpoint.io' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = export_lazily(__name__, {
+    "frf_files": ("read as read_frf",),
+    "frf_writing": ("write as write_frf",),
+    "geometry_files": ("read as read_geometry",),
+    "hdf5": ("write as write_nouns",),
+    "matrix_files": ("read_matrices",),
+    "mesh_files": ("read_mesh",),
+    "mode_files": ("read as read_modes",),
+    "program.controller_records": ("read as read_servo_data",),
+    "program.gcode": ("read as read_program", "read_path"),
+    "record_files": ("read as read_record", "read_all as read_records"),
+    "yaml.component_file": ("read as read_components",),
+    "yaml.drive_file": ("read as read_drives",),
+    "yaml.machine_file": ("read as read_machine", "write as write_machine"),
+    "yaml.robot_file": ("read as read_datasheet", "read_robot_machine"),
+    "yaml.shaft_file": ("read as read_shaft",),
+})

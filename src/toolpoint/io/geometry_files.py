@@ -75,7 +75,7 @@ def _csv_runs(path: Path) -> list[tuple[int, list[str | int]]]:
 def _machine_points(path: Path) -> dict[str | int, FloatArray]:
     try:
         from toolpoint.io.yaml import machine_file  # loaded for this format only
-        from toolpoint.machine.named_points import point_positions
+        from toolpoint.machine.pose.named_points import point_positions
 
         points = point_positions(machine_file.read(path))
     except ToolpointError as error:

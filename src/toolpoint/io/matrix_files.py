@@ -14,7 +14,7 @@ from toolpoint.io.door import check_regular
 from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 from toolpoint.io.suffixes import MATRICES
-from toolpoint.machine.matrices_description import Units
+from toolpoint.machine.description.matrices import Units
 from toolpoint.vibration import Dof
 
 Reader = Callable[[Path], list[LabelledMatrix]]

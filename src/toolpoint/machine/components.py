@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from toolpoint.machine.description import BodyDescription, PointDescription, Vector
+from toolpoint.machine.description.machine import BodyDescription, PointDescription, Vector
 
 if TYPE_CHECKING:  # as in the description of a machine
     from toolpoint.cutting.description import CuttingDescription

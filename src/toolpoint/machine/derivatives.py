@@ -15,12 +15,12 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assemble import loop_basis
-from toolpoint.machine.build import build, joint_law
-from toolpoint.machine.description import MachineDescription, parameters
-from toolpoint.machine.joint_terms import loop_motion
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, body_coordinates, place_machine
+from toolpoint.machine.assembly.joint_terms import loop_motion
+from toolpoint.machine.assembly.system import loop_basis
+from toolpoint.machine.description.machine import MachineDescription, parameters
+from toolpoint.machine.parts.build import build, joint_law
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}

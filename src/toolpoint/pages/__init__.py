@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.pages.cuts.calibration import calibration_page
@@ -43,26 +44,32 @@ __all__ = [
     "simulation_page", "tap_page", "tool_coupling_page", "turning_page", "update_page", "video_page",
 ]
 
-_HOME = {
-    "accuracy_page": "robots.accuracy", "calibration_page": "cuts.calibration", "campbell_page": "machines.campbell",
-    "chatter_map_page": "cuts.chatter_map", "correlation_page": "measured.correlation",
-    "drive_page": "servos.drive_experiment", "finite_element_page": "machines.finite_elements",
-    "identification_page": "measured.identification", "joints_page": "measured.joints", "lobes_page": "cuts.lobes",
-    "machine_page": "machines.machine", "map_page": "machines.frequency_map", "place_page": "robots.places",
-    "responses_page": "machines.machine_responses", "robot_page": "robots.robot", "screening_page": "robots.screening",
-    "sensitivity_page": "machines.sensitivity", "servo_data_page": "servos.servo_data",
-    "servo_map_page": "servos.servo_map", "simulation_page": "cuts.simulated_cut",
-    "tool_coupling_page": "cuts.tool_coupling", "turning_page": "cuts.turning", "update_page": "measured.update",
-    "video_page": "video", "hammer_page": "measured.hammer_records", "tap_page": "testing.tap",
-    "plan_page": "testing.test_plan",
-}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"toolpoint.pages.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'toolpoint.pages' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = export_lazily(__name__, {
+    "cuts.calibration": ("calibration_page",),
+    "cuts.chatter_map": ("chatter_map_page",),
+    "cuts.lobes": ("lobes_page",),
+    "cuts.simulated_cut": ("simulation_page",),
+    "cuts.tool_coupling": ("tool_coupling_page",),
+    "cuts.turning": ("turning_page",),
+    "machines.campbell": ("campbell_page",),
+    "machines.finite_elements": ("finite_element_page",),
+    "machines.frequency_map": ("map_page",),
+    "machines.machine": ("machine_page",),
+    "machines.machine_responses": ("responses_page",),
+    "machines.sensitivity": ("sensitivity_page",),
+    "measured.correlation": ("correlation_page",),
+    "measured.hammer_records": ("hammer_page",),
+    "measured.identification": ("identification_page",),
+    "measured.joints": ("joints_page",),
+    "measured.update": ("update_page",),
+    "robots.accuracy": ("accuracy_page",),
+    "robots.places": ("place_page",),
+    "robots.robot": ("robot_page",),
+    "robots.screening": ("screening_page",),
+    "servos.drive_experiment": ("drive_page",),
+    "servos.servo_data": ("servo_data_page",),
+    "servos.servo_map": ("servo_map_page",),
+    "testing.tap": ("tap_page",),
+    "testing.test_plan": ("plan_page",),
+    "video": ("video_page",),
+})

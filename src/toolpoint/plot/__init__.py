@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.plot.figures.correlation import mac_matrix
@@ -25,7 +26,7 @@ __all__ = [
     "frequency_map", "mac_matrix", "nyquist", "real_imaginary", "stability_chart",
 ]
 
-_NAMES = {
+__getattr__, __dir__ = export_lazily(__name__, {
     "figures.correlation": ("mac_matrix",),
     "figures.frf": ("bode", "coherence", "nyquist", "real_imaginary"),
     "figures.lobes": ("StabilityCurve", "StabilityIntervals", "stability_chart"),
@@ -38,15 +39,4 @@ _NAMES = {
     "shape_view.animated_shapes": ("AnimatedShapes",),
     "shape_view.scene": ("Box", "Scene"),
     "shape_view.view": ("ShapeView",),
-}
-_HOME = {name: module for module, names in _NAMES.items() for name in names}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        return getattr(importlib.import_module(f"toolpoint.plot.{_HOME[name]}"), name)
-    raise AttributeError(f"module 'toolpoint.plot' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+})

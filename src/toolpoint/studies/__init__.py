@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
-    from toolpoint.machine.variation import Factor, Option, Swap
+    from toolpoint.machine.description.variation import Factor, Option, Swap
     from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.machine_responses import study_responses_of_machine
     from toolpoint.studies.machines.next_test import rank_tests
     from toolpoint.studies.machines.pose_map import pose_map as map_frequencies
+    from toolpoint.studies.machines.response_map import response_map as map_responses
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
     from toolpoint.studies.measured.hammer_study import study_hammer_records
@@ -94,6 +96,7 @@ __all__ = [
     "map_chatter",
     "map_frequencies",
     "map_places",
+    "map_responses",
     "map_servo",
     "map_speeds",
     "map_stiffness",
@@ -136,31 +139,36 @@ __all__ = [
     "update_machine",
 ]
 
-_NAMES: dict[str, tuple[str, ...]] = {
+__getattr__, __dir__ = export_lazily(__name__, {
+    "accuracy.accuracy_metric": ("AccuracyMetric",),
+    "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
+    "accuracy.tool_paths": ("along_points", "arc", "line", "sides_of", "square"),
     "cuts.calibration": ("CuttingTest", "calibrate"),
+    "cuts.chatter_map": ("chatter_map as map_chatter",),
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
-    "cuts.tool_dynamics": ("machine_dynamics", "response_dynamics", "modal_dynamics", "separate_dynamics"),
+    "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning_study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty",),
-    "machines.campbell": ("map_speeds",),
-    "finite_elements.machine_study": ("study_finite_elements",), "finite_elements.matrix_modes": ("solve_matrix_modes",),
+    "finite_elements.machine_study": ("study_finite_elements",),
+    "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "finite_elements.tuned_damper": ("tune_damper",),
+    "machines.campbell": ("map_speeds",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.machine_responses": ("study_responses_of_machine",),
     "machines.next_test": ("rank_tests",),
+    "machines.pose_map": ("pose_map as map_frequencies",),
+    "machines.response_map": ("response_map as map_responses",),
     "machines.sensitivity_study": ("study_sensitivity",),
+    "machines.stiffness_map": ("stiffness_map as map_stiffness",),
     "measured.hammer_study": ("study_hammer_records",),
     "measured.identification": ("identify_modes",),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
     "measured.measured_update": ("Measurement", "update_machine"),
-    "accuracy.accuracy_metric": ("AccuracyMetric",),
-    "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
-    "accuracy.tool_paths": ("along_points", "arc", "line", "sides_of", "square"),
     "robots.datasheet_study": ("study_datasheet",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_reach",),
@@ -169,6 +177,7 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),
     "screening.designs": ("one_at_a_time",),
     "screening.effects": ("rank_changes",),
+    "screening.improve": ("improve as improve_machine",),
     "screening.metrics": ("NamedMetrics",),
     "screening.planned": ("run_plan",),
     "screening.screen": ("screen",),
@@ -182,23 +191,5 @@ _NAMES: dict[str, tuple[str, ...]] = {
     "video.video_update": ("update_from_videos",),
     "video.virtual_update": ("update_from_virtual_videos",),
     "video.virtual_video": ("film_machine",),
-}
-_CHANGES = ("Factor", "Option", "Swap")  # plain data of the machine's room, exported here beside what uses it
-_HOME = {name: (module, name) for module, names in _NAMES.items() for name in names} | {
-    # Where module and function have one name, the room exports a verb: the module would hide the function.
-    "map_chatter": ("cuts.chatter_map", "chatter_map"), "map_frequencies": ("machines.pose_map", "pose_map"),
-    "improve_machine": ("screening.improve", "improve"),
-    "map_responses": ("machines.response_map", "response_map"), "map_stiffness": ("machines.stiffness_map", "stiffness_map")}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _CHANGES:
-        return getattr(importlib.import_module("toolpoint.machine.variation"), name)
-    if name in _HOME:
-        module, verb = _HOME[name]
-        return getattr(importlib.import_module(f"toolpoint.studies.{module}"), verb)
-    raise AttributeError(f"module 'toolpoint.studies' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+    "toolpoint.machine.description.variation": ("Factor", "Option", "Swap"),
+})

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-import importlib
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
     from toolpoint.vision.clip import Clip, Region, clip_of
@@ -33,29 +34,25 @@ __all__ = [
     "join_views", "judge_quality", "measure", "overlay_edges", "point_shapes", "read_clip", "scan", "without_shake",
     "write_frames"]
 
-_HOME = {
-    "Clip": ("clip", "Clip"), "Region": ("clip", "Region"), "clip_of": ("clip", "clip_of"), "View": ("view", "View"),
-    "without_shake": ("displacement.background", "without_shake"),
-    "LucasKanade": ("displacement.lucas_kanade", "LucasKanade"), "LocalPhase": ("displacement.phase", "LocalPhase"),
-    "TemplateProducts": ("displacement.templates", "TemplateProducts"), "Scan": ("displacement.measure", "Scan"),
-    "measure": ("displacement.measure", "measure"), "scan": ("displacement.measure", "scan"),
-    "choose_points": ("displacement.points", "choose_points"), "grid_windows": ("displacement.points", "grid_windows"),
-    "judge_quality": ("displacement.quality", "judge_quality"),
-    "DisplacementField": ("displacement.result", "DisplacementField"),
-    "overlay_edges": ("magnification.edges", "overlay"), "ShapeWarp": ("magnification.warp", "ShapeWarp"),
-    "PhaseMagnification": ("magnification.phase_based", "PhaseMagnification"),
-    "write_frames": ("magnification.writing", "write_frames"), "BodyMotion": ("modes.bodies", "BodyMotion"),
-    "fit_bodies": ("modes.bodies", "fit_bodies"), "find_decay": ("modes.decay", "find_decay"),
-    "full_field": ("modes.full_field", "full_field"), "point_shapes": ("modes.projection", "point_shapes"),
-    "join_views": ("modes.views", "join_views"), "read_clip": ("reading.files", "read")}
-
-
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        module, verb = _HOME[name]
-        return getattr(importlib.import_module(f"toolpoint.vision.{module}"), verb)
-    raise AttributeError(f"module 'toolpoint.vision' has no attribute {name!r}")
-
-
-def __dir__() -> list[str]:
-    return sorted({*globals(), *_HOME})
+__getattr__, __dir__ = export_lazily(__name__, {
+    "clip": ("Clip", "Region", "clip_of"),
+    "displacement.background": ("without_shake",),
+    "displacement.lucas_kanade": ("LucasKanade",),
+    "displacement.measure": ("Scan", "measure", "scan"),
+    "displacement.phase": ("LocalPhase",),
+    "displacement.points": ("choose_points", "grid_windows"),
+    "displacement.quality": ("judge_quality",),
+    "displacement.result": ("DisplacementField",),
+    "displacement.templates": ("TemplateProducts",),
+    "magnification.edges": ("overlay as overlay_edges",),
+    "magnification.phase_based": ("PhaseMagnification",),
+    "magnification.warp": ("ShapeWarp",),
+    "magnification.writing": ("write_frames",),
+    "modes.bodies": ("BodyMotion", "fit_bodies"),
+    "modes.decay": ("find_decay",),
+    "modes.full_field": ("full_field",),
+    "modes.projection": ("point_shapes",),
+    "modes.views": ("join_views",),
+    "reading.files": ("read as read_clip",),
+    "view": ("View",),
+})

@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.bodies import MassProperties
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 
 

@@ -19,7 +19,7 @@ from toolpoint.io.door import door
 from toolpoint.io.urdf.audit import question_inertias
 from toolpoint.io.urdf.robot import MOVING, UrdfLink, UrdfRobot, parse_robot
 from toolpoint.machine import description as d
-from toolpoint.machine.frames import describe_frame
+from toolpoint.machine.description.frames import describe_frame
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 

@@ -14,7 +14,7 @@ from toolpoint.io.yaml.document import Document, Key, validate
 from toolpoint.io.yaml.machine_schema import ArmModel, ArmRowModel
 from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
 from toolpoint.machine import description as d
-from toolpoint.machine.frames import describe_frame, frame
+from toolpoint.machine.description.frames import describe_frame, frame
 from toolpoint.spatial import transform as tf
 
 LENGTHS, ANGLES = ("d", "a"), ("theta", "alpha")

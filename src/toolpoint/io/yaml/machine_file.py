@@ -13,7 +13,6 @@ from pydantic import BaseModel
 from ruamel.yaml import YAML
 
 from toolpoint._check import ToolpointError, suggestion
-from toolpoint.cutting.build import fault_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
 from toolpoint.io import stl
 from toolpoint.io.door import door
@@ -35,12 +34,12 @@ from toolpoint.joints.law import LawDescription
 from toolpoint.kinematics import Axis
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
-from toolpoint.machine.beam_description import BeamDescription
-from toolpoint.machine.build import build, joint_law, mass_properties, tree_faults
-from toolpoint.machine.chain import axis_faults
-from toolpoint.machine.elastic_description import ElasticDescription
-from toolpoint.machine.matrices_description import MatricesBody, MatricesDescription
-from toolpoint.machine.model import Machine
+from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.matrices import MatricesBody, MatricesDescription
+from toolpoint.machine.parts.build import build, joint_law, mass_properties, tree_faults
+from toolpoint.machine.parts.chain import axis_faults
+from toolpoint.machine.parts.model import Machine
 
 _SECTIONS: dict[str, type[BaseModel]] = {
     "bodies": schema.BodyModel, "joints": schema.JointModel, "axes": schema.AxisModel, "points": schema.PointModel}
@@ -282,6 +281,8 @@ def _tool_axis(top: schema.MachineModel, document: Document) -> d.Vector:
 
 def cutting_of(part: BaseModel, document: Document) -> CuttingDescription:
     """Return the described cut, its faults in the document."""
+    from toolpoint.cutting.build import fault_of  # loaded where a file describes a cut
+
     values = part.model_dump()
     variation = values.pop("speed_variation")
     cut = CuttingDescription.of(

@@ -16,10 +16,10 @@ from toolpoint.io.yaml.description_schema import file_schema, model_of
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, quantity_type
 from toolpoint.joints.law import LawDescription
-from toolpoint.machine.beam_description import BeamDescription
 from toolpoint.machine.description import InertiaDescription
-from toolpoint.machine.elastic_description import ElasticDescription
-from toolpoint.machine.matrices_description import MatricesDescription
+from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.matrices import MatricesDescription
 
 VERSION = 1
 EDGE = replace(units.STIFFNESS, name="edge coefficient", largest=1e7)

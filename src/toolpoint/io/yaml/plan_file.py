@@ -12,7 +12,7 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import parse, validate
-from toolpoint.machine.screening_plan import ScreeningPlan, find_plan_faults
+from toolpoint.machine.description.screening_plan import ScreeningPlan, find_plan_faults
 
 VERSION = 1
 

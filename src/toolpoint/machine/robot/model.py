@@ -12,9 +12,9 @@ from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.joints import Reducer
 from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
-from toolpoint.machine import description as d
-from toolpoint.machine.build import mass_properties
-from toolpoint.machine.frames import describe_frame, frame
+from toolpoint.machine.description import machine as d
+from toolpoint.machine.description.frames import describe_frame, frame
+from toolpoint.machine.parts.build import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 from toolpoint.machine.robot.lumped_beam import beam_springs, split

@@ -10,7 +10,7 @@ from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
-from toolpoint.machine.assemble import freedoms
+from toolpoint.machine.assembly.system import freedoms
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
 from toolpoint.plot.figures.frf import bode
 from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart

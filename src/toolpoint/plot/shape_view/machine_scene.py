@@ -9,11 +9,11 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.bodies import mesh
 from toolpoint.kinematics import Pose
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import BodyDescription, ShapeDescription
-from toolpoint.machine.extent import equal_box, shape_size
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.description.extent import equal_box, shape_size
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.round_shapes import cylinder_scene, sphere_scene
 from toolpoint.plot.shape_view.scene import Box, Scene

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, load_words, mill_path
 from toolpoint.studies.accuracy.tool_paths import PathSide
 

@@ -16,7 +16,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.cutting_table import CuttingTable, check_regeneration, cutting_problem, cutting_table
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import PathSide

@@ -8,10 +8,10 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from toolpoint._check import FloatArray, ToolpointError, fail, positive
-from toolpoint.machine.assemble import assemble, equations
-from toolpoint.machine.inverse_dynamics import base_reaction
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, body_coordinates, place_machine
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction
+from toolpoint.machine.assembly.system import assemble, equations
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places

@@ -22,7 +22,7 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.chain import ChartRow, Poses, chart_poses, limits_of
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute

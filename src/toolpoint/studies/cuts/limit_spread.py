@@ -17,7 +17,7 @@ from scipy import stats
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.stability.method import StabilityMethod
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.described_cut import build_problem
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, machine_dynamics
 from toolpoint.studies.execute import Progress

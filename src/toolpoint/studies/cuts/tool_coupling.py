@@ -12,7 +12,7 @@ from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
-from toolpoint.machine.assemble import assemble
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 from toolpoint.studies.text_table import text_table

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from toolpoint._check import ComplexArray, FloatArray, count, fail, floats, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
-from toolpoint.machine.assemble import loop_basis
-from toolpoint.machine.gyroscopics import at_speed, fastest_spin
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.system import loop_basis
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration.gyroscopic import gyroscopic_pencil

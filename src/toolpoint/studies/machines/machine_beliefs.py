@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import BodyDescription
-from toolpoint.machine.extent import equal_box, shape_size
+from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.vibration import eigen
 
 DENSEST, LIGHTEST = 2e4, 20.0  # kg/m^3 of a body's whole box: above tungsten, below hollow sheet metal

@@ -8,7 +8,7 @@ from toolpoint._check import FloatArray
 from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
-from toolpoint.machine.extent import equal_box, shape_size
+from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.spatial import transform as tf
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from toolpoint.machine.description import GROUND, AxisDescription, JointDescription
-from toolpoint.machine.extent import equal_box, shape_size
-from toolpoint.machine.model import Machine
+from toolpoint.machine.description.extent import equal_box, shape_size
+from toolpoint.machine.parts.model import Machine
 
 WAYS = ("x", "y", "z", "rx", "ry", "rz")
 

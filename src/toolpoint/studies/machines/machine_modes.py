@@ -9,10 +9,10 @@ from typing import Any
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
+from toolpoint.machine.assembly.gyroscopics import fastest_spin
+from toolpoint.machine.assembly.reduction_error import reduction_note
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.gyroscopics import fastest_spin
-from toolpoint.machine.reduction_error import reduction_note
-from toolpoint.machine.shapes import body_shapes
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.text_table import text_table
 

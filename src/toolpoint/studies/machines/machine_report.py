@@ -14,12 +14,12 @@ from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.machine import Machine
+from toolpoint.machine.assembly.gyroscopics import fastest_spin
+from toolpoint.machine.assembly.joint_terms import joint_matrices
+from toolpoint.machine.assembly.reduction_error import reduction_note
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import ReferenceDescription
-from toolpoint.machine.gyroscopics import fastest_spin
-from toolpoint.machine.joint_terms import joint_matrices
-from toolpoint.machine.placement import place_machine
-from toolpoint.machine.reduction_error import reduction_note
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import ToolPoint, lobes, lowest_limits, tool_point
 from toolpoint.studies.text_table import text_table

@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, increasing
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics.chain import check_poses
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.model import Machine
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import seen_along, tool_axes

@@ -15,7 +15,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 
 Z95 = 1.959964
 _STEP = 0.1

@@ -7,8 +7,8 @@ import numpy as np
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import pose_condition
 from toolpoint.kinematics.tool_frame import smallest_turn
-from toolpoint.machine.assemble import freedoms
-from toolpoint.machine.model import Machine
+from toolpoint.machine.assembly.system import freedoms
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words
 
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.model import Machine
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.machine_uncertainty import MachineUncertainty, machine_uncertainty
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.tool_point import unify_damping

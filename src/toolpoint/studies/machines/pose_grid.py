@@ -15,7 +15,7 @@ from toolpoint._check import FloatArray, ToolpointError, fail, floats
 from toolpoint._rounding import number_text
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import pose_condition
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
 
 _BLOCK = 256

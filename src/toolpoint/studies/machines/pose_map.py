@@ -12,9 +12,9 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, count
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.assemble import freedoms
+from toolpoint.machine.assembly.system import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block

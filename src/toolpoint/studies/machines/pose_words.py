@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint.kinematics import Axis
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 
 
 def pose_words(machine: Machine | None, pose: Mapping[str, float], empty: str = "reference pose") -> str:

@@ -16,8 +16,8 @@ from toolpoint.kinematics.singularity import pose_condition
 from toolpoint.kinematics.spherical_wrist import ArmBranch, SphericalWrist, move_tool
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.description import GROUND
-from toolpoint.machine.model import Machine
-from toolpoint.machine.tool_pose import tool_pair
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.tool_pose import tool_pair
 from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 

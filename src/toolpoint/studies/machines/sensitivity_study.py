@@ -20,10 +20,10 @@ from toolpoint._check import FloatArray, count, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
-from toolpoint.machine.assemble import loop_basis
+from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import parameters
-from toolpoint.machine.placement import body_coordinates, place_machine
+from toolpoint.machine.pose.placement import body_coordinates, place_machine
 from toolpoint.updating.prediction import ShapeSlopes
 from toolpoint.updating.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof

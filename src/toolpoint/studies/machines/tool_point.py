@@ -19,10 +19,10 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
 from toolpoint.kinematics.tool_frame import smallest_turn
-from toolpoint.machine.assemble import assemble
+from toolpoint.machine.assembly.gyroscopics import at_speed, fastest_spin
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import ELASTIC
-from toolpoint.machine.gyroscopics import at_speed, fastest_spin
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
 from toolpoint.substructuring.methods import REACH
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response

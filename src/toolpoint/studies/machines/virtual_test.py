@@ -11,8 +11,8 @@ from scipy.signal import firwin, upfirdn
 
 from toolpoint._check import FloatArray, count, fail, floats, positive
 from toolpoint.kinematics import Pose
-from toolpoint.machine.model import Machine
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Modes, Record, StateSpace, time_response
 from toolpoint.vibration.dof import dofs

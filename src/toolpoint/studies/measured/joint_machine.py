@@ -10,7 +10,6 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint.joint_identification import ComponentMass, JointIdentification
 from toolpoint.joint_identification.whole_machine import WholeMachine
-from toolpoint.machine.build import build, mass_properties
 from toolpoint.machine.components import Components
 from toolpoint.machine.description import (
     AxisDescription,
@@ -22,6 +21,7 @@ from toolpoint.machine.description import (
     ReferenceDescription,
     parameters,
 )
+from toolpoint.machine.parts.build import build, mass_properties
 from toolpoint.studies.measured.joint_descriptions import JointLayout, describe_axes, describe_joint, plan_layout
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Modes

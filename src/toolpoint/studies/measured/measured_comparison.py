@@ -9,7 +9,7 @@ from typing import Any
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
-from toolpoint.machine.named_points import point_positions
+from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.measured.model_correlation import ModelCorrelation, correlate, with_measured_points
 from toolpoint.studies.measured.point_pairing import PointPairing, pair_points

@@ -12,8 +12,8 @@ from toolpoint._check import Array, FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import PointDescription
-from toolpoint.machine.shapes import body_shapes
 from toolpoint.signals.doubts import question
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes

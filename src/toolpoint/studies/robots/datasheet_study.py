@@ -11,11 +11,11 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.build import build
+from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix
 from toolpoint.machine.description import MachineDescription
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.inverse_dynamics import axis_mass_matrix
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
 from toolpoint.machine.robot.model import rigid_members, robot_machine

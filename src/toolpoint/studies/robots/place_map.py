@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats, one_of
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.reach import Pose, Reach, reach_places

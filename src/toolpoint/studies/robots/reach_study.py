@@ -14,10 +14,10 @@ from toolpoint._check import FloatArray, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import ClosedChain
 from toolpoint.kinematics.singularity import SINGULAR, nearest_singularity, pose_condition
+from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravity_force
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.inverse_dynamics import axis_mass_matrix, gravity_force
-from toolpoint.machine.model import Machine
-from toolpoint.machine.tool_pose import pose_for, poses_for, tool_pair, tool_place
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.tool_pose import pose_for, poses_for, tool_pair, tool_place
 from toolpoint.studies.machines.pose_words import pose_words
 from toolpoint.studies.machines.reach import arm_of, branch_names, reach_places
 from toolpoint.studies.text_table import text_table

@@ -12,8 +12,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics.chain import Pose
-from toolpoint.machine.inverse_dynamics import base_reaction, gravity_force
-from toolpoint.machine.model import Machine
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction, gravity_force
+from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 
 

@@ -15,7 +15,7 @@ from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, count, fail, floats
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.variation import Change, Swap, resting_shares
+from toolpoint.machine.description.variation import Change, Swap, resting_shares
 
 MOST_RUNS = 1_000_000
 

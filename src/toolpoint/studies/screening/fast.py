@@ -12,10 +12,10 @@ from concurrent.futures import ThreadPoolExecutor
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, count, fail
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.build import build
-from toolpoint.machine.model import Machine
-from toolpoint.machine.variation import Factor, resting_shares, vary
+from toolpoint.machine.assembly.system import assemble
+from toolpoint.machine.description.variation import Factor, resting_shares, vary
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.screening.designs import ScreeningDesign
 
 _BLOCK = 2048

@@ -16,11 +16,11 @@ from scipy.optimize import linprog
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.assemble import assemble
-from toolpoint.machine.build import build
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import MachineDescription
-from toolpoint.machine.model import Machine
-from toolpoint.machine.variation import Factor, check_changes, resting_shares, vary
+from toolpoint.machine.description.variation import Factor, check_changes, resting_shares, vary
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.tool_point import seen_along, tool_axes
 from toolpoint.studies.screening.answers import Answer, TipSystem
 from toolpoint.studies.text_table import text_table

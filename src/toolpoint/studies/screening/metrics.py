@@ -10,7 +10,7 @@ import numpy as np
 
 from toolpoint._check import fail, one_of
 from toolpoint.machine.frequencies import natural_frequencies
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.machines.stiffness_map import stiffness_rows
 from toolpoint.studies.machines.tool_point import batch_of, tool_point

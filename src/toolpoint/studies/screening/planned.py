@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.model import Machine
-from toolpoint.machine.screening_plan import MilledSquare, ScreeningPlan
+from toolpoint.machine.description.screening_plan import MilledSquare, ScreeningPlan
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup
 from toolpoint.studies.accuracy.moving_structure import ToolStance

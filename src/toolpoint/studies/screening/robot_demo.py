@@ -13,8 +13,8 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, ZeroOrder
-from toolpoint.machine.model import Machine
-from toolpoint.machine.screening_plan import ScreeningPlan
+from toolpoint.machine.description.screening_plan import ScreeningPlan
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingAccuracy, MillingSetup, mill_path
 from toolpoint.studies.accuracy.tool_paths import square
 from toolpoint.studies.machines.reach import reach_places

@@ -11,10 +11,10 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, count, fail
 from toolpoint._notebook import NotebookText
-from toolpoint.machine.build import build
 from toolpoint.machine.description import MachineDescription
-from toolpoint.machine.model import Machine
-from toolpoint.machine.variation import Change, Factor, branch_of, check_changes, vary
+from toolpoint.machine.description.variation import Change, Factor, branch_of, check_changes, vary
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.execute import Engine, Progress, execute
 from toolpoint.studies.screening.designs import ScreeningDesign
 from toolpoint.studies.screening.metrics import Metric, unit_of
@@ -132,7 +132,7 @@ def screen(
              "give doubts=[Factor(...)], rng=numpy.random.default_rng(1)")
     if doubts:
         check_changes(description, doubts)
-    from toolpoint.machine.variation import resting_shares
+    from toolpoint.machine.description.variation import resting_shares
 
     rest = np.array(resting_shares(doubts))
     shares = np.vstack([rest[None], rng.random((count("draws", draws, 0), len(doubts)))]) if rng is not None else rest[None]

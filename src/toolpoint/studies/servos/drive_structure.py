@@ -9,7 +9,7 @@ from toolpoint.drives.axis.plant import Structure
 from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.faults import check_description
 from toolpoint.machine import Machine
-from toolpoint.machine.assemble import assemble
+from toolpoint.machine.assembly.system import assemble
 from toolpoint.vibration import eigen
 
 # The drives carry these directions now; a stiffness of zero would make them free and change the joint's kind.

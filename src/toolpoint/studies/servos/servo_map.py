@@ -17,7 +17,7 @@ from toolpoint.drives.controller.loops import LoopLevel, bandwidth
 from toolpoint.drives.description import DriveDescription
 from toolpoint.drives.program.command import circle as circle_command
 from toolpoint.kinematics.chain import check_poses
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.drive_structure import free_machine, structure_at
 from toolpoint.studies.text_table import text_table

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.virtual_test import Hammer, MeasuringPoints, surface_points, true_modes
 from toolpoint.studies.testing.point_choice import choose_points, choose_struck, largest_likeness, visibility
 from toolpoint.studies.testing.virtual_outcome import VirtualOutcome, run_virtual_test

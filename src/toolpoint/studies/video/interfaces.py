@@ -19,7 +19,7 @@ from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 from toolpoint.studies.text_table import text_table
 from toolpoint.studies.video.video_study import VideoStudy

@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.machine import Machine
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vision.clip import Region
 from toolpoint.vision.view import View

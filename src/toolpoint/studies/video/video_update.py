@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.modal_identification import real_modes
 from toolpoint.studies.measured.machine_update import MachineUpdate, update
 from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.machine import Machine, assemble
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.video.machine_view import INSET, body_corners, body_regions
 from toolpoint.vibration import Dof, eigen

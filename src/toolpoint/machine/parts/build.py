@@ -13,8 +13,8 @@ from toolpoint.bodies import Body, MassProperties, mesh, shapes
 from toolpoint.joints import LinearJoint, linear, screws
 from toolpoint.joints.law import LawDescription
 from toolpoint.joints.linear import DIRECTIONS
-from toolpoint.machine.chain import build_chain, large_freedoms
-from toolpoint.machine.description import (
+from toolpoint.machine.description.frames import frame
+from toolpoint.machine.description.machine import (
     ELASTIC,
     GROUND,
     BodyDescription,
@@ -22,8 +22,8 @@ from toolpoint.machine.description import (
     MachineDescription,
     ShapeDescription,
 )
-from toolpoint.machine.frames import frame
-from toolpoint.machine.model import LoopJoint, Machine
+from toolpoint.machine.parts.chain import build_chain, large_freedoms
+from toolpoint.machine.parts.model import LoopJoint, Machine
 
 
 def _box(shape: ShapeDescription, density: float) -> MassProperties:
@@ -63,11 +63,11 @@ def mass_properties(body: BodyDescription) -> MassProperties:
     if body.elastic is not None:
         return body.elastic.model.mass_properties
     if body.beam is not None:
-        from toolpoint.machine.beam_body import beam_mass
+        from toolpoint.machine.parts.beam_body import beam_mass
 
         return _named("beam", beam_mass, body.beam)
     if body.matrices is not None:
-        from toolpoint.machine.imported_body import matrices_mass
+        from toolpoint.machine.parts.imported_body import matrices_mass
 
         return _named("matrices", matrices_mass, body.matrices)
     if body.mesh is not None or body.shape is not None:
@@ -188,14 +188,14 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
 def _elastic(body: BodyDescription) -> Body:
     mass_properties(body)  # its faults first: they are cheap to find
     if body.beam is not None:
-        from toolpoint.machine.beam_body import build_beam
+        from toolpoint.machine.parts.beam_body import build_beam
 
         return _named("beam", build_beam, body.beam)
     if body.matrices is not None:
-        from toolpoint.machine.imported_body import build_matrices
+        from toolpoint.machine.parts.imported_body import build_matrices
 
         return _named("matrices", build_matrices, body.matrices)
-    from toolpoint.machine.elastic_body import build_elastic  # finite elements load where a body has them
+    from toolpoint.machine.parts.elastic_body import build_elastic  # finite elements load where a body has them
 
     assert body.elastic is not None
     return build_elastic(body.elastic)

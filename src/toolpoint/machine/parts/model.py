@@ -12,7 +12,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies import Body
 from toolpoint.joints import LinearJoint
 from toolpoint.kinematics import TreeChain
-from toolpoint.machine.description import GROUND, MachineDescription
+from toolpoint.machine.description.machine import GROUND, MachineDescription
 
 
 @dataclass(frozen=True, eq=False)

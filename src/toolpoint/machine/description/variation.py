@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from toolpoint._check import fail, suggestion
-from toolpoint.machine.description import MachineDescription, parameters
+from toolpoint.machine.description.machine import MachineDescription, parameters
 
 
 @dataclass(frozen=True)

@@ -6,10 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.elastic_body import reliable_to
-from toolpoint.machine.elastic_description import ElasticDescription
-from toolpoint.machine.model import Machine
-from toolpoint.machine.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.parts.elastic_body import reliable_to
+from toolpoint.machine.parts.model import Machine
 
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
 

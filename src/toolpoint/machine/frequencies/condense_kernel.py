@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.machine.closed_kernel import forward, side, solve
-from toolpoint.machine.kernel import _inertias, _momentum, _moved, _twist
+from toolpoint.machine.frequencies.closed_kernel import forward, side, solve
+from toolpoint.machine.frequencies.kernel import _inertias, _momentum, _moved, _twist
 
 
 @njit(cache=True)

@@ -16,9 +16,9 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface, MassProperties
 from toolpoint.bodies.imported import ImportedMatrices
-from toolpoint.machine.content_key import ContentKey
-from toolpoint.machine.elastic_body import free_body
-from toolpoint.machine.matrices_description import MatricesBody
+from toolpoint.machine.description.matrices import MatricesBody
+from toolpoint.machine.parts.content_key import ContentKey
+from toolpoint.machine.parts.elastic_body import free_body
 from toolpoint.spatial.rotation import skew
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads

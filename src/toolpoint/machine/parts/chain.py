@@ -12,8 +12,8 @@ from toolpoint.joints import LinearJoint
 from toolpoint.kinematics import Axis, ClosedChain, Drive, LoopClosure, Step, Task, TreeChain
 from toolpoint.kinematics.axis import AXES
 from toolpoint.kinematics.task import ANGLES
-from toolpoint.machine.description import GROUND, JointDescription, MachineDescription
-from toolpoint.machine.frames import frame
+from toolpoint.machine.description.frames import frame
+from toolpoint.machine.description.machine import GROUND, JointDescription, MachineDescription
 from toolpoint.spatial import transform as tf
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.description import ShapeDescription
+from toolpoint.machine.description.machine import ShapeDescription
 
 
 def shape_size(shape: ShapeDescription) -> FloatArray:

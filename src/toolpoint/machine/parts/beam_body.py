@@ -12,8 +12,8 @@ from scipy.sparse import csc_array
 from toolpoint._check import FloatArray, fail
 from toolpoint.bodies import Body, Interface, MassProperties
 from toolpoint.bodies.beam import BeamMatrices, BeamSection, join_elements
-from toolpoint.machine.beam_description import BeamDescription
-from toolpoint.machine.content_key import ContentKey
+from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import REACH, ActingLoads
 from toolpoint.substructuring.reduction import Reduction, reduce

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import place_machine
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import place_machine
 
 
 def point_positions(machine: Machine, pose: Mapping[str, float] | None = None) -> dict[str | int, FloatArray]:

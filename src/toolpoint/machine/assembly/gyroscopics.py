@@ -14,9 +14,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail, scalar
 from toolpoint.bodies import Body
-from toolpoint.machine.description import MachineDescription
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, body_coordinates
+from toolpoint.machine.description.machine import MachineDescription
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement, body_coordinates
 from toolpoint.spatial.rotation import skew
 
 ROUND = 1e-6  # of the moment of inertia: how far a body may be from symmetric about its axis

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 
 
 def body_moments(machine: Machine) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
 from toolpoint.kinematics.inverse import InverseSolution, ToolOnWork, solve_all_inverse, solve_inverse, tool_on_work
-from toolpoint.machine.description import GROUND
-from toolpoint.machine.model import Machine
+from toolpoint.machine.description.machine import GROUND
+from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.machine.kernel import _moved, _product, _product_transposed
+from toolpoint.machine.frequencies.kernel import _moved, _product, _product_transposed
 
 CORRECTIONS = 7
 LARGEST_CORRECTION = 0.12

@@ -12,11 +12,11 @@ from toolpoint._check import BoolArray, FloatArray, IndexArray, fail
 from toolpoint.kinematics import ClosedChain, Pose
 from toolpoint.kinematics.closure import Solution
 from toolpoint.kinematics.reach import first_fault, limit_reasons
-from toolpoint.machine.assemble import loop_basis
-from toolpoint.machine.joint_terms import joint_matrices, loop_directions, loop_motion
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import place_machine
-from toolpoint.machine.tree_arrays import body_moments, paths_of
+from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_directions, loop_motion
+from toolpoint.machine.assembly.system import loop_basis
+from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import place_machine
 
 _CHUNK = 4096
 
@@ -40,7 +40,7 @@ def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray
 
     Raises ToolpointError for what the kernels cannot do, and for poses beyond the limits of joints.
     """
-    from toolpoint.machine import closed_kernel, condense_kernel, kernel
+    from toolpoint.machine.frequencies import closed_kernel, condense_kernel, kernel
 
     chain = machine.chain
     assert isinstance(chain, ClosedChain)

@@ -12,8 +12,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail, suggestion
 from toolpoint.kinematics import Pose, Step
-from toolpoint.machine.description import PointDescription
-from toolpoint.machine.model import Machine
+from toolpoint.machine.description.machine import PointDescription
+from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Annotated, Literal
 
 from toolpoint._quantity import Key, Quantity, limit_faults
-from toolpoint.machine.variation import Factor, Swap
+from toolpoint.machine.description.variation import Factor, Swap
 
 PathLength = Annotated[float, Quantity("length", "m", above=0)]
 PathPlace = Annotated[float, Quantity("length", "m")]

@@ -14,9 +14,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint.joints.law import LawDescription
-from toolpoint.machine.beam_description import BeamDescription
-from toolpoint.machine.elastic_description import ElasticDescription
-from toolpoint.machine.matrices_description import MatricesBody
+from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.matrices import MatricesBody
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
     from toolpoint.cutting.description import CuttingDescription

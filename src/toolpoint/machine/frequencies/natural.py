@@ -6,13 +6,13 @@ import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assemble import equations, freedoms, mass_matrix
-from toolpoint.machine.closed_frequencies import solve_closed
-from toolpoint.machine.gyroscopics import elastic_spins, gyroscopic_matrix, spins
-from toolpoint.machine.joint_terms import joint_matrices
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import place_machine
-from toolpoint.machine.tree_arrays import body_moments, paths_of
+from toolpoint.machine.assembly.gyroscopics import elastic_spins, gyroscopic_matrix, spins
+from toolpoint.machine.assembly.joint_terms import joint_matrices
+from toolpoint.machine.assembly.system import equations, freedoms, mass_matrix
+from toolpoint.machine.frequencies.closed import solve_closed
+from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 from toolpoint.vibration.gyroscopic import whirl_omega
 
@@ -104,7 +104,7 @@ def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | N
              "definite stiffness", "use path='numpy'")
     if any(body.modal_count for body in machine.bodies):
         fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
-    from toolpoint.machine import kernel
+    from toolpoint.machine.frequencies import kernel
 
     at = machine.chain.step_values(poses)
     matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))

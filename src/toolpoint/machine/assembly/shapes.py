@@ -8,9 +8,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assemble import equations
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, place_machine
+from toolpoint.machine.assembly.system import equations
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement, place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
 
 

@@ -16,9 +16,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
-from toolpoint.machine.joint_terms import joint_matrices, loop_directions, loop_frame, loop_motion
-from toolpoint.machine.model import LoopJoint, Machine
-from toolpoint.machine.placement import Placement, place_machine
+from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_directions, loop_frame, loop_motion
+from toolpoint.machine.parts.model import LoopJoint, Machine
+from toolpoint.machine.pose.placement import Placement, place_machine
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.rotation import skew
 

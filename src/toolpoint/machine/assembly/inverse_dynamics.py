@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.kinematics import ClosedChain, Pose
 from toolpoint.kinematics.steps import advance
-from toolpoint.machine.model import Machine
+from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
-from toolpoint.machine import preload
-from toolpoint.machine.gyroscopics import gyroscopic_matrix
-from toolpoint.machine.joint_terms import joint_matrices, loop_motion
-from toolpoint.machine.model import Machine
-from toolpoint.machine.placement import Placement, body_coordinates, place_machine
+from toolpoint.machine.assembly import preload
+from toolpoint.machine.assembly.gyroscopics import gyroscopic_matrix
+from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_motion
+from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
 from toolpoint.vibration.dof import dofs
 

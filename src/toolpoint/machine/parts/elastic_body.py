@@ -15,8 +15,8 @@ from scipy.sparse import csc_array, hstack
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.solid import Patch, SolidModel
-from toolpoint.machine.content_key import ContentKey
-from toolpoint.machine.elastic_description import ElasticDescription
+from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import REACH, SURE, ActingLoads
@@ -142,7 +142,7 @@ def _kept(key: ContentKey[ElasticDescription]) -> Body:
 @lru_cache(maxsize=1)
 def _program() -> str:
     """Return a digest of all sources that make a body: what another program kept is not taken."""
-    root = Path(__file__).resolve().parents[1]
+    root = Path(__file__).resolve().parents[2]
     rooms = ("bodies", "substructuring", "vibration/sparse", "machine")
     files = [path for room in rooms for path in (root / room).rglob("*.py")]
     return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()

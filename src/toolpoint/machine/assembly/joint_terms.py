@@ -6,8 +6,8 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics.loops import joint_directions
-from toolpoint.machine.model import LoopJoint
-from toolpoint.machine.placement import Placement
+from toolpoint.machine.parts.model import LoopJoint
+from toolpoint.machine.pose.placement import Placement
 from toolpoint.spatial import transform as tf
 
 

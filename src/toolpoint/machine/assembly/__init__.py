@@ -1,0 +1,1 @@
+"""Parts at poses -> equations: mass, stiffness, damping, preload, spin, and what follows from them."""

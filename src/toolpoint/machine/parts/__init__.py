@@ -1,0 +1,1 @@
+"""Description -> parts: the machine, its chain, and the bodies of each elastic kind."""
