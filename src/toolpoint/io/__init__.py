@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from toolpoint.io.program.gcode import read_path
     from toolpoint.io.record_files import read as read_record
     from toolpoint.io.record_files import read_all as read_records
+    from toolpoint.io.step_part import read_step
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.machine_file import read as read_machine
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 
 __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read_geometry", "read_machine", "read_matrices",
            "read_mesh", "read_modes", "read_path", "read_program", "read_record", "read_records", "read_robot_machine",
-           "read_servo_data", "read_shaft", "write_frf", "write_machine", "write_nouns"]
+           "read_servo_data", "read_shaft", "read_step", "write_frf", "write_machine", "write_nouns"]
 
 __getattr__, __dir__ = export_lazily(__name__, {
     "frf_files": ("read as read_frf",),
@@ -42,6 +43,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "program.controller_records": ("read as read_servo_data",),
     "program.gcode": ("read as read_program", "read_path"),
     "record_files": ("read as read_record", "read_all as read_records"),
+    "step_part": ("read_step",),
     "yaml.component_file": ("read as read_components",),
     "yaml.drive_file": ("read as read_drives",),
     "yaml.machine_file": ("read as read_machine", "write as write_machine"),

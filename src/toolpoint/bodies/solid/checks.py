@@ -16,7 +16,7 @@ from toolpoint.bodies.solid.assembly import chunks
 from toolpoint.bodies.solid.model import SolidModel
 
 # A part of a machine tool is between a small insert and a large gantry.
-_SIZES = (2e-3, 30.0)
+SIZES = (2e-3, 30.0)
 _MASSES = (1e-4, 1e6)
 _POOR = 0.1
 _RIGID = 1e-9
@@ -77,10 +77,10 @@ def check_solid(model: SolidModel) -> SolidCheck:
 def check_size(size: FloatArray) -> None:
     """Raise where the largest extent (m) is none of a machine's part."""
     largest = float(np.max(size))
-    if not _SIZES[0] <= largest <= _SIZES[1]:
-        unit = "mm" if largest > _SIZES[1] else "m"
+    if not SIZES[0] <= largest <= SIZES[1]:
+        unit = "mm" if largest > SIZES[1] else "m"
         remedy = f"is the file in {unit}? read it with unit='{unit}'"
-        fail("size", f"{largest:.4g} m", f"must be within {_SIZES[0]:g} .. {_SIZES[1]:g} m", remedy)
+        fail("size", f"{largest:.4g} m", f"must be within {SIZES[0]:g} .. {SIZES[1]:g} m", remedy)
 
 
 def check_pieces(model: SolidModel) -> None:
