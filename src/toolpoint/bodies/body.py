@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, positive, symmetric
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
+from toolpoint.bodies.surface import BodySurface
 from toolpoint.spatial.motion_table import MotionTable
 
 
@@ -73,6 +74,10 @@ class Body(NotebookText):
         What a reduced body leaves out, and up to where it is good.
     gyroscopic : (6 + n_modal, 6 + n_modal) floats, optional
         Skew, per rad/s of spin about `spin_axis` (3,) of the body's frame; for elastic bodies of revolution.
+    structural_damping : (n_modal, n_modal) floats, optional
+        Imaginary part of the complex stiffness, from the loss factors of its materials.
+    surface : BodySurface, optional
+        What is drawn.
     """
 
     mass: FloatArray
@@ -82,6 +87,8 @@ class Body(NotebookText):
     notes: tuple[str, ...] = ()
     gyroscopic: FloatArray | None = None
     spin_axis: FloatArray | None = None
+    structural_damping: FloatArray = LEFT_OUT
+    surface: BodySurface | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -91,7 +98,7 @@ class Body(NotebookText):
             fail("Body.mass", f"shape {mass.shape}", "must be at least (6, 6)")
         put(self, "mass", mass)
         zero = np.zeros((modal, modal))
-        for name in ("stiffness", "damping"):
+        for name in ("stiffness", "damping", "structural_damping"):
             value = getattr(self, name)
             put(self, name, symmetric(f"Body.{name}", floats(f"Body.{name}", zero if value is None else value,
                                                              (modal, modal))))
@@ -101,6 +108,8 @@ class Body(NotebookText):
             if place.participation is not None and place.participation.shape[1] != modal:
                 fail(f"Body.interfaces[{name!r}]", f"{place.participation.shape[1]} modal columns", f"must be {modal}")
         put(self, "interfaces", dict(self.interfaces))
+        if self.surface is not None and self.surface.motion.shape[2] != modal:
+            fail("Body.surface", f"{self.surface.motion.shape[2]} modal columns", f"must be {modal}")
         if (self.gyroscopic is None) != (self.spin_axis is None):
             fail("Body.gyroscopic", "given without spin_axis, or the other way round", "must have both or neither")
         if self.gyroscopic is not None and self.spin_axis is not None:

@@ -73,21 +73,21 @@ def stated_unit(path: Path) -> float:
     text = re.sub(r"\s+", "", path.read_text(encoding="latin-1")).upper()
     if not text.startswith("ISO-10303-21;"):
         raise ToolpointError(f"{path}: no STEP file (it does not begin with ISO-10303-21); export it again")
-    found: set[float] = set()
+    known: set[float] = set()
     for entity in re.findall(r"=\(?([^;]*LENGTH_UNIT\(\)[^;]*);", text):
         metric = re.search(r"SI_UNIT\((?:\$|\.(\w+)\.),\.METRE\.\)", entity)
         other = re.search(r"CONVERSION_BASED_UNIT\('(\w+)'", entity)
         if metric and (metric[1] or "") in _PREFIXES:
-            found.add(_PREFIXES[metric[1] or ""])
+            known.add(_PREFIXES[metric[1] or ""])
         elif other and other[1] in _CONVERTED:
-            found.add(_CONVERTED[other[1]])
+            known.add(_CONVERTED[other[1]])
     # An inch is defined by a length in mm, which stands in the file beside it.
-    inches = found & set(_CONVERTED.values())
-    found = inches or found
-    if len(found) != 1:
-        what = "no length unit" if not found else "lengths in " + " and ".join(unit_name(u) for u in sorted(found))
+    inches = known & set(_CONVERTED.values())
+    known = inches or known
+    if len(known) != 1:
+        what = "no length unit" if not known else "lengths in " + " and ".join(unit_name(u) for u in sorted(known))
         raise ToolpointError(f"{path}: states {what}; must state one; export it again with one unit")
-    return found.pop()
+    return known.pop()
 
 
 def measure_step(path: Path) -> StepGeometry:

@@ -1,0 +1,104 @@
+r"""ReducedBody: a reduced elastic body in parts that scale with modulus and density of named sets; nothing is assembled again.
+
+With the shapes V kept, :math:`K = \sum_s (E_s/E_{s,0}) V^T K_s V` and :math:`M = \sum_s (\rho_s/\rho_{s,0}) V^T M_s V`, and a
+loss factor per set gives :math:`D = \sum_s \eta_s (E_s/E_{s,0}) V^T K_s V`. Derivatives are the parts themselves; those of
+frequencies are those of the machine with these shapes. Where sets scale apart, shapes of the changed body would be a little
+better (second order in the change): `at` says so in the body's notes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail
+from toolpoint._notebook import NotebookText
+from toolpoint.bodies.body import Body
+
+APART = 1.2  # ratio of scales of two sets from which the shapes are called those of other numbers
+Kind = Literal["modulus", "density", "loss_factor"]
+KINDS: tuple[Kind, ...] = ("modulus", "density", "loss_factor")
+
+
+@dataclass(frozen=True)
+class ElasticNumbers:
+    """Young's modulus (Pa), density (kg/m^3) and structural loss factor of a set."""
+
+    modulus: float
+    density: float
+    loss_factor: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedPart:
+    """What a set brings at its nominal numbers: stiffness (m, m), mass and gyroscopic matrix (6 + m, 6 + m) or None."""
+
+    numbers: ElasticNumbers
+    stiffness: FloatArray
+    mass: FloatArray
+    gyroscopic: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class BodySlope:
+    """Derivative of a body's matrices to one number; None where it has none."""
+
+    mass: FloatArray | None = None
+    stiffness: FloatArray | None = None
+    structural_damping: FloatArray | None = None
+    gyroscopic: FloatArray | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class ReducedBody(NotebookText):
+    """A body at its nominal numbers, without loss factors, and its parts by set."""
+
+    nominal: Body
+    parts: Mapping[str, ReducedPart]
+
+    def at(self, numbers: Mapping[str, ElasticNumbers]) -> Body:
+        """Return the body with these numbers of its sets, the shapes kept."""
+        if set(numbers) != set(self.parts):
+            fail("numbers", f"sets {', '.join(numbers)}", f"must be those of the body, {', '.join(self.parts)}")
+        body = self.nominal
+        mass, stiffness = np.array(body.mass), np.array(body.stiffness)
+        gyroscopic = None if body.gyroscopic is None else np.array(body.gyroscopic)
+        loss = np.zeros_like(stiffness)
+        for name, part in self.parts.items():
+            stiff, heavy = numbers[name].modulus / part.numbers.modulus, numbers[name].density / part.numbers.density
+            if stiff != 1:
+                stiffness += (stiff - 1) * part.stiffness
+            if heavy != 1:
+                mass += (heavy - 1) * part.mass
+                if gyroscopic is not None and part.gyroscopic is not None:
+                    gyroscopic += (heavy - 1) * part.gyroscopic
+            loss += numbers[name].loss_factor * stiff * part.stiffness
+        return replace(body, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic,
+                       structural_damping=loss, notes=(*body.notes, *self._notes(numbers)))
+
+    def _notes(self, numbers: Mapping[str, ElasticNumbers]) -> tuple[str, ...]:
+        notes = []
+        for kind in ("modulus", "density"):
+            scales = {name: getattr(numbers[name], kind) / getattr(part.numbers, kind) for name, part in self.parts.items()}
+            if max(scales.values()) > APART * min(scales.values()):
+                words = ", ".join(f"{name} x {scale:.3g}" for name, scale in scales.items() if scale != 1)
+                notes.append(f"shapes are those before {kind} changed by set ({words}): read the machine anew for the last "
+                             "per mille")
+        return tuple(notes)
+
+    def slope(self, name: str, kind: Kind, numbers: ElasticNumbers) -> BodySlope:
+        """Return the derivative to one number of a set, whose numbers are now `numbers`."""
+        part = self.parts[name]
+        if kind == "modulus":
+            unit = part.stiffness / part.numbers.modulus
+            return BodySlope(None, unit, numbers.loss_factor * unit if numbers.loss_factor else None)
+        if kind == "density":
+            turned = None if part.gyroscopic is None else part.gyroscopic / part.numbers.density
+            return BodySlope(part.mass / part.numbers.density, gyroscopic=turned)
+        return BodySlope(structural_damping=numbers.modulus / part.numbers.modulus * part.stiffness)
+
+    def __repr__(self) -> str:
+        return f"ReducedBody({self.nominal!r}, sets {', '.join(self.parts)})"
