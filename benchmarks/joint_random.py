@@ -33,7 +33,7 @@ from toolpoint.app.main import main as command
 from toolpoint.io.yaml import machine_file
 from toolpoint.joint_identification.kinds import unit_twists
 from toolpoint.machine import assemble
-from toolpoint.machine.parts.build import frame
+from toolpoint.machine.description.frames import frame
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
 from toolpoint.studies.machines.tool_point import lobes, tool_point

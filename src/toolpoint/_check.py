@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
-from typing import Any, NoReturn
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any, NoReturn, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,6 +19,9 @@ BoolArray = NDArray[np.bool_]
 # Default of a dataclass field that `__post_init__` fills in where it is left out: from then on the field holds what its
 # annotation says, so readers of the field need no test for None.
 LEFT_OUT: Any = None
+
+Part = TypeVar("Part")
+Result = TypeVar("Result")
 
 
 class ToolpointError(ValueError):
@@ -148,6 +151,14 @@ def count(name: str, value: int, low: int = 1) -> int:
     if isinstance(value, bool) or int(value) != value or value < low:
         fail(name, repr(value), f"must be a whole number of at least {low}")
     return int(value)
+
+
+def within(path: str, make: Callable[[Part], Result], part: Part) -> Result:
+    """Return ``make(part)``; an error of it names the path before the argument."""
+    try:
+        return make(part)
+    except ToolpointError as error:
+        raise ToolpointError(f"{path}.{error}") from None
 
 
 def one_of(name: str, value: str, allowed: Iterable[str]) -> str:

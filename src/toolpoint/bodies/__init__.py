@@ -1,6 +1,15 @@
-"""Bodies: what moves, with its mass, and where others hold on to it."""
+"""Bodies: what moves, with its mass, and where others hold on to it. Names below are loaded on first use."""
 
-from toolpoint.bodies.body import Body, Interface
-from toolpoint.bodies.inertia import MassProperties
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from toolpoint._exports import export_lazily
+
+if TYPE_CHECKING:
+    from toolpoint.bodies.body import Body, Interface
+    from toolpoint.bodies.inertia import MassProperties
 
 __all__ = ["Body", "Interface", "MassProperties"]
+
+__getattr__, __dir__ = export_lazily(__name__, {"body": ("Body", "Interface"), "inertia": ("MassProperties",)})

@@ -18,7 +18,8 @@ from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.joint_terms import loop_motion
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.description.machine import MachineDescription, parameters
-from toolpoint.machine.parts.build import build, joint_law
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.laws import joint_law
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration.sensitivity import MatrixDerivatives

@@ -23,8 +23,6 @@ LENGTHS, ANGLES = ("d", "a"), ("theta", "alpha")
 def expand_arm(document: Document) -> None:
     """Put the joints, axes and body frames of the arm into the document's data; faults stand at their rows."""
     data = document.data
-    if data.get("arm") is None:
-        return
     part: ArmModel | None = validate(ArmModel, data["arm"], ("arm",), document=document)
     document.data = data = {**data, "joints": dict(data.get("joints") or {}), "axes": dict(data.get("axes") or {}),
                             "bodies": dict(data.get("bodies") or {})}

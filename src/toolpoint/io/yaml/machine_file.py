@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from pydantic import BaseModel
@@ -19,7 +19,6 @@ from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
-from toolpoint.io.yaml.arm_section import expand_arm
 from toolpoint.io.yaml.description_schema import describe
 from toolpoint.io.yaml.document import Document, Key, parse, validate
 from toolpoint.io.yaml.machine_motion import (
@@ -31,15 +30,18 @@ from toolpoint.io.yaml.machine_motion import (
     task_of,
 )
 from toolpoint.joints.law import LawDescription
-from toolpoint.kinematics import Axis
+from toolpoint.kinematics.axis import Axis
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.faults import axis_faults, tree_faults
 from toolpoint.machine.description.matrices import MatricesBody, MatricesDescription
-from toolpoint.machine.parts.build import build, joint_law, mass_properties, tree_faults
-from toolpoint.machine.parts.chain import axis_faults
-from toolpoint.machine.parts.model import Machine
+from toolpoint.machine.parts.laws import joint_law
+from toolpoint.machine.parts.mass import mass_properties
+
+if TYPE_CHECKING:
+    from toolpoint.machine.parts.model import Machine
 
 _SECTIONS: dict[str, type[BaseModel]] = {
     "bodies": schema.BodyModel, "joints": schema.JointModel, "axes": schema.AxisModel, "points": schema.PointModel}
@@ -57,16 +59,25 @@ def read(path: str | Path) -> Machine:
     if Path(path).suffix.lower() == ".urdf":
         from toolpoint.io import urdf  # loaded for this format only
 
-        return build(urdf.read(path))
+        return _build(urdf.read(path))
     document = parse(Path(path))
     description = _description(document)
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
+    return _build(description)
+
+
+def _build(description: d.MachineDescription) -> Machine:
+    from toolpoint.machine.parts.build import build  # loaded for files without a fault
+
     return build(description)
 
 
 def _description(document: Document) -> d.MachineDescription | None:
-    expand_arm(document)
+    if document.data.get("arm") is not None:
+        from toolpoint.io.yaml.arm_section import expand_arm  # loaded where a file describes an arm
+
+        expand_arm(document)
     data = document.data
     version = data.get("toolpoint")
     if version != schema.VERSION:

@@ -12,6 +12,7 @@ from toolpoint.joints import LinearJoint
 from toolpoint.kinematics import Axis, ClosedChain, Drive, LoopClosure, Step, Task, TreeChain
 from toolpoint.kinematics.axis import AXES
 from toolpoint.kinematics.task import ANGLES
+from toolpoint.machine.description.faults import axis_faults
 from toolpoint.machine.description.frames import frame
 from toolpoint.machine.description.machine import GROUND, JointDescription, MachineDescription
 from toolpoint.spatial import transform as tf
@@ -41,32 +42,6 @@ def build_chain(description: MachineDescription, order: Sequence[str], laws: Map
         tuple(_closure(name, joint, links, laws[name]) for name, joint in loops.items()), task, tuple(order),
         length=_size(frames))
     return _with_limits(chain, description)
-
-
-def axis_faults(description: MachineDescription) -> list[tuple[str, str]]:
-    """Return (path, message) of every axis that drives nothing, no tree joint, or the same directions as another."""
-    faults = []
-    tree = [name for name, joint in description.joints.items() if not joint.closes_loop]
-    rows: dict[tuple[str, str], dict[str, float]] = {}
-    for name, axis in description.axes.items():
-        if not axis.moved:
-            faults.append((f"axes.{name}", "drives nothing; give joint and direction, or drives"))
-        for drive in axis.moved:
-            if drive.joint in description.joints and drive.joint not in tree:
-                faults.append((f"axes.{name}", f"joint {drive.joint} closes a loop; an axis must drive a tree joint"))
-            elif drive.joint not in tree:
-                hint = suggestion(drive.joint, tree)
-                faults.append((f"axes.{name}", f"there is no joint {drive.joint!r}" + (f"; {hint}" if hint else "")))
-            way = drive.direction.lstrip("-")
-            rows.setdefault((drive.joint, way), {})[name] = -drive.factor if drive.direction[0] == "-" else drive.factor
-    names = list(description.axes)
-    matrix = np.array([[row.get(name, 0.0) for name in names] for row in rows.values()])
-    if names and not faults and np.linalg.matrix_rank(matrix) < len(names):
-        (joint, way), users = next(((key, row) for key, row in rows.items() if len(row) > 1), (("", ""), {}))
-        path = f"axes.{list(users)[-1]}" if users else "axes"
-        faults.append((path, f"{' and '.join(users)} drive direction {way} of joint {joint} alike; remove one of the axes, or "
-                             "let each drive a direction of its own"))
-    return faults
 
 
 def _on_loops(parents: Sequence[int], loops: Mapping[str, JointDescription], links: Mapping[str, int]) -> set[int]:

@@ -14,7 +14,7 @@ from toolpoint.joints import Reducer
 from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
 from toolpoint.machine.description import machine as d
 from toolpoint.machine.description.frames import describe_frame, frame
-from toolpoint.machine.parts.build import mass_properties
+from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 from toolpoint.machine.robot.lumped_beam import beam_springs, split

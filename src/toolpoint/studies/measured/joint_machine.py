@@ -21,7 +21,8 @@ from toolpoint.machine.description import (
     ReferenceDescription,
     parameters,
 )
-from toolpoint.machine.parts.build import build, mass_properties
+from toolpoint.machine.parts.build import build
+from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.studies.measured.joint_descriptions import JointLayout, describe_axes, describe_joint, plan_layout
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Modes

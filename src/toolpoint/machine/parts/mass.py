@@ -1,0 +1,86 @@
+"""Described bodies -> mass properties. The only table from the shapes named in a file to what computes them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from toolpoint._check import fail, suggestion, within
+from toolpoint.bodies import mesh, shapes
+from toolpoint.bodies.inertia import MassProperties
+from toolpoint.machine.description.machine import ELASTIC, BodyDescription, ShapeDescription
+
+
+def _box(shape: ShapeDescription, density: float) -> MassProperties:
+    return shapes.box(_given(shape, "size"), density)
+
+
+def _cylinder(shape: ShapeDescription, density: float) -> MassProperties:
+    return shapes.cylinder(_given(shape, "diameter"), _given(shape, "length"), density, axis=shape.axis, bore=shape.bore)
+
+
+def _sphere(shape: ShapeDescription, density: float) -> MassProperties:
+    return shapes.sphere(_given(shape, "diameter"), density)
+
+
+SHAPES: dict[str, Callable[[ShapeDescription, float], MassProperties]] = {
+    "box": _box, "cylinder": _cylinder, "sphere": _sphere}
+
+
+def _given(shape: ShapeDescription, name: str) -> float:
+    value = getattr(shape, name)
+    if value is None:
+        fail(f"shape.{name}", "missing", f"a {shape.kind} needs it")
+    return value
+
+
+def mass_properties(body: BodyDescription) -> MassProperties:
+    """Return the mass properties of a described body, in its own frame.
+
+    Raises ToolpointError for a body with too little or contradicting data.
+    """
+    kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
+    given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
+    if kinds and given:
+        fail(given[0], f"given beside {kinds[0]}", "must come from one source", "remove it: finite elements have their mass")
+    if len(kinds) > 1:
+        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", "remove one")
+    if body.elastic is not None:
+        return body.elastic.model.mass_properties
+    if body.beam is not None:
+        from toolpoint.machine.parts.beam_body import beam_mass
+
+        return within("beam", beam_mass, body.beam)
+    if body.matrices is not None:
+        from toolpoint.machine.parts.imported_body import matrices_mass
+
+        return within("matrices", matrices_mass, body.matrices)
+    if body.mesh is not None or body.shape is not None:
+        if body.inertia is not None:
+            fail("inertia", "given beside a shape or a mesh", "must come from one source", "remove one of them")
+        return _from_solid(body)
+    if body.mass is None or body.inertia is None:
+        missing = "mass" if body.mass is None else "inertia"
+        fail(missing, "missing", "a body needs mass and inertia, or a shape, or a mesh with a density")
+    if body.density is not None:
+        fail("density", "given beside mass and inertia", "serves a shape or a mesh only", "remove it")
+    return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
+
+
+def _from_solid(body: BodyDescription) -> MassProperties:
+    if (body.mass is None) == (body.density is None):
+        fail("mass", "both or neither of mass and density given", "a shape or a mesh needs exactly one of them")
+    density = 1.0 if body.density is None else body.density
+    if body.mesh is not None:
+        nodes, triangles = mesh.merge_corners(body.mesh.corners)
+        unit = mesh.mass_properties(nodes, triangles, 1.0)
+    else:
+        shape = body.shape
+        assert shape is not None
+        if shape.kind not in SHAPES:
+            fail("shape.kind", repr(shape.kind), f"must be of {', '.join(SHAPES)}", suggestion(shape.kind, SHAPES))
+        unit = SHAPES[shape.kind](shape, 1.0)
+    factor = density if body.mass is None else body.mass / unit.mass
+    centre = unit.centre if body.mesh is not None else np.zeros(3)
+    return MassProperties(unit.mass * factor, centre + np.array(body.centre), unit.inertia * factor)
