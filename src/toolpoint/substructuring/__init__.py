@@ -1,4 +1,7 @@
-"""Substructuring: parts reduced to what their neighbours see, and joined; receptance coupling of holders and tools. Names below are loaded on first use."""
+"""Substructuring: parts reduced to what their neighbours see, and joined; receptance coupling of holders and tools.
+
+Names below are loaded on first use.
+"""
 
 from __future__ import annotations
 
