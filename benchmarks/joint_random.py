@@ -10,7 +10,8 @@ one at five random poses, with the intervals of its covariance.
 Limits are charted at sixteen speeds, their intervals come from eight samples.
 
 Cases: plain, sensor (one turned), calibration (one channel 20 % off), hits (responses of one point averaged with bad ones),
-coordinates (10 mm, told), masses (10 %, told), order (a wrong tree, not told).
+coordinates (10 mm, told), masses (10 %, told), scale (masses 10 % off one by one and 15 % together, told as 20 %; all responses
+too large or small by 2 %, told), order (a wrong tree, not told).
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ from toolpoint.studies.machines.machine_uncertainty import machine_uncertainty
 from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.studies.measured.machine_check import solve_poles
 
-CASES = ("plain", "sensor", "calibration", "hits", "coordinates", "masses", "order")
+CASES = ("plain", "sensor", "calibration", "hits", "coordinates", "masses", "scale", "order")
 SPEEDS = np.linspace(800.0, 4000.0, 16)
 SAMPLES = 8
 STUDENT = 2.3646  # 97.5 % quantile with seven degrees of freedom
@@ -63,6 +64,11 @@ def spoilt(case, frf, rng, kind):
         extra = "coordinate_deviation: 10 mm\n"
     elif kind == "masses":
         masses = {name: float(np.exp(0.1 * rng.normal())) for name in case.machine.description.bodies}
+    elif kind == "scale":
+        together = 0.15 * rng.normal()
+        masses = {name: float(np.exp(together + 0.1 * rng.normal())) for name in case.machine.description.bodies}
+        values *= np.exp(0.02 * rng.normal())
+        extra = "calibration_deviation: 2 %\n"
     elif kind == "order":
         names = list(case.machine.description.bodies)
         order = {joint.child: joint.parent for joint in case.machine.description.joints.values()}
@@ -79,7 +85,7 @@ def run_case(seed: int, kind: str, with_limits: bool) -> dict:
     rng = np.random.default_rng(10_000 + seed)
     clean = jm.responses(case, rng)
     frf, coordinates, masses, order, extra = spoilt(case, clean, rng, kind)
-    deviation = "10 %" if kind == "masses" else ""
+    deviation = {"masses": "10 %", "scale": "20 %"}.get(kind, "")
     row = {"seed": seed, "case": kind, "joints": len(case.kinds), "noise": case.noise}
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

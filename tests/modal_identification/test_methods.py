@@ -24,8 +24,9 @@ from toolpoint.modal_identification import (
 )
 from toolpoint.modal_identification.judgement.indicators import peaks
 from toolpoint.modal_identification.poles.circle_fit import circle
-from toolpoint.modal_identification.scaling import driving_points, factor_rank_one, scale_shapes
+from toolpoint.modal_identification.scaling import factor_rank_one, scale_shapes
 from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frequency_response import modal
 
 FREQUENCY = np.array([35.0, 52, 88, 141, 210, 305])

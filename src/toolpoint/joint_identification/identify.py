@@ -16,6 +16,7 @@ from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.measured import Component, Point, component
+from toolpoint.joint_identification.modal_scale import scale_deviations
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
     coordinate_variance,
@@ -61,7 +62,9 @@ class JointIdentification(NotebookText):
         if self.machine is None:
             return ()
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
-        return (f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
+        scale = self.machine.fit.mass_scale
+        told = () if scale is None or scale.doubt else (scale.note,)
+        return (*told, f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
                 f"{50 * loss**2:.2g} % higher at the same natural frequencies, not in their intervals",)
 
     def joint(self, child: str) -> JointEstimate:
@@ -105,6 +108,7 @@ def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
     *, chain: Sequence[str] | Mapping[str, str], method: MotionMethod | None = None, criterion: Criterion | None = None,
     masses: Mapping[str, ComponentMass] | None = None, coordinate_deviation: float = 0.0,
+    calibration_deviation: float | None = None,
 ) -> JointIdentification:
     """Return the joints of a machine from its measured mode shapes, with nobody choosing.
 
@@ -127,6 +131,9 @@ def identify_joints(
         Of every component of the chain; then every freedom gets its stiffness.
     coordinate_deviation : float
         Standard deviation of each coordinate of the measured points, m: its effect is carried into all intervals.
+    calibration_deviation : float, optional
+        Standard deviation of the gain common to all responses (force and motion), as a share of it. With it the driving
+        points tell the common factor of masses that are uncertain; without it they only check them (`modal_scale`).
 
     Raises
     ------
@@ -142,6 +149,8 @@ def identify_joints(
     tree = parents(chain, list(components))
     _check_overlap(components)
     deviation = float(nonnegative("coordinate_deviation", floats("coordinate_deviation", coordinate_deviation)))
+    if calibration_deviation is not None:
+        nonnegative("calibration_deviation", floats("calibration_deviation", calibration_deviation))
     turned = _turned(modes)
     real = replace(turned, shape=turned.shape.real, shape_variance=_half(turned))
     parts, motions, place_doubts = _motions(real, points, components, method=method, deviation=deviation, criterion=criterion)
@@ -167,7 +176,8 @@ def identify_joints(
             parts, motions, place_doubts = _motions(turned, points, components, method=method, deviation=deviation,
                                                     criterion=criterion)
         try:
-            whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses)
+            whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
+                                  scale=scale_deviations(modes), calibration=calibration_deviation)
         except np.linalg.LinAlgError as error:
             doubts.append(f"the fit of the machine broke down ({error}): no stiffness; check masses, the chain and the doubts")
         else:

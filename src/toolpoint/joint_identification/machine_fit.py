@@ -7,53 +7,37 @@ the masses with standard deviations s,
 .. math:: \chi^2 = \min_{x, \alpha} |C^{-1/2} (t - \alpha_r \phi_r(x))|^2 + |C_p^{-1/2} (p - p(x))|^2 + |x / s|^2
 
 over the numbers x of all joints (`joint_forms`) and masses; the scale of every mode is free (variable projection: Golub,
-Pereyra, SIAM J. Numer. Anal. 10 (1973) 413). The covariance of x is :math:`(J^T J)^{-1}`, times the misfit where noise does
+Pereyra, SIAM J. Numer. Anal. 10 (1973) 413), but for its size where driving points and their calibration tell it
+(`modal_scale`). The covariance of x is :math:`(J^T J)^{-1}`, times the misfit where noise does
 not explain it. An undetermined number keeps its prior width, so its interval says that nothing is known of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from scipy import optimize, stats
 
-from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
+from toolpoint._check import Array, FloatArray, IndexArray
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.joint_forms import JointForm
-from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, pole_slopes, solve_undamped
+from toolpoint.joint_identification.modal_data import ModalData
+from toolpoint.joint_identification.modal_scale import MassScale, mean_scale, scale_root
+from toolpoint.joint_identification.mode_pairs import match_modes, modes_of, with_crossings
+from toolpoint.joint_identification.rigid_machine import (
+    ElasticJoint,
+    RigidMachine,
+    modal_constants,
+    pole_slopes,
+    solve_undamped,
+)
 from toolpoint.joint_identification.stiffness import ComponentMass
 
 STEP = 1e-6
-# Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
-FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
 _IMPROBABLE = 1e-3
 _PAIRINGS = 3
-
-
-@dataclass(frozen=True, eq=False)
-class ModalData:
-    """What was measured.
-
-    motions : (c, 6, k), real or complex, of the components; roots : one (6 m, 6 m) a component, inverse Cholesky factors of
-    the covariance of its columns (m = k, or 2 k: real parts, then imaginary parts), column by column; grams : (c, 6, 6), sums
-    over the points, by which shapes are compared; frequency (k,) Hz, ratio (k,); spread : (k, 2, 2), inverse Cholesky factors
-    of the covariance of (ln frequency, ratio).
-    """
-
-    motions: Array
-    roots: tuple[FloatArray, ...]
-    grams: FloatArray
-    frequency: FloatArray
-    ratio: FloatArray
-    spread: FloatArray
-
-    @property
-    def is_complex(self) -> bool:
-        """Whether the shapes are complex."""
-        return bool(np.iscomplexobj(self.motions))
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +96,7 @@ class MachineFit(NotebookText):
     widened: float
     converged: bool
     damping_excess: float
+    mass_scale: MassScale | None = None
 
     @property
     def probability(self) -> float:
@@ -127,27 +112,35 @@ class MachineFit(NotebookText):
         return f"MachineFit({len(self.x)} numbers, chi2 {self.chi2:.4g} on {self.freedom}, MAC {self.mac.min():.4f})"
 
 
-def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40) -> MachineFit:
-    """Return the fit of a machine to modal data, from the start of its forms.
+def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40, *, after: MachineFit | None = None,
+                partner: IndexArray | None = None) -> MachineFit:
+    """Return the fit of a machine to modal data, from the start of its forms, the masses of an earlier fit, and `partner` of
+    every measured mode (the likest where left out).
 
-    A poor start may pair the modes wrongly: as long as the result looks more like other pairs, it is the next start.
+    A fit centres the forms on its result but not the masses, whose priors stay where they were stated: to go on from it
+    without naming it `after` would throw its masses away. A poor start may pair the modes wrongly: as long as the result
+    looks more like other pairs, it is the next start.
     """
-    best = _fit_pairs(model, data, rounds)
+    start = np.zeros(len(model.deviations))
+    if after is not None:
+        masses = slice(model.slices[len(model.forms)].start, None)
+        start[masses] = after.x[after.model.slices[len(model.forms)].start:]
+    best = _fit_pairs(model, data, rounds, start, match_modes(model.machine(start), data)[0] if partner is None else partner)
     for _ in range(_PAIRINGS):
-        if (match_modes(best.model.machine(best.x), data)[0] == best.partner).all():
+        likest = with_crossings(match_modes(best.model.machine(best.x), data)[0], best.frequency, data.frequency)
+        if (likest == best.partner).all():
             break
-        again = _fit_pairs(best.model, data, rounds)
+        again = _fit_pairs(best.model, data, rounds, best.x, likest)
         if again.chi2 >= best.chi2:
             break
         best = again
     return best
 
 
-def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int) -> MachineFit:
-    """Return the fit with the pairs of modes as they are at the start."""
+def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int, start: FloatArray, partner: IndexArray) -> MachineFit:
+    """Return the fit with these pairs of modes."""
     prior = model.deviations
-    partner = match_modes(model.machine(np.zeros(len(prior))), data)[0]
-    rows = len(misfit(model.machine(np.zeros(len(prior))), data, partner)) + len(prior)
+    rows = len(misfit(model.machine(start), data, partner)) + len(prior)
 
     def residual(x: FloatArray) -> FloatArray:
         try:
@@ -158,10 +151,10 @@ def _fit_pairs(model: MachineNumbers, data: ModalData, rounds: int) -> MachineFi
     def slopes(x: FloatArray) -> FloatArray:
         if data.is_complex:
             return np.concatenate([misfit_slopes(model, x, data, partner=partner), np.diag(1 / prior)])
-        start = residual(x)
-        return np.stack([(residual(x + step) - start) / STEP for step in STEP * np.eye(len(x))], axis=1)
+        here = residual(x)
+        return np.stack([(residual(x + step) - here) / STEP for step in STEP * np.eye(len(x))], axis=1)
 
-    solution = optimize.least_squares(residual, np.zeros(len(prior)), jac=slopes, method="trf", x_scale="jac",
+    solution = optimize.least_squares(residual, start, jac=slopes, method="trf", x_scale="jac",
                                       xtol=1e-8, ftol=1e-8, gtol=1e-8, max_nfev=rounds)
     return _judged(model, data, partner, solution)
 
@@ -189,22 +182,41 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     return MachineFit(centred, rest, covariance * widened, chi2, freedom, partner, alike[np.arange(len(partner)), partner],
                       np.abs(poles) / (2 * np.pi), -poles.real / np.abs(poles), widened,
                       bool(solution.status > 0) and bool((matched == partner).all()),
-                      _damping_excess(inside, model, len(partner)))
+                      _damping_excess(inside, model, data), mass_scale(machine, data, partner))
 
 
-def _damping_excess(residual: FloatArray, model: MachineNumbers, count: int) -> float:
-    """Return the misfit of the damping ratios over its degrees of freedom, 1 where chance explains it or nothing tells."""
-    free = count - sum(form.sizes[2] for form in model.forms if form.start.twists.shape[1])
-    total = float((residual[-2 * count:].reshape(-1, 2)[:, 1] ** 2).sum())
-    return total / free if free > 0 and stats.chi2.sf(total, free) < _IMPROBABLE else 1.0
+def mass_scale(machine: RigidMachine, data: ModalData, partner: IndexArray) -> MassScale | None:
+    """Return what the driving points say of all masses of a machine, None where the shapes have no scale."""
+    if data.scale is None:
+        return None
+    constants, motions = _constants(machine, data)
+    scale = _scales(data, _measured(data), *np.linalg.qr(_scale_columns(data, motions[:, :, partner])))
+    return mean_scale(np.log(np.abs(scale) ** 2 * np.abs(constants[partner])), data.scale, data.calibration)
 
 
-def modes_of(machine: RigidMachine, data: ModalData) -> tuple[ComplexArray, Array]:
-    """Return poles and motions to compare with measured ones: complex modes, or undamped ones where those are real."""
+def _constants(machine: RigidMachine, data: ModalData) -> tuple[Array, Array]:
+    """Return the modal constants (n,) and the motions that they belong to; undamped modes have unit modal mass."""
     if data.is_complex:
-        poles, motions, _ = machine.solve()
-        return poles, motions
-    return solve_undamped(machine)
+        poles, motions, vectors = machine.solve()
+        return modal_constants(machine, poles, vectors), motions
+    poles, real = solve_undamped(machine)
+    return np.ones(len(poles)), real
+
+
+def _scales(data: ModalData, y: FloatArray, q: FloatArray, r: FloatArray) -> Array:
+    """Return the scale (k,) of every mode: what its motion is multiplied by to be the measured one."""
+    scale = np.linalg.lstsq(r, q.T @ y, rcond=1e-12)[0]
+    k = len(data.frequency)
+    return np.asarray(scale[:k] + 1j * scale[k:] if data.is_complex else scale)
+
+
+def _damping_excess(residual: FloatArray, model: MachineNumbers, data: ModalData) -> float:
+    """Return the misfit of the damping ratios over its degrees of freedom, 1 where chance explains it or nothing tells."""
+    count = len(data.frequency)
+    free = count - sum(form.sizes[2] for form in model.forms if form.start.twists.shape[1])
+    end = len(residual) - (count if data.tells_masses else 0)
+    total = float((residual[end - 2 * count:end].reshape(-1, 2)[:, 1] ** 2).sum())
+    return total / free if free > 0 and stats.chi2.sf(total, free) < _IMPROBABLE else 1.0
 
 
 def _told(jacobian: FloatArray, prior: FloatArray) -> int:
@@ -214,13 +226,23 @@ def _told(jacobian: FloatArray, prior: FloatArray) -> int:
 
 
 def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> FloatArray:
-    """Return the whitened residuals of shapes (scales eliminated) and poles of the measured modes and their partners."""
+    """Return the whitened residuals of shapes (scales eliminated), poles and, where told, scales of the measured modes and
+    their partners."""
     poles, motions = modes_of(machine, data)
     poles, motions = poles[partner], motions[:, :, partner]
     y = _measured(data)
-    q = np.linalg.qr(_scale_columns(data, motions))[0]
+    q, r = np.linalg.qr(_scale_columns(data, motions))
     error = np.stack([np.log(np.abs(poles) / (2 * np.pi * data.frequency)), -poles.real / np.abs(poles) - data.ratio], axis=1)
-    return np.concatenate([y - q @ (q.T @ y), np.einsum("kij,kj->ki", data.spread, error).ravel()])
+    rows = [y - q @ (q.T @ y), np.einsum("kij,kj->ki", data.spread, error).ravel()]
+    if data.tells_masses:
+        constants = _constants(machine, data)[0][partner]
+        rows.append(_told_root(data) @ np.log(np.abs(_scales(data, y, q, r)) ** 2 * np.abs(constants)))
+    return np.concatenate(rows)
+
+
+def _told_root(data: ModalData) -> FloatArray:
+    assert data.scale is not None and data.calibration is not None
+    return scale_root(data.scale, data.calibration)
 
 
 def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, partner: IndexArray) -> FloatArray:
@@ -228,17 +250,21 @@ def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, part
     machine = model.machine(x)
     poles, motions, _ = machine.solve()
     q, r = np.linalg.qr(_scale_columns(data, motions[:, :, partner]))
-    scale = np.linalg.lstsq(r, q.T @ _measured(data), rcond=1e-12)[0]
-    k = len(data.frequency)
-    scale = scale[:k] + 1j * scale[k:] if data.is_complex else scale
-    d_poles, d_motions = pole_slopes(machine, _neighbours(model, x, machine), STEP)
+    k, scale = len(data.frequency), _scales(data, _measured(data), q, r)
+    d_poles, d_motions, d_constants = pole_slopes(machine, _neighbours(model, x, machine), STEP)
     moved = d_motions[..., partner] * scale
     flat = np.concatenate([moved.real, moved.imag], axis=3) if data.is_complex else moved.real
     shapes = np.concatenate([-root @ flat[:, c].transpose(2, 1, 0).reshape(len(root), -1) for c, root in enumerate(data.roots)])
     p, d = poles[partner], d_poles[:, partner]
     size = (p.conj() * d).real / np.abs(p) ** 2
     error = np.stack([size, (-d.real + p.real * size) / np.abs(p)], axis=2)
-    return np.concatenate([shapes - q @ (q.T @ shapes), np.einsum("kij,nkj->kin", data.spread, error).reshape(2 * k, -1)])
+    rows = [shapes - q @ (q.T @ shapes), np.einsum("kij,nkj->kin", data.spread, error).reshape(2 * k, -1)]
+    if data.tells_masses:
+        d_scale = np.linalg.lstsq(r, q.T @ shapes, rcond=1e-12)[0]
+        d_scale = d_scale[:k] + 1j * d_scale[k:] if data.is_complex else d_scale
+        d_log = 2 * (d_scale / scale[:, None]).real + d_constants[:, partner].real.T
+        rows.append(_told_root(data) @ d_log)
+    return np.concatenate(rows)
 
 
 def _neighbours(model: MachineNumbers, x: FloatArray, machine: RigidMachine) -> list[RigidMachine]:
@@ -278,48 +304,3 @@ def _scale_columns(data: ModalData, motions: Array) -> FloatArray:
             real = np.concatenate([real + np.einsum("mri,ir->mr", rows[:, k:], motion.imag), turned], axis=1)
         result.append(real)
     return np.concatenate(result)
-
-
-def match_modes(machine: RigidMachine, data: ModalData) -> tuple[IndexArray, FloatArray]:
-    """Return (partner (k,) of every measured mode among the machine's, MAC (k, n) by the motion of the points)."""
-    poles, motions = modes_of(machine, data)
-    cross = np.einsum("cik,cij,cjn->kn", data.motions.conj(), data.grams, motions, optimize=True)
-    first = np.einsum("cik,cij,cjk->k", data.motions.conj(), data.grams, data.motions, optimize=True).real
-    second = np.einsum("cin,cij,cjn->n", motions.conj(), data.grams, motions, optimize=True).real
-    alike = np.abs(cross) ** 2 / np.outer(first, second)
-    away = np.abs(np.log(np.outer(2 * np.pi * data.frequency, 1 / np.abs(poles))))
-    rows, columns = optimize.linear_sum_assignment(-alike + 0.2 * np.minimum(away, 2.0))
-    partner = np.full(len(data.frequency), -1)
-    partner[rows] = columns
-    return partner, alike
-
-
-def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray | None) -> FloatArray:
-    """Return inverse Cholesky factors (k, 2, 2) of the covariance of (ln frequency, damping ratio), with the floors."""
-    result = np.zeros((len(frequency), 2, 2))
-    for r, f in enumerate(frequency):
-        known = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f], [f, 1.0]])
-        if np.linalg.eigvalsh(known)[0] < 0:
-            known = np.diag(np.maximum(np.diag(known), 1e-12))
-        floor = np.array([FREQUENCY_FLOOR, DAMPING_FLOOR * max(abs(float(ratio[r])), 1e-3)])
-        result[r] = np.linalg.inv(np.linalg.cholesky(known + np.diag(floor) ** 2))
-    return result
-
-
-def covariance_roots(wholes: Sequence[FloatArray], grams: FloatArray, motions: Array) -> tuple[FloatArray, ...]:
-    """Return the inverse Cholesky factors of covariances (m, 6, m, 6), with the floor of the shapes.
-
-    No casting is perfectly rigid: a motion of every component of its own, by a share of the largest motion of a mode.
-    """
-    result = []
-    power = np.einsum("cik,cij,cjk->ck", motions.conj(), grams, motions, optimize=True).real
-    size = power.max(axis=0)
-    for whole, gram in zip(wholes, grams, strict=True):
-        flat = whole.reshape(6 * len(whole), -1)
-        floor = SHAPE_FLOOR**2 * np.kron(np.diag(np.tile(size, len(whole) // len(size))), np.linalg.inv(gram))
-        flat = (flat + flat.T) / 2 + (floor + floor.T) / 2
-        # Columns and units of very different size: scaled to ones before the factor is taken.
-        scale = np.sqrt(np.maximum(np.diag(flat), 1e-300))
-        unit = flat / np.outer(scale, scale) + 1e-12 * np.eye(len(scale))
-        result.append(np.linalg.inv(np.linalg.cholesky(unit)) / scale)
-    return tuple(result)

@@ -82,6 +82,8 @@ def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> l
     if fit.damping_excess > 10.0:
         result.append(f"damping in the joints explains the modal damping {np.sqrt(fit.damping_excess):.2g} times worse than "
                       "its noise: other parts dissipate too; the intervals of the damping are widened by it")
+    if fit.mass_scale is not None and fit.mass_scale.doubt:
+        result.append(fit.mass_scale.doubt)
     low = list(np.flatnonzero(fit.mac < 0.95))
     if low:
         result.append("shapes of the machine at " + ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)

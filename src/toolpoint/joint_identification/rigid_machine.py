@@ -104,12 +104,20 @@ def solve_undamped(machine: RigidMachine) -> tuple[ComplexArray, FloatArray]:
     return omega * (-lost + 1j * np.sqrt(1 - lost**2)), np.einsum("cia,ar->cir", jacobians, vectors)
 
 
-def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step: float) -> tuple[ComplexArray, ComplexArray]:
-    r"""Return the slopes of poles (m, n) and motions (m, c, 6, n) from a machine to neighbours a step away in one number each.
+def modal_constants(machine: RigidMachine, poles: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """Return :math:`a_r = v_r^T (2 s_r M + C) v_r` (n,): with it the residue of a mode is :math:`v_r v_r^T / a_r`."""
+    _, mass, _, damping = machine.matrices()
+    return np.einsum("ar,rab,br->r", vectors, 2 * poles[:, None, None] * mass + damping, vectors, optimize=True)
 
-    With :math:`Z(s) = s^2 M + s C + K` symmetric, :math:`s_r' = -v_r^T Z' v_r / v_r^T (2 s_r M + C) v_r`, and
-    :math:`v_r'` is the sum of the other modes that solves :math:`Z v_r' = -(Z' + s_r' (2 s_r M + C)) v_r`; its part along
-    :math:`v_r` is a change of scale, which is free.
+
+def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step: float
+                ) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    r"""Return the slopes of poles (m, n), motions (m, c, 6, n) and logarithms of modal constants (m, n) from a machine to
+    neighbours a step away in one number each.
+
+    With :math:`Z(s) = s^2 M + s C + K` symmetric, :math:`s_r' = -v_r^T Z' v_r / a_r`, :math:`a_r = v_r^T (2 s_r M + C) v_r`,
+    and :math:`v_r'` is the sum of the other modes that solves :math:`Z v_r' = -(Z' + s_r' (2 s_r M + C)) v_r`; its part along
+    :math:`v_r` is a change of scale, which is free. With that part zero :math:`a_r' = v_r^T (2 s_r' M + 2 s_r M' + C') v_r`.
     """
     jacobians, mass, stiffness, damping = machine.matrices()
     poles, motions, vectors = machine.solve()
@@ -123,6 +131,8 @@ def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step:
     bordered[:, :n, n] = bordered[:, n, :n] = sides
     inverse = np.linalg.inv(bordered)
     d_poles, d_motions = np.empty((len(neighbours), n), complex), np.empty((len(neighbours), *motions.shape), complex)
+    d_constants = np.empty((len(neighbours), n), complex)
+    modal = np.einsum("ar,ab,br->r", vectors, mass, vectors)
     for m, other in enumerate(neighbours):
         moved, more_mass, more_stiffness, more_damping = other.matrices()
         change = (poles[:, None, None] ** 2 * (more_mass - mass) + poles[:, None, None] * (more_damping - damping)
@@ -132,7 +142,9 @@ def pole_slopes(machine: RigidMachine, neighbours: Sequence[RigidMachine], step:
         vector = -np.einsum("rab,rb->ar", inverse[:, :n, :n], right + d_poles[m][:, None] * sides)
         d_motions[m] = np.einsum("cia,ar->cir", (moved - jacobians) / step, vectors)
         d_motions[m] += np.einsum("cia,ar->cir", jacobians, vector)
-    return d_poles, d_motions
+        more = (2 * poles[:, None, None] * (more_mass - mass) + (more_damping - damping)) / step
+        d_constants[m] = (2 * d_poles[m] * modal + np.einsum("ar,rab,br->r", vectors, more, vectors)) / size
+    return d_poles, d_motions, d_constants
 
 
 def tree_order(parents: Sequence[tuple[str, str]]) -> list[tuple[str, str]]:

@@ -7,19 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint.joint_identification.estimate import JointEstimate
 from toolpoint.joint_identification.joint_forms import JointForm, diagonal_form
 from toolpoint.joint_identification.kinds import inner_moves
-from toolpoint.joint_identification.machine_fit import (
-    MachineFit,
-    MachineNumbers,
-    ModalData,
-    covariance_roots,
-    fit_machine,
-    match_modes,
-    pole_spread,
-)
+from toolpoint.joint_identification.machine_fit import MachineFit, MachineNumbers, fit_machine
 from toolpoint.joint_identification.measured import Component
+from toolpoint.joint_identification.modal_data import ModalData, covariance_roots, pole_spread
+from toolpoint.joint_identification.mode_pairs import match_modes, rival_pairs
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, tree_order
 from toolpoint.joint_identification.rigid_motion import RigidMotion
@@ -46,7 +41,8 @@ class WholeMachine:
 
 def whole_machine(
     modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, joints: Sequence[JointEstimate],
-    relatives: Sequence[RelativeMotion], masses: Mapping[str, ComponentMass],
+    relatives: Sequence[RelativeMotion], masses: Mapping[str, ComponentMass], scale: FloatArray | None = None,
+    calibration: float | None = None,
 ) -> WholeMachine:
     """Return the machine of joints whose kinds are known.
 
@@ -58,6 +54,8 @@ def whole_machine(
     joints : as the motions tell them
     relatives : of the same joints, for their lengths
     masses : of every component
+    scale : standard deviation (k,) of the logarithm of every mode's squared scale (`scale_deviations`), None without any
+    calibration : standard deviation of the test's gain as a share of it, None where not told: then scales only check
     """
     order = tree_order([(joint.parent, joint.child) for joint in joints])
     names = tuple(child for _, child in order)
@@ -66,8 +64,15 @@ def whole_machine(
     model, full = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
     kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
     data = _modal_data(modes, parts, motions, names, kept)
+    if scale is not None:
+        # With exact masses a scale has nothing to tell but that they are wrong: it must not bend the shapes.
+        uncertain = any(mass.deviations[0] > 0 for mass in masses.values())
+        data = replace(data, scale=scale[kept], calibration=calibration if uncertain else None)
     fit = _settled(model, data)
     fit = _with_other_damping(_richer(fit, start=model, full=full, data=data), data)
+    if fit.mass_scale is not None:
+        stated = max(mass.mass_deviation for mass in masses.values())
+        fit = replace(fit, mass_scale=replace(fit.mass_scale, calibration=calibration, masses=stated))
     return WholeMachine(fit, names, tuple(kept), tuple(lonely))
 
 
@@ -126,14 +131,24 @@ def _settled(model: MachineNumbers, data: ModalData) -> MachineFit:
     loose = np.linalg.inv(np.diag([_LOOSE, 10 * _LOOSE]))
     easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape))
     first = fit_machine(model, easy, 15)
+    if _is_far(first):
+        # Two modes close together that look half like each other's partner, in the wrong order at the start.
+        for pairs in rival_pairs(model.machine(np.zeros(len(model.deviations))), data, _RESTARTS):
+            again = fit_machine(model, easy, 15, partner=pairs)
+            first = again if again.chi2 < first.chi2 else first
     rng = np.random.default_rng(0)
     for _ in range(_RESTARTS):
-        if first.chi2 < _FAR_OFF * max(first.freedom, 1):
+        if not _is_far(first):
             break
         # Far from any noise: a frame may lie in another valley of what only the stiffness tells.
         again = fit_machine(replace(model, forms=tuple(_turned(form, rng) for form in model.forms)), easy, 15)
         first = again if again.chi2 < first.chi2 else first
-    return fit_machine(first.model, data)
+    return fit_machine(first.model, data, after=first)
+
+
+def _is_far(fit: MachineFit) -> bool:
+    """Whether no noise can be the reason of a misfit so large."""
+    return fit.chi2 >= _FAR_OFF * max(fit.freedom, 1)
 
 
 def _turned(form: JointForm, rng: np.random.Generator) -> JointForm:
@@ -159,7 +174,7 @@ def _richer(fit: MachineFit, *, start: MachineNumbers, full: Sequence[JointForm]
         tried += [_with_matrix(best.model, i) for i, form in enumerate(best.model.forms)
                   if _is_richer(form)]
         for change in tried:
-            other = fit_machine(change, data)
+            other = fit_machine(change, data, after=best)
             if other.information < best.information - _VERY_STRONG:
                 best = other
     return best
@@ -169,7 +184,8 @@ def _with_other_damping(fit: MachineFit, data: ModalData) -> MachineFit:
     """Return the fit with damping ratios believed only as far as damping in the joints can explain them."""
     if fit.damping_excess == 1.0:
         return fit
-    again = fit_machine(fit.model, replace(data, spread=data.spread * np.array([1.0, 1 / np.sqrt(fit.damping_excess)])))
+    again = fit_machine(fit.model, replace(data, spread=data.spread * np.array([1.0, 1 / np.sqrt(fit.damping_excess)])),
+                        after=fit)
     return replace(again, damping_excess=fit.damping_excess)
 
 

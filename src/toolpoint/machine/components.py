@@ -47,7 +47,7 @@ class Components:
     bodies : component to its mass properties in the machine frame, empty where they are not known; deviations : how well these
     are known; axes : by name; places : further named points of bodies, as in a machine file; tool, table : the points between
     which is cut; tool_axis : the direction of the tool, away from the work; coordinate_deviation : of the measured points'
-    coordinates, m. """
+    coordinates, m; calibration_deviation : of the gain common to all responses, as a share of it, None where not told. """
 
     name: str
     chain: tuple[str, ...] | Mapping[str, str]
@@ -61,6 +61,7 @@ class Components:
     cutting: CuttingDescription | None = None
     tool_axis: Vector = (0.0, 0.0, 1.0)
     coordinate_deviation: float = 0.0
+    calibration_deviation: float | None = None
 
     @property
     def parents(self) -> dict[str, str]:

@@ -72,6 +72,7 @@ class ComponentFile(Part):
     cutting: CuttingModel | None = None
     tool_axis: _Letter | tuple[float, float, float] = "z"
     coordinate_deviation: Annotated[float, Scalar(units.LENGTH, ge=0)] = 0.0
+    calibration_deviation: Annotated[float, Scalar(units.RATIO, ge=0, lt=1)] | None = None
 
     def measured_points(self) -> dict[str, list[int | str]]:
         """Return the points of every component, ranges written out."""
@@ -118,7 +119,7 @@ def _components(part: ComponentFile, document: Document) -> Components | None:
         part.name, dict(part.parents) if part.parents is not None else part.chain or (), part.measured_points(), bodies,
         {name: MassDeviation(**c.uncertainty.model_dump()) for name, c in part.components.items()}, axes,
         {name: PointDescription(p.body, p.at) for name, p in part.points.items()}, part.tool, part.table, cutting,
-        tool_axis, part.coordinate_deviation)
+        tool_axis, part.coordinate_deviation, part.calibration_deviation)
 
 
 def _check_known(key: Key, name: str, known: list[str], document: Document) -> None:

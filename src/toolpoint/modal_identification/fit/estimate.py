@@ -17,7 +17,8 @@ from toolpoint.modal_identification.fit.refinement import Data, PoleFit, evaluat
 from toolpoint.modal_identification.fit.twins import without_twins
 from toolpoint.modal_identification.judgement.identification import ModalModel
 from toolpoint.modal_identification.poles.stabilization import LARGEST_DAMPING
-from toolpoint.modal_identification.scaling import driving_points, scale_shapes
+from toolpoint.modal_identification.scaling import scale_shapes
+from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 

@@ -9,8 +9,8 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.modal_identification.judgement.resonances import Resonance, alike
 from toolpoint.modal_identification.judgement.resonances import remark as doubtful_remark
-from toolpoint.modal_identification.scaling import driving_points
 from toolpoint.vibration.correlation import mac
+from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 

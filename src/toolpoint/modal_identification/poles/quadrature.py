@@ -19,7 +19,8 @@ from scipy.signal import find_peaks
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.modal_identification.band import POWER, cut, noise_level
-from toolpoint.modal_identification.scaling import driving_points, factor_rank_one, scale_shapes
+from toolpoint.modal_identification.scaling import factor_rank_one, scale_shapes
+from toolpoint.vibration.driving_point import driving_points
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
 

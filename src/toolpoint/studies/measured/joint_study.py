@@ -88,7 +88,8 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
     bodies = components.bodies
     deviation = components.coordinate_deviation if coordinate_deviation is None else coordinate_deviation
     joints = identify_joints(modes, geometry.points, components.points, chain=components.chain,
-                             masses=component_masses(components) if bodies else None, coordinate_deviation=deviation)
+                             masses=component_masses(components) if bodies else None, coordinate_deviation=deviation,
+                             calibration_deviation=components.calibration_deviation)
     study = JointStudy(joints, modes, geometry, components, None, channel_doubts=tuple(channel_doubts))
     if not bodies:
         return replace(study, missing="no mass properties; a machine needs the body of every component")

@@ -1,0 +1,75 @@
+"""Poles and motions as they were measured, whitened by what is known of their noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray
+
+# Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
+FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
+
+
+@dataclass(frozen=True, eq=False)
+class ModalData:
+    """What was measured.
+
+    motions : (c, 6, k), real or complex, of the components; roots : one (6 m, 6 m) a component, inverse Cholesky factors of
+    the covariance of its columns (m = k, or 2 k: real parts, then imaginary parts), column by column; grams : (c, 6, 6), sums
+    over the points, by which shapes are compared; frequency (k,) Hz, ratio (k,); spread : (k, 2, 2), inverse Cholesky factors
+    of the covariance of (ln frequency, ratio); scale (k,): standard deviations of the logarithms of the squared scales, None
+    where shapes have no scale; calibration: standard deviation of the logarithm of the test's gain, None where not told.
+    """
+
+    motions: Array
+    roots: tuple[FloatArray, ...]
+    grams: FloatArray
+    frequency: FloatArray
+    ratio: FloatArray
+    spread: FloatArray
+    scale: FloatArray | None = None
+    calibration: float | None = None
+
+    @property
+    def tells_masses(self) -> bool:
+        """Whether the common factor of all masses is told."""
+        return self.scale is not None and self.calibration is not None and bool(np.isfinite(self.scale).any())
+
+    @property
+    def is_complex(self) -> bool:
+        """Whether the shapes are complex."""
+        return bool(np.iscomplexobj(self.motions))
+
+
+def pole_spread(frequency: FloatArray, ratio: FloatArray, covariance: FloatArray | None) -> FloatArray:
+    """Return inverse Cholesky factors (k, 2, 2) of the covariance of (ln frequency, damping ratio), with the floors."""
+    result = np.zeros((len(frequency), 2, 2))
+    for r, f in enumerate(frequency):
+        known = np.diag([1e-6, 1e-4]) ** 2 if covariance is None else covariance[r] / np.array([[f * f, f], [f, 1.0]])
+        if np.linalg.eigvalsh(known)[0] < 0:
+            known = np.diag(np.maximum(np.diag(known), 1e-12))
+        floor = np.array([FREQUENCY_FLOOR, DAMPING_FLOOR * max(abs(float(ratio[r])), 1e-3)])
+        result[r] = np.linalg.inv(np.linalg.cholesky(known + np.diag(floor) ** 2))
+    return result
+
+
+def covariance_roots(wholes: Sequence[FloatArray], grams: FloatArray, motions: Array) -> tuple[FloatArray, ...]:
+    """Return the inverse Cholesky factors of covariances (m, 6, m, 6), with the floor of the shapes.
+
+    No casting is perfectly rigid: a motion of every component of its own, by a share of the largest motion of a mode.
+    """
+    result = []
+    power = np.einsum("cik,cij,cjk->ck", motions.conj(), grams, motions, optimize=True).real
+    size = power.max(axis=0)
+    for whole, gram in zip(wholes, grams, strict=True):
+        flat = whole.reshape(6 * len(whole), -1)
+        floor = SHAPE_FLOOR**2 * np.kron(np.diag(np.tile(size, len(whole) // len(size))), np.linalg.inv(gram))
+        flat = (flat + flat.T) / 2 + (floor + floor.T) / 2
+        # Columns and units of very different size: scaled to ones before the factor is taken.
+        scale = np.sqrt(np.maximum(np.diag(flat), 1e-300))
+        unit = flat / np.outer(scale, scale) + 1e-12 * np.eye(len(scale))
+        result.append(np.linalg.inv(np.linalg.cholesky(unit)) / scale)
+    return tuple(result)

@@ -1,0 +1,104 @@
+r"""What the driving points tell of all masses together.
+
+Shapes that were scaled by driving points (modal A, or unit modal mass) are absolute: of a machine whose modes have
+:math:`a_r = v_r^T (2 s_r M + C) v_r`, the measured shape is :math:`\alpha_r v_r` with
+
+.. math:: \ln |\alpha_r^2 a_r| = \ln (g\,m) + e_r
+
+where m is the factor by which all masses (and with them all stiffnesses) of the machine are too large, g the common gain error
+of force and response, and :math:`e_r` the noise of the driving points in mode r (Ewins, Modal Testing, 2nd ed., sections 2.4
+and 4.4). Poles and the ratios of shapes tell nothing of m: only this does, and no better than the calibration.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from toolpoint._check import FloatArray
+from toolpoint.vibration import Modes
+from toolpoint.vibration.driving_point import driving_points
+
+# Neighbours that a test did not reach share in every residue: no scale is better than this.
+_FLOOR = 3e-3
+_IMPROBABLE = 1e-3
+_UNTOLD_CALIBRATION, _OFF, _SURE = 0.05, 0.10, 3.0
+
+
+def scale_deviations(modes: Modes) -> FloatArray | None:
+    """Return the standard deviation (k,) of the logarithm of every mode's squared scale; inf where no driving point moves.
+
+    None where the shapes were not scaled or their noise is not known.
+    """
+    if modes.scaling == "unscaled" or modes.shape_variance is None:
+        return None
+    rows = [point.row for point in driving_points(modes.dofs, modes.input_dofs)]
+    if not rows:
+        return None
+    power = np.abs(modes.shape[rows]) ** 2
+    # The scale is a least-squares mean over the driving points, weighed by their power; of complex noise only the half along
+    # the motion changes a size.
+    along = 0.5 if np.iscomplexobj(modes.shape) else 1.0
+    total = power.sum(axis=0)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        noise = along * (power * modes.shape_variance[rows]).sum(axis=0) / total**2
+    return np.where(total > 0, np.sqrt(noise + _FLOOR**2), np.inf)
+
+
+@dataclass(frozen=True, eq=False)
+class MassScale:
+    """What the driving points say: `factor` by which the masses of the machine times the gain of the test are too large, and
+    its relative standard `deviation` (noise, and the scatter between modes where that is larger); `calibration`: standard
+    deviation that was stated of the gain, None where nothing was; `masses`: the largest that was stated of a mass."""
+
+    factor: float
+    deviation: float
+    calibration: float | None
+    masses: float = 0.0
+
+    @property
+    def doubt(self) -> str:
+        """What speaks against the masses or the calibration, empty where they agree."""
+        gain = _UNTOLD_CALIBRATION if self.calibration is None else self.calibration
+        off = abs(np.log(self.factor))
+        expected = np.sqrt(self.deviation**2 + gain**2 + self.masses**2)
+        if off < _SURE * expected or (self.calibration is None and off < _OFF):
+            return ""
+        assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
+        return (f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the masses as "
+                f"stated let them, so that masses are {1 / self.factor:.3g} +- {1.96 * self.deviation / self.factor:.1g} times "
+                f"those, beyond the calibration of force and response{assumed}: stiffnesses go with the masses; check "
+                "masses, units, sensitivities")
+
+    @property
+    def note(self) -> str:
+        """What it means for the numbers."""
+        known = f"{1 / self.factor:.4g} +- {1.96 * self.deviation / self.factor:.1g}"
+        if self.calibration is None:
+            return (f"by the driving points all masses are {known} times those stated if force and response are calibrated "
+                    "exactly; calibration_deviation in the component file lets them tell")
+        return (f"by the driving points all masses are {known} times those of the fit; their common factor is known as well "
+                f"as the masses as stated and a calibration within {196 * self.calibration:.2g} % (95 %) tell")
+
+
+def mean_scale(logarithms: FloatArray, deviations: FloatArray, calibration: float | None) -> MassScale | None:
+    """Return the mean of the modes' scales, None where no mode has one."""
+    known = np.isfinite(deviations)
+    if not known.any():
+        return None
+    weight = 1 / deviations[known] ** 2
+    mean = float((weight * logarithms[known]).sum() / weight.sum())
+    chi2, freedom = float((weight * (logarithms[known] - mean) ** 2).sum()), int(known.sum()) - 1
+    wider = chi2 / freedom if freedom > 0 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE else 1.0
+    return MassScale(float(np.exp(mean)), float(np.sqrt(wider / weight.sum())), calibration)
+
+
+def scale_root(deviations: FloatArray, calibration: float) -> FloatArray:
+    """Return the inverse Cholesky factor (k, k) of the covariance of the logarithms: noise, and the gain common to all."""
+    known = np.isfinite(deviations)
+    result = np.zeros((len(deviations), len(deviations)))
+    covariance = np.diag(deviations[known] ** 2) + calibration**2
+    result[np.ix_(known, known)] = np.linalg.inv(np.linalg.cholesky(covariance))
+    return result
