@@ -6,12 +6,13 @@ Heylen, Lammens, 1996 (FRAC).
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from toolpoint._check import Array, FloatArray, fail, real_or_complex
+from toolpoint._check import Array, BoolArray, FloatArray, fail, real_or_complex
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration.frf import Frf
 from toolpoint.vibration.modes import Modes
@@ -61,6 +62,61 @@ def ecomac(first: Array, second: Array) -> FloatArray:
     a = a / np.abs(a).max(axis=-2, keepdims=True)
     factor = (b.conj() * a).sum(axis=-2, keepdims=True) / (np.abs(b) ** 2).sum(axis=-2, keepdims=True)
     return np.abs(a - b * factor).sum(axis=-1) / (2 * a.shape[-1])
+
+
+def mac_without(first: Array, second: Array, groups: Sequence[Sequence[int]]) -> FloatArray:
+    r"""Return the MAC of paired shapes seen without a group of Dofs, shape (n_groups, n_pairs).
+
+    What a group costs (or lends) a pair is the MAC without it less the MAC of all: a point at which a shape was measured
+    wrongly, or the model is wrong, stands out. Not a number where nothing moves without the group.
+
+    Parameters
+    ----------
+    first, second : (n_dofs, n_modes)
+        Paired one to one.
+    groups : sequences of rows
+        For example the directions of every point.
+    """
+    a, b = _paired(first, second)
+    cross, power, other = (a.conj() * b), np.abs(a) ** 2, np.abs(b) ** 2
+    result = np.full((len(groups), a.shape[-1]), np.nan)
+    for k, rows in enumerate(groups):
+        at = list(rows)
+        top = np.abs(cross.sum(axis=-2) - cross[at].sum(axis=-2)) ** 2
+        left, right = (p.sum(axis=-2) - p[at].sum(axis=-2) for p in (power, other))
+        moves = (left > 1e-12 * power.sum(axis=-2)) & (right > 1e-12 * other.sum(axis=-2))
+        result[k, moves] = top[moves] / (left * right)[moves]
+    return result
+
+
+def combine_shapes(first: Array, second: Array, near: BoolArray) -> tuple[Array, FloatArray]:
+    r"""Return the mix of shapes that is nearest to each other shape: factors and the MAC with that mix.
+
+    Each :math:`\phi_i` is fitted by :math:`\sum_j q_{ij} \psi_j` over the shapes that are `near` (least squares, each of unit
+    length). Two modes that lie close mix freely, in a test or in a model: then MAC with each alone is low and with the mix
+    near 1; where the mix is no better, the shape itself is another.
+
+    Parameters
+    ----------
+    first, second : (n_dofs, n_first), (n_dofs, n_second)
+    near : (n_first, n_second) bool
+        Which of the second set may take part.
+
+    Returns
+    -------
+    factors : (n_first, n_second), zero where not near; mac : (n_first,), 0 where none is near.
+    """
+    a, b = _shapes(first, second)
+    a, b = (shapes / np.sqrt(_power(shapes)) for shapes in (a, b))
+    factors = np.zeros((a.shape[-1], b.shape[-1]), np.result_type(a, b))
+    share = np.zeros(a.shape[-1])
+    for i in range(a.shape[-1]):
+        at = np.flatnonzero(near[i])
+        if at.size:
+            q = np.linalg.lstsq(b[:, at], a[:, i], rcond=1e-9)[0]
+            factors[i, at] = q
+            share[i] = float(np.linalg.norm(b[:, at] @ q)) ** 2
+    return factors, np.minimum(share, 1.0)
 
 
 def frac(first: Frf, second: Frf) -> FloatArray:

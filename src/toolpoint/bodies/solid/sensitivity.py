@@ -67,24 +67,34 @@ def frequency_sensitivity(model: SolidModel, squares: FloatArray, vectors: Float
     shapes = floats("vectors", vectors, (model.size, len(values)))
     if (values <= 0).any():
         fail("squares", f"{int((values <= 0).sum())} rigid-body modes", "must be above zero", "leave the rigid-body modes out")
-    strain, motion, names = [], [], []
-    for block in model.blocks:
-        material = model.materials[block.name]
-        names += [block.name] * len(block)
-        for part in chunks(len(block)):
-            nodes = block.nodes[part]
-            u = shapes.reshape(-1, 3, len(values))[nodes]
-            flat = u.reshape(len(nodes), -1, len(values))
-            k = matrices.stiffness(block.kind, model.nodes[nodes], material)
-            m = matrices.scalar_mass(block.kind, model.nodes[nodes], material.density)
-            strain.append(np.einsum("eik,eik->ke", flat, k @ flat))
-            motion.append(_motion(m, u))
+    strain, motion = element_energies(model, shapes, shapes)
     together = [i for i in range(1, len(values)) if values[i] - values[i - 1] <= _REPEATED * values[i]]
     notes = tuple(f"modes {i} and {i + 1} lie together: the sum of their sensitivities holds, not each" for i in together)
-    return ElementSensitivity(np.sqrt(values) / (2 * np.pi), np.hstack(strain) / (2 * values[:, None]), -np.hstack(motion) / 2,
-                              tuple(names), notes)
+    return ElementSensitivity(np.sqrt(values) / (2 * np.pi), strain / (2 * values[:, None]), -motion / 2, element_sets(model),
+                              notes)
 
 
-def _motion(mass: FloatArray, u: FloatArray) -> FloatArray:
-    flat = u.reshape(*u.shape[:2], -1)
-    return ((mass @ flat) * flat).sum(axis=1).reshape(len(u), 3, -1).sum(axis=1).T
+def element_sets(model: SolidModel) -> tuple[str, ...]:
+    """Return the set of every element, in the order of blocks."""
+    return tuple(block.name for block in model.blocks for _ in range(len(block)))
+
+
+def element_energies(model: SolidModel, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
+    r"""Return :math:`a_k^T K_e b_k` and :math:`a_k^T M_e b_k` of every element for paired columns, (k, e) each.
+
+    left, right : (model.size, k) floats
+        Of all coordinates; the same array for the energies of shapes.
+    """
+    strain, motion = [], []
+    a, b = (np.ascontiguousarray(u).reshape(len(model.nodes), 3, -1) for u in (left, right))
+    for block in model.blocks:
+        material = model.materials[block.name]
+        for part in chunks(len(block)):
+            nodes = block.nodes[part]
+            u, v = a[nodes], b[nodes]
+            k = matrices.stiffness(block.kind, model.nodes[nodes], material)
+            m = matrices.scalar_mass(block.kind, model.nodes[nodes], material.density)
+            flat = (len(nodes), -1, u.shape[-1])
+            strain.append((u.reshape(flat) * (k @ v.reshape(flat))).sum(axis=1).T)
+            motion.append((u * (m @ v.reshape(*v.shape[:2], -1)).reshape(v.shape)).sum(axis=(1, 2)).T)
+    return np.hstack(strain), np.hstack(motion)

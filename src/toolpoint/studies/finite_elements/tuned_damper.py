@@ -7,6 +7,7 @@ Vibrations, section 3.3; Sims, J. Sound Vib. 301 (2007) (tuned by the real part,
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +15,11 @@ import numpy as np
 from scipy.optimize import minimize
 
 from toolpoint._check import ComplexArray, FloatArray, fail, one_of, positive
-from toolpoint.vibration import Dof, Modes, frequency_response
+from toolpoint.studies.finite_elements.attached import damper_stiffness, fitting_place
+from toolpoint.studies.finite_elements.machine_cut import PLANE, least_depth
+from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
-GOALS = ("peak", "depth")
+GOALS = ("peak", "depth", "lobes")
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,8 +27,9 @@ class TunedDamper:
     """A damper and what it does.
 
     mass : kg; frequency : Hz of the damper alone on a fixed base; damping_ratio : of it; before, after : (n,) response at the
-    tool on `lines` (Hz), m/N, without and with it; goal : ``peak`` or ``depth``; start : (frequency, damping ratio) after Den
-    Hartog; status : whether the search ended well.
+    tool on `lines` (Hz), m/N, without and with it; goal : ``peak``, ``depth`` or ``lobes``; start : (frequency, damping
+    ratio) after Den Hartog; status : whether the search ended well; depths : least depths of milling without and with it, m,
+    and response : of tool against work with it, for the goal ``lobes``.
     """
 
     mass: float
@@ -37,6 +41,8 @@ class TunedDamper:
     goal: str
     start: tuple[float, float]
     status: str
+    depths: tuple[float, float] | None = None
+    response: Frf | None = None
 
     @property
     def stiffness(self) -> float:
@@ -50,7 +56,9 @@ class TunedDamper:
 
     @property
     def depth_ratio(self) -> float:
-        """Least stable depth with the damper over that without: depths go with 1 / -min Re G (Tlusty)."""
+        """Least stable depth with the damper over that without: 1 / -min Re G (Tlusty), or that of milling."""
+        if self.depths is not None:
+            return self.depths[1] / self.depths[0]
         return float(min(self.before.real.min(), -1e-300) / min(self.after.real.min(), -1e-300))
 
     def to_dict(self) -> dict[str, Any]:
@@ -76,9 +84,9 @@ def tune_damper(
     lines : (n,) floats
         Hz, over which the response is judged; they should lie close beside the peaks.
     goal : str
-        ``peak`` or ``depth``.
+        ``peak`` or ``depth`` (of a cut in one direction: 1 / -min Re G); for lobes of milling see `tune_damper_for_cut`.
     """
-    one_of("goal", goal, GOALS)
+    one_of("goal", goal, GOALS[:2])
     labels = list(dict.fromkeys((tool, place)))
     frf = frequency_response.modal(modes, lines, outputs=labels, inputs=labels).values
     g_tt, g_tp, g_pp = frf[:, 0, 0], frf[:, 0, -1], frf[:, -1, -1]
@@ -86,22 +94,62 @@ def tune_damper(
     omega = 2 * np.pi * np.asarray(lines)
 
     def response(values: FloatArray) -> ComplexArray:
-        w, ratio = np.exp(values[0]), np.exp(values[1])
-        spring = mass * (w**2 + 2j * ratio * w * omega)
-        force = -(omega**2) * mass * spring / (spring - omega**2 * mass)
+        force = damper_stiffness(omega, mass, float(np.exp(values[0])), float(np.exp(values[1])))
         return g_tt - g_tp**2 * force / (1 + force * g_pp)
 
     def cost(values: FloatArray) -> float:
         g = response(values)
         return float(np.log(np.abs(g).max() if goal == "peak" else max(-g.real.min(), 1e-300)))
 
-    best = minimize(cost, np.log([2 * np.pi * start[0], start[1]]), method="Nelder-Mead",
-                    options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000})
-    status = "least found by a search from Den Hartog's tuning"
+    x, status = _searched(cost, [start])
+    return TunedDamper(mass, float(np.exp(x[0]) / (2 * np.pi)), float(np.exp(x[1])), np.asarray(lines), g_tt, response(x), goal,
+                       start, status)
+
+
+def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: FloatArray, factors: FloatArray) -> TunedDamper:
+    """Return the damper of a mass with which the least stable depth of milling at any speed is the largest.
+
+    Parameters
+    ----------
+    modes : Modes
+        Unit modal mass, with damping, of the tool against the work and of the place.
+    place : label
+        Where, and along what, the damper moves.
+    mass : float
+        kg.
+    lines : (n,) floats
+        Hz.
+    factors : (2, 2) floats
+        Mean directional matrix of the cut, see `machine_cut.mean_factors`.
+    """
+    at = fitting_place(modes, place, lines)
+    first = [_den_hartog(modes, tool, place, positive("mass", mass)) for tool in PLANE]
+
+    def response(values: FloatArray) -> ComplexArray:
+        return at.with_device(damper_stiffness(at.omega, mass, float(np.exp(values[0])), float(np.exp(values[1]))))
+
+    def cost(values: FloatArray) -> float:
+        return -float(np.log(least_depth(response(values), factors, at.lines)[0]))
+
+    # A cut may be limited by another mode than the peak: the search also starts at its own chatter frequency.
+    chatter = least_depth(at.cut, factors, at.lines)[1]
+    starts = [*first, (chatter, first[0][1])] if np.isfinite(chatter) else first
+    x, status = _searched(cost, starts)
+    depths = tuple(least_depth(values, factors, at.lines)[0] for values in (at.cut, response(x)))
+    frequency, ratio = float(np.exp(x[0]) / (2 * np.pi)), float(np.exp(x[1]))
+    return TunedDamper(mass, frequency, ratio, at.lines, at.cut[:, 0, 0], response(x)[:, 0, 0], "lobes", first[0], status,
+                       (depths[0], depths[1]), at.frf(response(x)))
+
+
+def _searched(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
+    """Return the logarithms of angular frequency and damping ratio with the least cost, from several starts, and a status."""
+    runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
+                     options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000}) for f, ratio in starts]
+    best = min(runs, key=lambda run: float(run.fun))
     if not best.success:
-        status = f"search not ended ({best.message}): give more lines"
-    return TunedDamper(mass, float(np.exp(best.x[0]) / (2 * np.pi)), float(np.exp(best.x[1])), np.asarray(lines), g_tt,
-                       response(best.x), goal, start, status)
+        return best.x, f"search not ended ({best.message}): give more lines"
+    many = "" if len(runs) == 1 else f", the best of {len(runs)} starts"
+    return best.x, f"least found by a search from Den Hartog's tuning{many}"
 
 
 def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) -> tuple[float, float]:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -88,6 +89,41 @@ class FiniteElementMachine:
         """Mass of every part, kg."""
         return {name: model.mass_properties.mass for name, model in self.parts.items()}
 
+    @cached_property
+    def nodes(self) -> FloatArray:
+        """Places of all nodes, part after part, m; node number 1 is the first row."""
+        return np.vstack([model.nodes for model in self.parts.values()])
+
+    @cached_property
+    def part_of_node(self) -> tuple[str, ...]:
+        """Part that every node belongs to."""
+        return tuple(name for name, model in self.parts.items() for _ in range(len(model.nodes)))
+
+    def scaled(self, *, modulus: Mapping[str, float] | None = None, density: Mapping[str, float] | None = None,
+               joints: Mapping[str, float] | None = None) -> FiniteElementMachine:
+        """Return the machine with Young's modulus and density of parts, and stiffness of joints, times these factors.
+
+        A name is a part, or a set of a part as ``column.layer``.
+        """
+        known = {name for part, model in self.parts.items() for name in (part, *(f"{part}.{s}" for s in model.set_names))}
+        for what, given, names in (("modulus", modulus, known), ("density", density, known),
+                                   ("joints", joints, {joint.name for joint in self.joints})):
+            lost = sorted(set(given or {}) - names)
+            if lost:
+                fail(what, repr(lost[0]), f"must be of {', '.join(sorted(names))}")
+        parts = {name: _scaled_part(name, model, modulus or {}, density or {}) for name, model in self.parts.items()}
+        held = tuple(replace(joint, stiffness=joint.stiffness * (joints or {}).get(joint.name, 1.0)) for joint in self.joints)
+        return FiniteElementMachine(parts, held, self.points)
+
+    def part_alone(self, part: str) -> FiniteElementMachine:
+        """Return one part by itself, the joints through which others carry it on the ground; what it carries is gone."""
+        joints = tuple(replace(joint, parent=GROUND, parent_patch=None) for joint in self.joints if joint.child == part)
+        if not joints:
+            fail("part", repr(part), "must be carried by a joint as its child",
+                 f"one of {', '.join(dict.fromkeys(joint.child for joint in self.joints))}")
+        points = {name: place for name, place in self.points.items() if place[0] == part}
+        return FiniteElementMachine({part: self.parts[part]}, joints, points)
+
     def spread(self, part: str, patch: Patch) -> csc_array:
         """Return the weights of a patch of a part in the rows of the machine, (size, 6)."""
         return csc_array(vstack([patch.averages(model) if name == part else csc_array((model.size, 6))
@@ -99,20 +135,22 @@ class FiniteElementMachine:
         stiffness = csc_array(block_diag([model.stiffness() for model in self.parts.values()], format="csc"))
         mass = csc_array(block_diag([model.mass() for model in self.parts.values()], format="csc"))
         for joint in self.joints:
-            motion = self.spread(joint.child, joint.child_patch)
-            if joint.parent_patch is not None:
-                motion = csc_array(motion - self.spread(joint.parent, joint.parent_patch))
+            motion = self.joint_motions[joint.name]
             stiffness = csc_array(stiffness + motion @ diags_array(joint.stiffness) @ motion.T)
         return stiffness, mass
 
-    def solve(self, number: int) -> EigenPairs:
+    @property
+    def dof_places(self) -> FloatArray:
+        """Coordinates of the node of every row, (size, 3), m."""
+        return np.vstack([model.dof_places for model in self.parts.values()])
+
+    def solve(self, number: int, *, is_counted: bool = True) -> EigenPairs:
         """Return the lowest modes, counted.
 
         Raises ToolpointError where the machine is left free to move: the part that moves most is named.
         """
         stiffness, mass = self.matrices
-        places = np.vstack([model.dof_places for model in self.parts.values()])
-        pairs = modes(stiffness, mass, number, coordinates=places)
+        pairs = modes(stiffness, mass, number, coordinates=self.dof_places, is_counted=is_counted)
         if pairs.rigid_count:
             part = max(self.parts, key=lambda name: float(np.abs(self.shape_of(name, pairs)[:, 0]).max()))
             fail("joints", f"{pairs.rigid_count} motions without stiffness, of {part} most of all", "must hold every part",
@@ -124,15 +162,47 @@ class FiniteElementMachine:
         start = self.starts[part]
         return pairs.vectors[start:start + self.parts[part].size]
 
-    def point_modes(self, pairs: EigenPairs, damping_ratio: float) -> Modes:
-        """Return the modes at the named points, in all six directions, with this damping ratio."""
+    def motion_of(self, dofs: Sequence[Dof]) -> csc_array:
+        """Return the map from all coordinates to Dofs at nodes (numbers from 1, over all parts), shape (size, n_dofs)."""
+        rows, columns, values = [], [], []
+        for k, dof in enumerate(dofs):
+            if not isinstance(dof.point, int) or not 1 <= dof.point <= len(self.nodes) or dof.is_rotation:
+                fail("dofs", str(dof), f"must be a translation of a node, a number from 1 to {len(self.nodes)}")
+            rows += [3 * (dof.point - 1) + i for i in range(3)]
+            columns += [k] * 3
+            values += dof.unit[:3].tolist()
+        return csc_array((values, (rows, columns)), shape=(self.size, len(dofs)))
+
+    def modes_at(self, pairs: EigenPairs, dofs: Sequence[Dof], damping_ratio: float | FloatArray) -> Modes:
+        """Return the modes at Dofs of nodes (numbers from 1, over all parts), with these damping ratios."""
+        damping = np.broadcast_to(damping_ratio, (pairs.count,))
+        return Modes(pairs.frequency, damping, self.motion_of(dofs).T @ pairs.vectors, tuple(dofs), notes=(pairs.status,))
+
+    def node_modes(self, pairs: EigenPairs, nodes: Sequence[int], damping_ratio: float | FloatArray) -> Modes:
+        """Return the modes at nodes along x, y and z."""
+        return self.modes_at(pairs, [Dof(int(node), way) for node in nodes for way in _DIRECTIONS[:3]], damping_ratio)
+
+    def effective_mass(self, pairs: EigenPairs) -> FloatArray:
+        """Return the effective modal mass in translation, all three directions together, (n_modes,), kg."""
+        momentum = (self.matrices[1] @ pairs.vectors).reshape(-1, 3, pairs.count).sum(axis=0)
+        return np.asarray((momentum**2).sum(axis=0))
+
+    def point_modes(self, pairs: EigenPairs, damping_ratio: float | FloatArray) -> Modes:
+        """Return the modes at the named points, in all six directions, with this damping ratio.
+
+        Where points are named tool and work, also of the tool against the work, ``tool-work:+x`` and so on.
+        """
         rows, labels = [], []
         for name, (part, patch, offset) in self.points.items():
             twist = self.spread(part, patch).T @ pairs.vectors
             arm = np.array(offset)
             rows.append(np.vstack([twist[:3] + np.cross(twist[3:].T, arm).T, twist[3:]]))
             labels += [Dof(name, direction) for direction in _DIRECTIONS]
-        damping = np.full(pairs.count, damping_ratio)
+        if {"tool", "work"} <= set(self.points):
+            at = list(self.points)
+            rows.append((rows[at.index("tool")] - rows[at.index("work")])[:3])
+            labels += [Dof("tool-work", direction) for direction in _DIRECTIONS[:3]]
+        damping = np.broadcast_to(damping_ratio, (pairs.count,))
         return Modes(pairs.frequency, damping, np.vstack(rows), tuple(labels), notes=(pairs.status,))
 
     def sensitivities(self, pairs: EigenPairs) -> dict[str, ElementSensitivity]:
@@ -140,12 +210,30 @@ class FiniteElementMachine:
         return {name: frequency_sensitivity(model, pairs.squares, self.shape_of(name, pairs))
                 for name, model in self.parts.items()}
 
-    def joint_shares(self, pairs: EigenPairs) -> dict[str, FloatArray]:
-        """Return the share of every joint in the strain energy of every mode."""
-        shares = {}
+    @cached_property
+    def joint_motions(self) -> dict[str, csc_array]:
+        """Weights of the child's motion against the parent's of every joint, (size, 6)."""
+        motions = {}
         for joint in self.joints:
             motion = self.spread(joint.child, joint.child_patch)
             if joint.parent_patch is not None:
                 motion = csc_array(motion - self.spread(joint.parent, joint.parent_patch))
+            motions[joint.name] = motion
+        return motions
+
+    def joint_shares(self, pairs: EigenPairs) -> dict[str, FloatArray]:
+        """Return the share of every joint in the strain energy of every mode."""
+        shares = {}
+        for joint in self.joints:
+            motion = self.joint_motions[joint.name]
             shares[joint.name] = (joint.stiffness[:, None] * (motion.T @ pairs.vectors) ** 2).sum(axis=0) / pairs.squares
         return shares
+
+
+def _scaled_part(part: str, model: SolidModel, modulus: Mapping[str, float], density: Mapping[str, float]) -> SolidModel:
+    def factor(given: Mapping[str, float], name: str) -> float:
+        return given.get(part, 1.0) * given.get(f"{part}.{name}", 1.0)
+
+    materials = {name: replace(model.materials[name], modulus=model.materials[name].modulus * factor(modulus, name),
+                               density=model.materials[name].density * factor(density, name)) for name in model.set_names}
+    return SolidModel(model.nodes, model.blocks, materials, model.node_sets)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -124,20 +124,32 @@ def correlate(
                                                if str(p) in machine.description.points])
     measured = pairing.renamed(modes)
     everything = eigen.solve_undamped(assemble(machine, pose, measured.dofs))
-    top = 1.5 * float(measured.frequency.max())
-    predicted = everything.selected([i for i, f in enumerate(everything.frequency) if f <= top] or [0])
-    pairs = correlation.pair_modes(measured, predicted, lowest_mac, frequency_shift=frequency_shift)
-    values = correlation.mac(measured.shape, predicted.shape)
+    result = correlate_modes(pairing, measured, everything, lambda: effective_mass(machine, pose), lowest_mac=lowest_mac,
+                             frequency_shift=frequency_shift)
     edges = _bands(measured.frequency, frf) if bands is None else np.array(bands, float).reshape(-1, 2)
-    result = ModelCorrelation(pairing, measured, predicted, values, pairs, None, {}, {}, edges)
-    if len(pairs.pairs):
-        result = _compared(result, machine, pose)
+    result = replace(result, bands=edges)
     return result if frf is None else _with_responses(result, machine, pairing.renamed_frf(frf), pose)
 
 
-def _compared(result: ModelCorrelation, machine: Machine, pose: Pose | None) -> ModelCorrelation:
+def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, mass: Callable[[], FloatArray], *,
+                    lowest_mac: float = 0.5, frequency_shift: float = np.inf) -> ModelCorrelation:
+    """Return how modes agree with measured ones at the same Dofs, without responses.
+
+    mass : called for the effective modal mass of every predicted mode, kg, (n_predicted,), where pairs are there to weigh;
+    points, lowest_mac, frequency_shift : see `correlate`. Modes above 1.5 times the highest measured one are left out.
+    """
+    top = 1.5 * float(measured.frequency.max())
+    kept = [i for i, f in enumerate(predicted.frequency) if f <= top] or [0]
+    inside = predicted.selected(kept)
+    pairs = correlation.pair_modes(measured, inside, lowest_mac, frequency_shift=frequency_shift)
+    values = correlation.mac(measured.shape, inside.shape)
+    result = ModelCorrelation(points, measured, inside, values, pairs, None, {}, {}, _bands(measured.frequency, None))
+    return _compared(result, mass()[kept]) if len(pairs.pairs) else result
+
+
+def _compared(result: ModelCorrelation, mass: FloatArray) -> ModelCorrelation:
     first, second = result.measured.selected(result.pairs.pairs[:, 0]), result.predicted.selected(result.pairs.pairs[:, 1])
-    weight = effective_mass(machine, pose)[result.pairs.pairs[:, 1]]
+    weight = mass[result.pairs.pairs[:, 1]]
     weights = coefficients(first, second, weight if weight.sum() > 0 else None)
     # COMAC compares modes with each other: measured shapes get the scale of the model's.
     scaled = first.shape * np.diag(correlation.modal_scale_factor(first.shape, second.shape))

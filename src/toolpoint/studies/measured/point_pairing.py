@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import permutations, product
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -14,6 +15,9 @@ from toolpoint._check import FloatArray, fail, floats, positive
 from toolpoint.spatial import registration
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Frf, Modes
+
+# A second placing whose residual is below so many times the best one leaves a doubt.
+ALIKE = 2.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +95,39 @@ def pair_points(
         f"{fit.status}; {len(single)} of {len(names)} test points have no model point within {furthest:g} m: check units, "
         "give known pairs, or a nearer start")
     return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, fit.transform, single, status)
+
+
+def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike]) -> tuple[FloatArray, str]:
+    """Return a start for `pair_points` without any known pair, (4, 4), and a doubt where another start fits nearly as well.
+
+    The 24 turns that carry axes onto axes, the middles of both boxes on each other, each followed by ICP; the least distance
+    wins. It needs a frame of the test whose axes lie within about 20 degrees of axes of the model, in either order, points
+    that reach over the same box as the model's, and a machine that does not look alike from several sides.
+    """
+    a, b = (np.array([floats("points", p, (3,)) for p in points.values()]) for points in (test, model))
+    middles = [(p.max(axis=0) + p.min(axis=0)) / 2 for p in (a, b)]
+    fits = []
+    for turn in _axis_turns():
+        start = tf.transform(turn, middles[1] - turn @ middles[0])
+        fits.append(registration.iterative_closest_point(a, b, start))
+    fits.sort(key=lambda fit: fit.residual)
+    best = fits[0]
+    others = [fit.residual for fit in fits[1:] if np.abs(fit.transform - best.transform).max() > 0.05]
+    doubt = ""
+    if others and others[0] < ALIKE * best.residual:
+        doubt = (f"another placing of the test's frame fits nearly as well ({1e3 * others[0]:.3g} mm against "
+                 f"{1e3 * best.residual:.3g} mm): give three known pairs")
+    return best.transform, doubt
+
+
+def _axis_turns() -> list[FloatArray]:
+    turns = []
+    for order in permutations(range(3)):
+        for signs in product((1.0, -1.0), repeat=3):
+            turn = np.eye(3)[list(order)] * np.array(signs)[:, None]
+            if np.linalg.det(turn) > 0:
+                turns.append(turn)
+    return turns
 
 
 def _label(point: str | int, unit: FloatArray, direction: str) -> Dof:

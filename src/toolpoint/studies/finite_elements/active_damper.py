@@ -1,0 +1,226 @@
+r"""Active damping: a proof-mass actuator with velocity feedback, its loop's stability margin, and what it brings.
+
+The actuator is a mass m on a spring and damper, :math:`\kappa = k + i \omega c`, with a force u between base and mass; u = -g
+D v, v the velocity of the base, D the electronics: a high-pass against drift of the integrator, a low-pass of the amplifier,
+a delay. The base feels the dynamic stiffness :math:`Z = -\omega^2 m (\kappa + i \omega g D) / (\kappa - \omega^2 m)`. The
+loop is :math:`L = -\frac{\omega^2 m}{\kappa - \omega^2 m}\,i \omega g D\,G'_{pp}`, with G' the structure that carries the
+passive actuator; all its parts are stable, so the loop is if and only if L does not circle -1 (Nyquist). Below its own
+resonance the actuator's force turns its sign: so the gain is always bounded. Source: Preumont, Vibration Control of Active
+Structures, ch. 7; Baur, Zaeh, CIRP Annals 61 (2012) on machine tools.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from toolpoint._check import ComplexArray, FloatArray, fail, nonnegative, positive
+from toolpoint._notebook import NotebookText
+from toolpoint.studies.finite_elements.attached import FittingPlace, damper_stiffness
+from toolpoint.studies.finite_elements.machine_cut import least_depth
+from toolpoint.vibration import Frf
+
+# Largest step of arg(1 + L) between lines that still counts its turns for certain, rad.
+_TURN = 1.0
+
+
+@dataclass(frozen=True)
+class ProofMassActuator:
+    """An inertial actuator with its electronics.
+
+    Parameters
+    ----------
+    mass : float
+        Moving mass, kg.
+    frequency, damping_ratio : float
+        Of the mass on its own spring, base fixed; Hz. Well below the first mode that is to be damped.
+    delay : float
+        Of controller and converters, s.
+    bandwidth : float
+        Corner of the amplifier's first-order low-pass, Hz.
+    high_pass : float
+        Corner of the first-order high-pass behind the integrator, Hz.
+    """
+
+    mass: float
+    frequency: float = 8.0
+    damping_ratio: float = 0.4
+    delay: float = 0.2e-3
+    bandwidth: float = 1000.0
+    high_pass: float = 1.0
+
+    def __post_init__(self) -> None:
+        for name in ("mass", "frequency", "damping_ratio", "bandwidth"):
+            positive(f"ProofMassActuator.{name}", getattr(self, name))
+        for name in ("delay", "high_pass"):
+            nonnegative(f"ProofMassActuator.{name}", np.array(getattr(self, name)))
+
+    def passive(self, omega: FloatArray) -> ComplexArray:
+        """Return its dynamic stiffness without feedback, N/m."""
+        return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, self.damping_ratio)
+
+    def active(self, omega: FloatArray) -> ComplexArray:
+        """Return what a gain of 1 N s/m adds to the dynamic stiffness, N/m."""
+        natural = 2 * np.pi * self.frequency
+        spring = self.mass * (natural**2 + 2j * self.damping_ratio * natural * omega)
+        return -(omega**2) * self.mass / (spring - omega**2 * self.mass) * 1j * omega * self.electronics(omega)
+
+    def electronics(self, omega: FloatArray) -> ComplexArray:
+        """Return D, 1 in the middle of its band."""
+        w = 2 * np.pi * self.high_pass
+        drift = 1.0 if w == 0 else 1j * omega / (1j * omega + w)
+        return drift * np.exp(-1j * omega * self.delay) / (1 + 1j * omega / (2 * np.pi * self.bandwidth))
+
+
+@dataclass(frozen=True, eq=False)
+class LoopMargins(NotebookText):
+    """Margins of a loop: whether it is stable, least distance of L from -1, gain margin (factor) and phase margin (rad)."""
+
+    is_stable: bool
+    distance: float
+    gain: float
+    phase: float
+
+    def __str__(self) -> str:
+        if not self.is_stable:
+            return "unstable"
+        return (f"stable: gain margin {20 * np.log10(self.gain):.1f} dB, phase margin {np.degrees(self.phase):.0f} deg, "
+                f"distance from -1 {self.distance:.2f}")
+
+
+@dataclass(frozen=True, eq=False)
+class ActiveDamper(NotebookText):
+    """An actuator at a place with its gain (N s/m) and what it brings.
+
+    margins : of its loop; largest_gain : at which the loop begins to grow, N s/m; response : tool against work with it;
+    depths : least depths of milling without, with the passive actuator and with feedback, m; peaks : largest responses along
+    x likewise, m/N; force, stroke : largest per newton at the tool (N/N, m/N) over the lines; status.
+    """
+
+    actuator: ProofMassActuator
+    gain: float
+    margins: LoopMargins
+    largest_gain: float
+    response: Frf
+    depths: tuple[float, float, float]
+    peaks: tuple[float, float, float]
+    force: float
+    stroke: float
+    status: str
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data."""
+        return {"mass_kg": self.actuator.mass, "own_frequency_hz": self.actuator.frequency, "gain_n_s_m": self.gain,
+                "largest_gain_n_s_m": self.largest_gain, "stable": self.margins.is_stable,
+                "gain_margin_db": float(20 * np.log10(self.margins.gain)),
+                "phase_margin_deg": float(np.degrees(self.margins.phase)),
+                "distance_from_minus_one": self.margins.distance, "least_depths_m": list(self.depths),
+                "peaks_m_n": list(self.peaks),
+                "force_n_n": self.force, "stroke_m_n": self.stroke, "status": self.status}
+
+    def __repr__(self) -> str:
+        return f"ActiveDamper({self.actuator.mass:g} kg, gain {self.gain:.3g} N s/m, {self.margins})"
+
+
+def open_loop(at: FittingPlace, actuator: ProofMassActuator) -> ComplexArray:
+    """Return L of a gain of 1 N s/m on the lines of a place."""
+    passive = actuator.passive(at.omega)
+    return actuator.active(at.omega) * at.itself / (1 + passive * at.itself)
+
+
+def loop_margins(loop: ComplexArray) -> LoopMargins:
+    """Return the margins of a loop on lines from where it is small to where it is small again, (n,).
+
+    Raises ToolpointError where lines are too far apart to count how the loop turns about -1, or its ends are not small.
+    """
+    ends = np.abs(loop[[0, -1]]).max()
+    if ends > 0.5:
+        fail("loop", f"{ends:.2g} at an end of its lines", "must be below 0.5 there", "take lines further down and up")
+    turn = np.angle((1 + loop)[1:] / (1 + loop)[:-1])
+    if np.abs(turn).max() > _TURN:
+        fail("loop", f"1 + L turns by {np.abs(turn).max():.2g} rad between two lines", f"must be below {_TURN:g}",
+             "take more lines about the loop's poles, or a smaller gain")
+    start, end = np.angle(1 + loop[0]), np.angle(1 + loop[-1])
+    turns = (float(turn.sum()) + start - end) / (2 * np.pi)
+    # Crossings of the negative real axis, and of the unit circle.
+    crossing = np.flatnonzero((loop.imag[1:] * loop.imag[:-1] < 0) & (loop.real[1:] < 0))
+    at = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
+          for k in crossing]
+    gain = min([1 / -value for value in at if -1 < value < 0], default=np.inf)
+    size = np.abs(loop)
+    unit = np.flatnonzero((size[1:] - 1) * (size[:-1] - 1) < 0)
+    phase = min([float(np.abs(np.angle(-loop[k + (size[k + 1] > size[k])]))) for k in unit], default=np.pi)
+    return LoopMargins(abs(turns) < 0.5, float(np.abs(1 + loop).min()), gain, phase)
+
+
+def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatArray, least_distance: float = 0.5
+              ) -> ActiveDamper:
+    """Return the actuator with the gain that allows the deepest cut while its loop keeps a distance from -1.
+
+    Parameters
+    ----------
+    at : FittingPlace
+        Lines from well below the actuator's own frequency, close enough about the modes.
+    actuator : ProofMassActuator
+    factors : (2, 2) floats
+        Mean directional matrix of the cut, see `machine_cut.mean_factors`.
+    least_distance : float
+        Least |1 + L|; 0.5 keeps 6 dB of gain and 29 degrees of phase.
+    """
+    positive("least_distance", least_distance)
+    loop = open_loop(at, actuator)
+    passive, active = actuator.passive(at.omega), actuator.active(at.omega)
+    largest = _largest_gain(loop)
+    allowed = _largest_allowed(loop, largest, least_distance)
+
+    def depth(gain: float) -> float:
+        return least_depth(at.with_device(passive + gain * active), factors, at.lines)[0]
+
+    best = minimize_scalar(lambda g: -depth(g), bounds=(0.0, allowed), method="bounded", options={"xatol": 1e-5 * allowed})
+    gain = max((0.0, float(best.x), allowed), key=depth)
+    values = at.with_device(passive + gain * active)
+    status = ("the gain is at the bound that its distance from -1 sets" if gain > 0.999 * allowed
+              else "no gain helps this cut: feedback is left off" if gain == 0 else "least depth is the largest at this gain")
+    depths = least_depth(at.cut, factors, at.lines)[0], depth(0.0), depth(gain)
+    peaks = tuple(float(np.abs(v[:, 0, 0]).max()) for v in (at.cut, at.with_device(passive), values))
+    force, stroke = _efforts(at, actuator, gain)
+    return ActiveDamper(actuator, gain, loop_margins(gain * loop), largest, at.frf(values), depths,
+                        (peaks[0], peaks[1], peaks[2]), force, stroke, status)
+
+
+def _largest_gain(loop: ComplexArray) -> float:
+    """Return the gain at which the loop first reaches -1: over the crossings of the negative real axis."""
+    crossing = np.flatnonzero((loop.imag[1:] * loop.imag[:-1] < 0) & (loop.real[1:] < 0))
+    values = [float(loop.real[k] - loop.imag[k] * (loop.real[k + 1] - loop.real[k]) / (loop.imag[k + 1] - loop.imag[k]))
+              for k in crossing]
+    if not values:
+        fail("loop", "no crossing of the negative real axis", "must have one: every actuator turns its force's sign somewhere",
+             "take lines from well below its own frequency")
+    return 1 / max(-value for value in values)
+
+
+def _largest_allowed(loop: ComplexArray, largest: float, distance: float) -> float:
+    def gap(gain: float) -> float:
+        return float(np.abs(1 + gain * loop).min()) - distance
+
+    if distance >= 1:
+        fail("least_distance", f"{distance:g}", "must be below 1, which is that of no gain")
+    low = 0.0
+    for gain in np.linspace(0, largest, 400)[1:]:
+        if gap(gain) < 0:
+            return float(brentq(gap, low, gain, xtol=1e-6 * largest))
+        low = float(gain)
+    return low
+
+
+def _efforts(at: FittingPlace, actuator: ProofMassActuator, gain: float) -> tuple[float, float]:
+    """Return the largest force of the actuator and stroke of its mass, per newton at the tool along x."""
+    total = actuator.passive(at.omega) + gain * actuator.active(at.omega)
+    motion = at.from_cut[:, 0] / (1 + total * at.itself)
+    force = gain * np.abs(1j * at.omega * actuator.electronics(at.omega) * motion)
+    # The force on the base is that which moves the mass: m w^2 (x_a), so x_a - x = -Z x / (m w^2) - x.
+    stroke = np.abs(total * motion / (actuator.mass * at.omega**2) + motion)
+    return float(force.max()), float(stroke.max())

@@ -1,0 +1,55 @@
+r"""What is fastened to a machine at one place changes its responses: a rank-one change by the dynamic stiffness of the device.
+
+A device that resists the motion of its base with Z gives :math:`G_{cc} - g_{cp} Z g_{pc} / (1 + Z g_{pp})`, exactly and at once
+for all directions c of the cut (Sherman, Morrison).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray
+from toolpoint.studies.finite_elements.machine_cut import PLANE
+from toolpoint.vibration import Dof, Frf, Modes, frequency_response
+
+
+@dataclass(frozen=True, eq=False)
+class FittingPlace:
+    """Receptances about a place p where a device may be fitted: cut (n_f, 2, 2), between (n_f, 2), (n_f, 2), itself (n_f,)."""
+
+    lines: FloatArray
+    cut: ComplexArray
+    to_cut: ComplexArray
+    from_cut: ComplexArray
+    itself: ComplexArray
+
+    @property
+    def omega(self) -> FloatArray:
+        """rad/s."""
+        return 2 * np.pi * self.lines
+
+    def with_device(self, stiffness: ComplexArray) -> ComplexArray:
+        """Return the receptances of the cut with a device of this dynamic stiffness (n_f,), N/m."""
+        factor = stiffness / (1 + stiffness * self.itself)
+        return self.cut - np.einsum("fi,f,fj->fij", self.to_cut, factor, self.from_cut)
+
+    def frf(self, values: ComplexArray) -> Frf:
+        """Return values (n_f, 2, 2) as the response of tool against work."""
+        return Frf(self.lines, values, PLANE, PLANE)
+
+
+def fitting_place(modes: Modes, place: Dof | str, lines: FloatArray) -> FittingPlace:
+    """Return the receptances about a place and direction, from modes that hold it and the tool against the work."""
+    p = place if isinstance(place, Dof) else Dof.parse(place)
+    labels = [*PLANE, p]
+    values = frequency_response.modal(modes, lines, outputs=labels, inputs=labels).values
+    return FittingPlace(np.asarray(lines, float), values[:, :2, :2], values[:, :2, 2], values[:, 2, :2], values[:, 2, 2])
+
+
+def damper_stiffness(omega: FloatArray, mass: float, natural: float, ratio: float) -> ComplexArray:
+    r"""Return :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`, of a sprung mass with its
+    own angular frequency `natural` (rad/s) and damping ratio."""
+    spring = mass * (natural**2 + 2j * ratio * natural * omega)
+    return -(omega**2) * mass * spring / (spring - omega**2 * mass)

@@ -1,0 +1,98 @@
+r"""How deep a machine can cut: the response of the tool against the work in the plane, its lobes and the least depth of all.
+
+At any speed the least depth of the single-frequency solution is :math:`w = 1 / (2 \max \mathrm{Re} \Lambda)` over all
+frequencies and both eigenvalues :math:`\Lambda` of :math:`-\bar A G(i\omega)` (Altintas, Budak, CIRP Annals 44 (1995)): quick
+enough to be the goal of a search.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint._notebook import NotebookText
+from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.studies.machines.tool_point import depth_limit, milling_problem
+from toolpoint.vibration import Dof, Frf, Modes, frequency_response
+
+POINT = "tool-work"
+PLANE = (Dof(POINT, "+x"), Dof(POINT, "+y"))
+# Chosen: a face mill in steel, heavy enough that the machine's own modes decide.
+EXAMPLE_FACE_MILL = CuttingDescription.of(
+    diameter=0.08, teeth=5, immersion=0.6, tangential=2.0e9, normal=0.8e9, speeds=(150.0, 1500.0),
+    source="chosen: 80 mm face mill, five teeth, in steel")
+_SPEEDS, _LINES = 250, 2500
+
+
+@dataclass(frozen=True, eq=False)
+class CutLimit(NotebookText):
+    """What a machine allows a cut: `least` depth at any speed (m), its chatter frequency (Hz), and the chart over speeds."""
+
+    least: float
+    frequency: float
+    chart: StabilityChart
+
+    @property
+    def best(self) -> tuple[float, float]:
+        """The largest limit of the chart and its speed, m and rev/min; the chart's largest depth where there is none."""
+        limit = np.minimum(self.chart.limit, self.chart.depth_max)
+        k = int(np.argmax(limit))
+        return float(limit[k]), float(self.chart.speeds[k])
+
+    @property
+    def mean(self) -> float:
+        """Mean of the limit over the charted speeds, m, cut at the chart's largest depth."""
+        return float(np.minimum(self.chart.limit, self.chart.depth_max).mean())
+
+    def __repr__(self) -> str:
+        return f"CutLimit(least {1e3 * self.least:.3g} mm, chatter at {self.frequency:.4g} Hz, mean {1e3 * self.mean:.3g} mm)"
+
+
+def response_lines(frequency: FloatArray) -> FloatArray:
+    """Return lines (Hz) about modes with damping of a percent or more, from well below the first to above the last."""
+    return np.geomspace(0.3 * float(frequency[0]), 1.5 * float(frequency[-1]), _LINES)
+
+
+def plane_response(modes: Modes, lines: FloatArray) -> Frf:
+    """Return the receptance of the tool against the work in x and y, (n_f, 2, 2)."""
+    return frequency_response.modal(modes, lines, outputs=PLANE, inputs=PLANE)
+
+
+def cut_limit(response: Frf, cut: CuttingDescription, *, depth: float | None = None) -> CutLimit:
+    """Return the limits of a cut on the response of `plane_response`, changed or not.
+
+    depth : largest depth of the chart, m; from the response where left out. Options are compared on the same one.
+    """
+    problem = face_problem(response, cut)
+    least, frequency = least_depth(response.values, mean_factors(problem), np.asarray(response.frequency))
+    speeds = np.linspace(*cut.speeds, _SPEEDS)
+    chart = stability.chart(problem, speeds, ZeroOrder(), depth_max=depth or depth_limit(problem))
+    return CutLimit(least, frequency, chart)
+
+
+def face_problem(response: Frf, cut: CuttingDescription) -> MillingProblem:
+    """Return the milling problem of a cut in the plane of x and y."""
+    return milling_problem(cut, response, str(PLANE[0]), y=str(PLANE[1]))
+
+
+def mean_factors(problem: MillingProblem) -> FloatArray:
+    """Return the mean directional matrix in the plane, Pa, (2, 2)."""
+    if problem.mean_matrix.shape != (2, 2):
+        fail("cut", "axial force", "must be in the plane here", "leave the axial coefficient out")
+    return problem.mean_matrix
+
+
+def least_depth(values: ComplexArray, factors: FloatArray, lines: FloatArray) -> tuple[float, float]:
+    """Return the least depth at any speed (m, infinite where none limits) and its chatter frequency (Hz).
+
+    values : (n_f, 2, 2) receptance; factors : see `mean_factors`; lines : (n_f,) Hz.
+    """
+    m = -(factors @ values)
+    half = (m[:, 0, 0] + m[:, 1, 1]) / 2
+    root = np.sqrt(half**2 - (m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]))
+    worst = np.maximum((half + root).real, (half - root).real)
+    k = int(np.argmax(worst))
+    return (1 / (2 * float(worst[k])), float(lines[k])) if worst[k] > 0 else (float("inf"), float("nan"))

@@ -1,0 +1,144 @@
+"""Correlation of a machine of finite elements with a test: nodes and modes paired, of what and where a shape is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray
+from toolpoint._notebook import NotebookText
+from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, reachable_nodes
+from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
+from toolpoint.studies.measured.model_correlation import ModelCorrelation, correlate_modes
+from toolpoint.studies.measured.point_pairing import pair_points, register_points
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration.correlation import combine_shapes, mac_without
+from toolpoint.vibration.sparse import EigenPairs
+
+# A gain of MAC by neighbouring modes, or by leaving out a point, that is worth a sentence.
+_GAIN = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class FiniteElementCorrelation(NotebookText):
+    """A test beside a machine of finite elements.
+
+    correlation : points, pairs, MAC, the coefficients, COMAC; without : node to (n_pairs,) gain of MAC where the point is left
+    out; factors, mix : (n_measured, n_predicted) and (n_measured,), the mix of the model's neighbouring shapes that is nearest
+    to each measured shape, and the MAC with it; node_parts : the part of every node; near : share of frequency that counts as a
+    neighbour; doubts.
+    """
+
+    correlation: ModelCorrelation
+    without: Mapping[str | int, FloatArray]
+    factors: Array
+    mix: FloatArray
+    node_parts: Mapping[str | int, str]
+    near: float
+    doubts: tuple[str, ...] = ()
+
+    @property
+    def pairs(self) -> list[tuple[int, int]]:
+        """Measured and predicted mode of every pair."""
+        return [(int(i), int(j)) for i, j in self.correlation.pairs.pairs]
+
+    def rows(self) -> list[list[str]]:
+        """Return a row for every pair: frequencies, difference, MAC, MAC with the mix of neighbours, the coefficients."""
+        c, now = self.correlation.coefficients, self.correlation
+        rows = []
+        for r, (i, j) in enumerate(self.pairs):
+            assert c is not None
+            f, g = float(now.measured.frequency[i]), float(now.predicted.frequency[j])
+            rows.append([str(i + 1), f"{f:.2f}", str(j + 1), f"{g:.2f}", f"{100 * (g / f - 1):+.2f}", f"{now.mac[i, j]:.3f}",
+                         f"{self.mix[i]:.3f}", f"{c.frequency[r]:.3f}", f"{c.displacement[r]:.3f}", f"{c.weight[r]:.3f}"])
+        return rows
+
+    def worst_points(self, number: int = 5) -> list[tuple[str, int, float]]:
+        """Return the points whose leaving out raises a MAC most: node with its part, pair, gain."""
+        gains = [(f"{self.node_parts[point]} {point}", int(np.nanargmax(g)), float(np.nanmax(g)))
+                 for point, g in self.without.items() if not np.isnan(g).all()]
+        return sorted(gains, key=lambda entry: -entry[2])[:number]
+
+    def mixed_modes(self) -> list[str]:
+        """Return a line on every measured mode that is a mix of neighbours: low alone, high together."""
+        lines = []
+        for i, j in self.pairs:
+            if self.mix[i] - self.correlation.mac[i, j] > _GAIN:
+                parts = [f"{abs(self.factors[i, k]):.2f} of mode {k + 1}" for k in np.argsort(-np.abs(self.factors[i]))[:3]
+                         if abs(self.factors[i, k]) > 0.1]
+                lines.append(f"measured mode {i + 1} is a mix: {', '.join(parts)} (MAC {self.correlation.mac[i, j]:.2f} with "
+                             f"mode {j + 1} alone, {self.mix[i]:.2f} with the mix)")
+        return lines
+
+    def table(self) -> str:
+        """Return pairs, coefficients, mixes and the points that cost most as text."""
+        c = self.correlation.coefficients
+        lines = [f"{len(self.correlation.points.pairs)} points: {self.correlation.points.status}",
+                 text_table("Test beside model", HEADER, self.rows()), *self.mixed_modes()]
+        if c is not None:
+            moved, alike = float(c.weight @ c.displacement), float(c.weight @ c.mac)
+            lines.append(f"over all pairs: mean {c.mean:.4f}, mass {c.mass:.4f}, displacement {moved:.4f}, MAC {alike:.4f}, "
+                         f"total {c.total:.4f}")
+        lines += [f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}" for name, pair, gain in self.worst_points(3)
+                  if gain > 1e-3]
+        return "\n".join([*lines, *(f"doubt: {line}" for line in self.doubts)])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the numbers as plain data."""
+        return {**self.correlation.to_dict(), "mac_with_mix": self.mix.tolist(),
+                "gain_without": {str(p): g.tolist() for p, g in self.without.items()}, "doubts": list(self.doubts)}
+
+    def __repr__(self) -> str:
+        return f"FiniteElementCorrelation({self.correlation!r})"
+
+
+HEADER = ("measured", "Hz", "model", "Hz ", "%", "MAC", "MAC of mix", "frequency", "displacement", "mass share")
+
+
+def correlate_finite_elements(
+    machine: FiniteElementMachine, pairs: EigenPairs, test: FiniteElementTest, *, furthest: float = 0.02,
+    known: Mapping[str | int, str | int] | None = None, lowest_mac: float = 0.5, near: float = 0.15,
+) -> FiniteElementCorrelation:
+    """Return how a model agrees with a test: points to nodes, modes to modes, the coefficients, shape filters.
+
+    Parameters
+    ----------
+    machine, pairs
+        The model and its modes.
+    test : FiniteElementTest
+        Its truth is not looked at.
+    furthest : float
+        Points further from any node after registration stay single, m.
+    known : mapping of point to node number, optional
+        Three pairs fix the frame; else it is searched for by `register_points`.
+    lowest_mac : float
+        The first shape filter: a pair below is none.
+    near : float
+        The second: model shapes within this share of a measured frequency may mix to make the measured one.
+    """
+    outside: dict[str | int, FloatArray] = {int(node): machine.nodes[node - 1] for node in reachable_nodes(machine)[0]}
+    start, doubt = register_points(test.coordinates, outside) if known is None else (None, "")
+    points = pair_points(test.coordinates, outside, furthest, known=known, start=start)
+    measured = points.renamed(test.modes)
+    nodes = list(dict.fromkeys(int(dof.point) for dof in measured.dofs))
+    predicted = machine.modes_at(pairs, measured.dofs, 0.0)
+    result = correlate_modes(points, measured, predicted, lambda: machine.effective_mass(pairs), lowest_mac=lowest_mac)
+    ratio = result.predicted.frequency[None, :] / result.measured.frequency[:, None]
+    factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= near)
+    doubts = tuple(line for line in (doubt, *result.doubts) if line)
+    return FiniteElementCorrelation(result, _gains(result), factors, mix, {n: machine.part_of_node[n - 1] for n in nodes}, near,
+                                    doubts)
+
+
+def _gains(result: ModelCorrelation) -> dict[str | int, FloatArray]:
+    """Return by point what the MAC of every pair gains without it."""
+    if not len(result.pairs.pairs):
+        return {}
+    first, second = result.measured.shape[:, result.pairs.pairs[:, 0]], result.predicted.shape[:, result.pairs.pairs[:, 1]]
+    rows: dict[str | int, list[int]] = {}
+    for k, dof in enumerate(result.measured.dofs):
+        rows.setdefault(dof.point, []).append(k)
+    return dict(zip(rows, mac_without(first, second, list(rows.values())) - result.pairs.values, strict=True))
