@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, MutableMapping
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.control_modes import AXES, CENTER, ControlModes, Places
+from toolpoint.io.program.control_modes import CENTER, ControlModes, Places
 from toolpoint.io.program.cycles import CYCLES, Cycle, begin_cycle, drill, dwell_of
+from toolpoint.io.program.fanuc_frames import FanucFrames
 from toolpoint.io.program.interpreter import Request
+from toolpoint.io.program.program_frame import AXES
+from toolpoint.io.program.siemens_blocks import SiemensBlocks
 from toolpoint.io.program.words import Word, split_words
 
 _GROUPS: dict[float, str] = {
@@ -16,9 +19,10 @@ _GROUPS: dict[float, str] = {
     71: "unit", 700: "unit", 710: "unit", 93: "feed", 94: "feed", 95: "feed", 96: "speed", 97: "speed", 98: "return",
     99: "return", 28: "action", 30: "action", 4: "action", 10: "action", 92: "action", 52: "action", 53: "machine",
     153: "machine", 500: "system", **dict.fromkeys(range(54, 60), "system"), 59.1: "system", 59.2: "system", 59.3: "system",
-    **dict.fromkeys(range(505, 600), "system"), 65: "action", **dict.fromkeys(CYCLES, "motion")}
+    **dict.fromkeys(range(505, 600), "system"), 65: "action", 68: "frame", 69: "frame", 50.1: "frame", 51.1: "frame",
+    **dict.fromkeys(CYCLES, "motion")}
 # Words of G that move nothing here.
-_STILL = {40, 49, 43, 44, 43.1, 43.4, 50, 50.1, 15, 69, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
+_STILL = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 11, 40.1, 54.2, 67, 92.1,
           601, 602, 603, 641, 642, 643, 644, 645, 25, 26, 22, 23, 450, 451, 460, 461, 462, 91.1, 90.1}
 _REFUSED = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
             42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
@@ -44,6 +48,10 @@ class BlockReader:
     rotary: set[int] = field(default_factory=set)
     turned: set[int] = field(default_factory=set)
 
+    def __post_init__(self) -> None:
+        self.siemens = SiemensBlocks(self.state, self.variables, self.unset)
+        self.frames = FanucFrames(self.state)
+
     def take(self, number: int, text: str, column: int) -> Request:
         """Carry out a block; return what it asks of the run."""
         remarks = self.state.remarks
@@ -51,6 +59,9 @@ class BlockReader:
             remarks.without_motion(number, text.split()[0])
             return None
         before = len(remarks.faults)
+        if self.siemens.take(number, text):
+            self._show_position()
+            return None
         words, assigned = split_words(text, self.variables, self.unset)
         groups, numbers, places = self._sort(number, words, column)
         self._modal(number, groups, numbers)
@@ -92,10 +103,6 @@ class BlockReader:
         if numbers.keys() & _ROTARY:
             cuts = groups.get("motion", self.state.motion) and places.keys() & AXES.keys()
             (self.turned if cuts else self.rotary).add(number)
-        if any(word.letter == "G" and word.value == 68 for word in words):
-            if "CR" in places:
-                remarks.fault(number, 1, "G68 with an angle: rotation is not computed; post the program without it")
-            remarks.without_motion(number, "G68")
         self._check_letters(number, groups, numbers, words, column)
         return groups, numbers, places
 
@@ -107,8 +114,6 @@ class BlockReader:
                           "path of the tool's centre")
         elif self.state.turning and value in (70, 71, 72, 73, 74, 75, 76, 92):
             remarks.fault(number, at, f"G{value:g}: a turning cycle is not computed; post the program with single moves")
-        elif group is None and value == 68:
-            return  # with an angle a rotation, else a word of older controls; see _sort
         elif group is None and value in _STILL:
             remarks.without_motion(number, f"G{value:g}")
         elif group is None:
@@ -199,12 +204,16 @@ class BlockReader:
                    assigned: Mapping[str, float]) -> None:
         """Move as the block says."""
         state, action = self.state, groups.get("action")
+        if "frame" in groups and self.frames.take(number, groups["frame"], places):
+            return
         if action == 4:
             duration = numbers["F"] if "F" in numbers else dwell_of(numbers["P"]) if "P" in numbers else \
                 places.get("X", ("", numbers.get("U", 0.0)))[1]
             state.wait(number, duration)
         elif action in (28, 30):
             self._reference(number, places)
+        elif action == 92 and not state.frame.plain:
+            state.remarks.fault(number, 1, "G92 where the program's axes are turned or mirrored is not computed")
         elif action == 92 and places and not state.turning:
             for letter, i in AXES.items():
                 if letter in places:
@@ -221,6 +230,7 @@ class BlockReader:
             drill(state, self.cycle, number, places=places, repeats=int(again))
         elif any(k in AXES or k in CENTER or (k in "UVW" and state.turning) for k in places):
             state.move(number, places, once="once" in groups, machine="machine" in groups)
+            self.siemens.after_move(number)
 
     def _reference(self, number: int, places: Places) -> None:
         """Go to the reference point by way of the point of the block."""
@@ -253,10 +263,9 @@ class BlockReader:
 
     def _show_position(self) -> None:
         """Let the program read where it is: #5021 and #5041 on, and LinuxCNC's names."""
-        state = self.state
+        state, programmed = self.state, self.state.programmed
         for i in range(3):
-            machine = state.position[i] / state.scale
-            here = (state.position[i] - state.origin[i]) / state.scale
+            machine, here = state.position[i] / state.scale, programmed[i] / state.scale
             for first, value in ((5001, here), (5021, machine), (5041, here), (5061, here), (5420, here)):
                 self.variables[f"#{first + i}"] = value
             self.variables[f"#<_{'xyz'[i]}>".upper()] = here

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
+from toolpoint.io.program.program_frame import AXES, PLANES, ProgramFrame
 from toolpoint.io.program.segments import MOST_SEGMENTS, Remarks, Segments
 
-PLANES = {17: (0, 1), 18: (2, 0), 19: (1, 2)}
-AXES = {"X": 0, "Y": 1, "Z": 2}
 CENTER = {"I": 0, "J": 1, "K": 2}
 Places = dict[str, tuple[str, float]]
 # Speed (rev/min) of a turned part near its axis where the program holds no limit of its own.
@@ -41,12 +40,18 @@ class ControlModes:
     offsets: dict[float, list[float]] = field(default_factory=dict)
     system: float = 54
     shift: list[float] = field(default_factory=lambda: [0.0, 0.0, 0.0])
+    frame: ProgramFrame = field(default_factory=ProgramFrame)
 
     @property
     def origin(self) -> list[float]:
         """Origin of the program's coordinates, m."""
         offset = self.offsets.get(self.system, [0.0, 0.0, 0.0])
-        return [a + b for a, b in zip(offset, self.shift, strict=True)]
+        return [a + b + c for a, b, c in zip(offset, self.shift, self.frame.shift, strict=True)]
+
+    @property
+    def programmed(self) -> list[float]:
+        """Position in the program's coordinates, m."""
+        return self.frame.turned_back([a - b for a, b in zip(self.position, self.origin, strict=True)])
 
     def length(self, axis: int, value: float) -> float:
         """Return a programmed length along an axis, m; X of a turned part is a diameter."""
@@ -54,6 +59,8 @@ class ControlModes:
 
     def target(self, places: Places, *, machine: bool = False) -> list[float]:
         """Return the position after a block, m."""
+        if not self.frame.plain and not machine:
+            return self._target_in_frame(places)
         end, origin = list(self.position), [0.0, 0.0, 0.0] if machine else self.origin
         for letter, i in AXES.items():
             if letter in places:
@@ -64,6 +71,16 @@ class ControlModes:
             if letter in places and self.turning:
                 end[i] += self.length(i, places[letter][1])
         return end
+
+    def _target_in_frame(self, places: Places) -> list[float]:
+        """Return the position after a block where the program's axes are turned, mirrored or stretched, m."""
+        end = self.programmed
+        for letter, i in AXES.items():
+            if letter in places:
+                mode, value = places[letter]
+                relative = mode == "IC" or (self.incremental and mode != "AC")
+                end[i] = self.length(i, value) + (end[i] if relative else 0.0)
+        return [a + b for a, b in zip(self.frame.turned(end), self.origin, strict=True)]
 
     def set_feed(self, word: float) -> None:
         """Keep a word F."""
@@ -137,7 +154,12 @@ class ControlModes:
                       ) -> tuple[list[float], float] | None:
         """Return centre and sweep of an arc, or nothing after a fault."""
         a, b = PLANES[self.plane]
-        turn = -1.0 if self.motion == 2 else 1.0
+        factor = self.frame.plane_factor((a, b))
+        if factor is None:
+            self.remarks.fault(number, 1, "an arc that a rotation tilts out of its plane, or a scale makes an ellipse, is not "
+                               "computed")
+            return None
+        turn = math.copysign(1.0, factor) * (-1.0 if self.motion == 2 else 1.0)
         center = self._center(number, places, start, end, turn=turn)
         if center is None:
             return None
@@ -157,11 +179,14 @@ class ControlModes:
 
     def _center(self, number: int, places: Places, start: list[float], end: list[float], *, turn: float) -> list[float] | None:
         if "CR" in places:
-            return self._from_radius(number, places["CR"][1] * self.scale, start, end, turn=turn)
+            size = abs(self.frame.plane_factor(PLANES[self.plane]) or 1.0)
+            return self._from_radius(number, places["CR"][1] * self.scale * size, start, end, turn=turn)
         if not any(k in places for k in CENTER):
             self.remarks.fault(number, 1, "an arc needs I, J, K or CR=")
             return None
-        center = list(start)
+        # In the program's coordinates, then as these lie.
+        here = self.frame.turned_back([a - b for a, b in zip(start, self.origin, strict=True)])
+        center = list(here)
         for letter, i in CENTER.items():
             if letter not in places:
                 continue
@@ -169,8 +194,8 @@ class ControlModes:
                 self.remarks.fault(number, 1, f"{letter} is not in the plane of G{self.plane}")
                 return None
             mode, value = places[letter]
-            center[i] = value * self.scale + (self.origin[i] if mode == "AC" else start[i])
-        return center
+            center[i] = value * self.scale + (0.0 if mode == "AC" else here[i])
+        return [a + b for a, b in zip(self.frame.turned(center), self.origin, strict=True)]
 
     def _from_radius(self, number: int, radius: float, start: list[float], end: list[float], *, turn: float
                      ) -> list[float] | None:

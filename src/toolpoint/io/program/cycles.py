@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from toolpoint.io.program.control_modes import PLANES, ControlModes, Places
+from toolpoint.io.program.control_modes import ControlModes, Places
+from toolpoint.io.program.program_frame import PLANES
 
 CYCLES = frozenset({73, 74, 76, 81, 82, 83, 84, 85, 86, 87, 88, 89})
 # Cycles that leave the hole at the feed; the others leave it in rapid.
@@ -69,6 +70,9 @@ def drill(state: ControlModes, cycle: Cycle, number: int, *, places: Places, rep
     if not cycle.ready:
         state.remarks.fault(number, 1, f"G{cycle.number} without a depth; program {'XYZ'[third]} and R in its first block")
         state.position = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})
+        return
+    if not state.frame.is_upright(third):
+        state.remarks.fault(number, 1, f"G{cycle.number} where the axis of the tool is turned or mirrored is not computed")
         return
     for _ in range(min(repeats, _MOST_PECKS)):
         above = state.target({k: v for k, v in places.items() if k != "XYZ"[third]})

@@ -8,8 +8,9 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from toolpoint.io.program.control_modes import AXES, ControlModes
+from toolpoint.io.program.control_modes import ControlModes
 from toolpoint.io.program.expressions import ExpressionFault, Reader
+from toolpoint.io.program.program_frame import AXES
 from toolpoint.io.program.segments import Program
 
 MOST_STEPS, OFTEN = 100_000, 20  # lines that are run beside twenty times the program's own
