@@ -11,7 +11,7 @@ import pytest
 from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.bodies.solid import STEEL
 from toolpoint.io import read_step
-from toolpoint.io.meshes.step_file import stated_unit
+from toolpoint.io.meshes.step_file import file_unit
 
 HEADER = "ISO-10303-21;\nHEADER;\nENDSEC;\nDATA;\n"
 MILLIMETRE = "#1 = ( LENGTH_UNIT() NAMED_UNIT(*) SI_UNIT(.MILLI.,.METRE.) );\n"
@@ -36,10 +36,10 @@ def beam(tmp_path: Path) -> Path:
 
 
 @pytest.mark.parametrize(("units", "size"), [(MILLIMETRE, 1e-3), (METRE, 1.0), (INCH + MILLIMETRE, 0.0254)])
-def test_the_stated_unit_is_read(tmp_path: Path, units: str, size: float) -> None:
+def test_the_file_unit_is_read(tmp_path: Path, units: str, size: float) -> None:
     path = tmp_path / "part.step"
     path.write_text(HEADER + units)
-    assert stated_unit(path) == size
+    assert file_unit(path) == size
 
 
 @pytest.mark.parametrize(("text", "words"), [
@@ -48,7 +48,7 @@ def test_files_without_one_unit_are_refused(tmp_path: Path, text: str, words: st
     path = tmp_path / "part.stp"
     path.write_text(text)
     with pytest.raises(ToolpointError, match=words):
-        stated_unit(path)
+        file_unit(path)
 
 
 def test_the_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

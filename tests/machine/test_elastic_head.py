@@ -11,7 +11,7 @@ from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.assembly.reduction_error import reduction_error, reduction_note
 from toolpoint.machine.assembly.system import assemble
-from toolpoint.machine.parts import elastic_body
+from toolpoint.machine.parts import body_store
 from toolpoint.studies import solve_modes
 from toolpoint.vibration.eigen import solve_undamped
 
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="module", autouse=True)
 def _cold():
     """What other tests of this process keep in memory is forgotten: it would not be written."""
-    elastic_body._kept.cache_clear()
+    body_store._kept.cache_clear()
 
 
 @pytest.fixture(autouse=True)
@@ -57,13 +57,13 @@ def test_modes_have_the_symmetry_of_the_head(head):
 def test_bodies_are_kept_on_disk_by_content(head, folder):
     kept = list(folder.glob("body-*.npz"))
     assert len(kept) == 1  # three limbs of one description
-    body = elastic_body.read_body(kept[0])
-    elastic_body._kept.cache_clear()
+    body = body_store.read_body(kept[0])
+    body_store._kept.cache_clear()
     again = machine_file.read(MACHINES / "three_rps_elastic_head.yaml")
     assert np.array_equal(again.bodies[1].mass, body.mass) and again.bodies[1].notes == head.bodies[1].notes
     assert np.array_equal(again.bodies[1].interfaces["guide"].slide.values, head.bodies[1].interfaces["guide"].slide.values)
     kept[0].write_bytes(b"cut off")
-    elastic_body._kept.cache_clear()
+    body_store._kept.cache_clear()
     assert np.allclose(machine_file.read(MACHINES / "three_rps_elastic_head.yaml").bodies[1].stiffness, body.stiffness)
 
 

@@ -133,11 +133,15 @@ class BeamMatrices:
         return np.concatenate([np.repeat(self.places, 6), np.repeat(middle, _INNER)[:inner]])
 
 
-def join_elements(places: FloatArray, sections: Sequence[BeamSection]) -> BeamMatrices:
-    """Return the matrices of a beam of elements, one section between each place (m) and the next."""
+def join_elements(places: FloatArray, sections: Sequence[BeamSection | None]) -> BeamMatrices:
+    """Return the matrices of a beam of elements, one section between each place (m) and the next.
+
+    None in place of a section leaves its element out of the sums, as of a part of a beam whose sections all shear.
+    """
     if len(places) != len(sections) + 1 or len(sections) < 1:
         fail("sections", f"{len(sections)} for {len(places)} places", "must be one fewer than the places, at least one")
-    parts = [beam_element(section, positive("distance of places", float(b - a)))
+    parts = [np.zeros((3, 12 + _INNER, 12 + _INNER)) if section is None
+             else beam_element(section, positive("distance of places", float(b - a)))
              for (a, b), section in zip(pairwise(places), sections, strict=True)]
     end = 6 * len(places)
     size = end + sum(part.shape[1] - 12 for part in parts)

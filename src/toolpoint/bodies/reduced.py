@@ -85,8 +85,8 @@ class ReducedBody(NotebookText):
             scales = {name: getattr(numbers[name], kind) / getattr(part.numbers, kind) for name, part in self.parts.items()}
             if max(scales.values()) > APART * min(scales.values()):
                 words = ", ".join(f"{name} x {scale:.3g}" for name, scale in scales.items() if scale != 1)
-                notes.append(f"shapes are those before {kind} changed by set ({words}): read the machine anew for the last "
-                             "per mille")
+                notes.append(f"shapes are those before {kind} changed by set ({words}): frequencies may be some per mille "
+                             "too high; write the machine and read it anew")
         return tuple(notes)
 
     def slope(self, name: str, kind: Kind, numbers: ElasticNumbers) -> BodySlope:

@@ -4,7 +4,9 @@ A body's mass matrix is linear in its inertia tensor, whose derivative is writte
 have where the body is a flat plate. It is a polynomial of low degree in any one of its other numbers (mass, centre, density,
 size), and a joint's matrices are affine in stiffness, damping and loss factor. A seven-point central difference is exact for
 polynomials up to degree six, so the derivative of a part is exact to rounding whatever the step; the rest of the chain
-(geometry, null-space basis) does not depend on these parameters and is linear.
+(geometry, null-space basis) does not depend on these parameters and is linear. Of elastic bodies modulus, density and loss
+factor scale reduced parts, and sections of beams are differenced in the shapes kept: lengths, meshes and Poisson's ratio have
+no derivative here.
 """
 
 from __future__ import annotations
@@ -14,10 +16,12 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint.bodies.reduced import KINDS, BodySlope
 from toolpoint.kinematics import Pose
+from toolpoint.machine.assembly.gyroscopics import elastic_spins
 from toolpoint.machine.assembly.joint_terms import loop_motion
 from toolpoint.machine.assembly.system import loop_basis
-from toolpoint.machine.description.machine import MachineDescription, parameters
+from toolpoint.machine.description.machine import SCALING, MachineDescription, parameters
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.laws import joint_law
 from toolpoint.machine.parts.model import Machine
@@ -27,6 +31,7 @@ from toolpoint.vibration.sensitivity import MatrixDerivatives
 _WEIGHTS = {1: 45 / 60, 2: -9 / 60, 3: 1 / 60}
 _JOINT_FIELDS = ("stiffness", "damping", "loss_factor")
 _BODY_FIELDS = ("mass", "density", "centre", "inertia", "shape")
+SECTION = ("diameter", "bore", "width", "height")  # of a beam: polynomials, or smooth by Cowper's coefficient
 _TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
@@ -64,6 +69,14 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
         term: (a[0] if single or _constant(a) else a) if np.any(a) else None for term, a in result.items()})
 
 
+def has_derivative(description: MachineDescription, path: str) -> bool:
+    """Return whether a listed parameter is one whose exact derivative is known."""
+    room, name, kind = path.split(".")[:3]
+    if room == "bodies" and description.bodies[name].is_elastic:
+        return kind in SCALING and path.rsplit(".", 1)[1] in (*KINDS, *(SECTION if kind == "beam" else ()))
+    return kind in (*_JOINT_FIELDS, *_BODY_FIELDS)
+
+
 def _constant(array: FloatArray) -> bool:
     # Derivatives of tree joints do not depend on the pose; without the pose axis they are far cheaper to use.
     return bool((array == array[:1]).all())
@@ -79,10 +92,58 @@ def _one(place: Placement, path: str) -> dict[str, FloatArray]:
             machine.description, path, value, lambda d: _body_mass(machine, d, name))
         coordinates = body_coordinates(place, link)
         return {"mass": np.swapaxes(coordinates, -1, -2) @ slope @ coordinates}
+    if room == "bodies" and name in machine.reduced and kind in SCALING:
+        return _motion_terms(place, name, elastic_slope(machine, path))
     if room == "joints" and kind in _JOINT_FIELDS:
         return _joint(place, path, name, value)
-    known = [p for p in parameters(machine.description) if p.split(".")[2] in (*_JOINT_FIELDS, *_BODY_FIELDS)]
+    known = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
     fail("path", repr(path), "has no exact derivative", f"known: {', '.join(known[:4])} ...")
+
+
+def _motion_terms(place: Placement, name: str, slope: BodySlope) -> dict[str, FloatArray]:
+    """Return the derivatives of a machine's matrices for those of a body's."""
+    machine = place.machine
+    link = machine.link(name)
+    motion, modal = body_coordinates(place, link), list(machine.modal_columns[link])
+    result = {term: _embedded(matrix, modal, machine.size) for term, matrix in (
+        ("stiffness", slope.stiffness), ("structural_damping", slope.structural_damping)) if matrix is not None}
+    if slope.mass is not None:
+        result["mass"] = np.swapaxes(motion, -1, -2) @ slope.mass @ motion
+    speed = elastic_spins(machine).get(link, 0.0)
+    if slope.gyroscopic is not None and speed:
+        result["damping"] = np.swapaxes(motion, -1, -2) @ (speed * slope.gyroscopic) @ motion
+    return result
+
+
+def elastic_slope(machine: Machine, path: str) -> BodySlope:
+    """Return the derivative of an elastic body's matrices to a number of its materials or sections, its shapes kept."""
+    name, (*inner, number) = path.split(".")[1], path.split(".")[4:]
+    kept, part = machine.reduced[name], ".".join(inner)
+    if number in KINDS:
+        return kept.reduced.slope(part, number, kept.part.numbers[part])
+    if kept.basis is None or number not in SECTION:
+        fail("path", repr(path), f"has no exact derivative: {number} moves nodes, or enters them otherwise",
+             "vary it by `screen`, or by machine.with_values")
+    from toolpoint.machine.parts.beam_body import beam_part  # only where a body is a beam
+
+    basis, segment = kept.basis, inner[0]
+    parts = [each for each in kept.part.numbers if each.partition(".")[0] == segment]
+
+    def matrices(description: MachineDescription) -> FloatArray:
+        beam = description.bodies[name].beam
+        assert beam is not None
+        size = kept.reduced.nominal.mass.shape[0]
+        total = np.zeros((4, size, size))
+        for each in parts:
+            brought = beam_part(beam, basis, each)
+            total[0] += brought.mass
+            total[1, 6:, 6:] += brought.stiffness
+            total[2, 6:, 6:] += brought.numbers.loss_factor * brought.stiffness
+            total[3] += 0.0 if brought.gyroscopic is None else brought.gyroscopic
+        return total
+
+    mass, stiffness, structural, gyroscopic = _exact(machine.description, path, machine.value(path), matrices)
+    return BodySlope(mass, stiffness[6:, 6:], structural[6:, 6:] if structural.any() else None, gyroscopic)
 
 
 def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, FloatArray]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, ToolpointError
 from toolpoint.io.door import door
-from toolpoint.machine.parts.elastic_body import cache_folder
+from toolpoint.machine.parts.body_store import cache_folder
 
 SUFFIXES = (".step", ".stp")
 _PREFIXES = {"": 1.0, "MILLI": 1e-3, "CENTI": 1e-2, "DECI": 1e-1, "MICRO": 1e-6, "KILO": 1e3}
@@ -68,7 +68,7 @@ def unit_name(unit: float) -> str:
 
 
 @door("STEP file")
-def stated_unit(path: Path) -> float:
+def file_unit(path: Path) -> float:
     """Return the length unit that a STEP file states, m. Raises ToolpointError where it states none, or several."""
     text = re.sub(r"\s+", "", path.read_text(encoding="latin-1")).upper()
     if not text.startswith("ISO-10303-21;"):
@@ -92,7 +92,7 @@ def stated_unit(path: Path) -> float:
 
 def measure_step(path: Path) -> StepGeometry:
     """Return the geometry of a STEP file in the unit that it states."""
-    stated = stated_unit(path)
+    stated = file_unit(path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     content = _asked(path, None, digest)
     return StepGeometry(path, float(content["volume"]), content["centre"], content["low"], content["high"], stated,

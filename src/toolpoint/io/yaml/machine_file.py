@@ -34,7 +34,7 @@ from toolpoint.kinematics.axis import Axis
 from toolpoint.kinematics.task import ANGLES
 from toolpoint.machine import description as d
 from toolpoint.machine.description.beam import BeamDescription
-from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody, SolidDescription
 from toolpoint.machine.description.faults import axis_faults, tree_faults
 from toolpoint.machine.description.matrices import MatricesBody, MatricesDescription
 from toolpoint.machine.parts.laws import joint_law
@@ -130,7 +130,8 @@ def body_of(part: schema.BodyModel, document: Document) -> d.BodyDescription:
                                                          direction_of("spin.axis", part.spin.axis)),
         None if part.elastic is None else describe(ElasticDescription, part.elastic),
         None if part.beam is None else describe(BeamDescription, part.beam),
-        None if part.matrices is None else _matrices(part.matrices, document))
+        None if part.matrices is None else _matrices(part.matrices, document),
+        None if part.solid is None else _solid(part.solid, document))
     mass_properties(body)
     return body
 
@@ -154,6 +155,13 @@ def _matrices(part: BaseModel, document: Document) -> MatricesBody:
     places = mesh_files.read_nodes(geometry) if mesh_files.is_mesh(geometry) else point_table.read(geometry)
     size = 1e-3 if described.units.startswith("mm") else 1.0
     return MatricesBody(described, replace(content, coordinates={name: size * at for name, at in places.items()}))
+
+
+def _solid(part: BaseModel, document: Document) -> SolidBody:
+    """Return a described solid with its mesh; the file lies beside the document."""
+    from toolpoint.io.solid_files import read_solid
+
+    return read_solid(describe(SolidDescription, part), document.file.parent)
 
 
 def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
@@ -348,6 +356,8 @@ def _lowered(value: Any) -> Any:
         return _lowered(flat_values(value))
     if isinstance(value, MatricesBody):
         return _lowered(value.description)
+    if isinstance(value, SolidBody):
+        return _lowered(SolidDescription(**{f.name: getattr(value, f.name) for f in fields(SolidDescription)}))
     if isinstance(value, d.MeshDescription):
         return {"file": value.file}
     if is_dataclass(value):

@@ -18,7 +18,7 @@ from toolpoint.io.yaml.quantity_fields import Scalar, Several, Vector, fault, qu
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description import InertiaDescription
 from toolpoint.machine.description.beam import BeamDescription
-from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.elastic import ElasticDescription, SolidDescription
 from toolpoint.machine.description.matrices import MatricesDescription
 
 VERSION = 1
@@ -82,6 +82,7 @@ class BodyModel(Part):
     elastic: model_of(ElasticDescription) | None = None  # type: ignore[valid-type]
     beam: model_of(BeamDescription) | None = None  # type: ignore[valid-type]
     matrices: model_of(MatricesDescription) | None = None  # type: ignore[valid-type]
+    solid: model_of(SolidDescription) | None = None  # type: ignore[valid-type]
 
 
 class StiffnessModel(Part):

@@ -25,6 +25,7 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
         if modal:
             matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness
             matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping
+            matrices[2, 0][np.ix_(modal, modal)] += machine.bodies[i].structural_damping
     if not machine.loops:
         k, c, d = matrices
         shape = (place.poses, n, n)

@@ -4,19 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from typing import TypeVar
 
 from toolpoint._check import FloatArray
 from toolpoint.machine.assembly.shapes import body_shapes
-from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
 from toolpoint.machine.parts.model import Machine
 
+Described = TypeVar("Described", ElasticDescription, SolidBody)
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
 
 
 def has_described_elastic_bodies(machine: Machine) -> bool:
     """Return whether a body of the machine is elastic by its description."""
-    return any(body.elastic is not None for body in machine.description.bodies.values())
+    return any(body.elastic is not None or body.solid is not None for body in machine.description.bodies.values())
 
 
 def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> FloatArray | None:
@@ -29,7 +31,8 @@ def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, m
     """
     if not has_described_elastic_bodies(machine):
         return None
-    bodies = {name: body if body.elastic is None else replace(body, elastic=_enriched(body.elastic))
+    bodies = {name: replace(body, **{kind: _enriched(part) for kind in ("elastic", "solid")
+                                     if (part := getattr(body, kind)) is not None})
               for name, body in machine.description.bodies.items()}
     richer = machine.rebuild(replace(machine.description, bodies=bodies))
     here, there = (body_shapes(each, dict(pose or {}), modes).frequency for each in (machine, richer))
@@ -37,7 +40,7 @@ def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, m
     return here[:count] / there[:count] - 1
 
 
-def _enriched(elastic: ElasticDescription) -> ElasticDescription:
+def _enriched(elastic: Described) -> Described:
     places = {name: replace(part, stations=(part.stations or part.length / 2) / 2) if part.slide else part
               for name, part in elastic.interfaces.items()}
     return replace(elastic, band=WIDER * elastic.band, size=None, interfaces=places)
@@ -52,7 +55,8 @@ def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, mo
     share = 100 * abs(error[worst])
     text = (f"reduction of elastic bodies: the first {len(error)} frequencies are within {share:.2g} % of richer bodies' "
             f"(mode {worst + 1})")
-    sure = min((reliable_to(body.elastic) for body in machine.description.bodies.values() if body.elastic), default=0.0)
+    parts = [body.elastic or body.solid for body in machine.description.bodies.values()]
+    sure = min((reliable_to(part) for part in parts if part is not None), default=0.0)
     highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])
     if abs(error[worst]) > 0.01 or highest > sure:
         return f"doubt: {text}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons (band, size)"

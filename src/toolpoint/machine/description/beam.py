@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from toolpoint._check import fail
@@ -11,6 +11,7 @@ from toolpoint._quantity import Quantity
 
 if TYPE_CHECKING:  # what computes loads where a body is a beam, not with every machine file
     from toolpoint.bodies.beam import BeamSection
+    from toolpoint.bodies.reduced import ElasticNumbers
 
 Length = Annotated[float, Quantity("length", "m", above=0)]
 BeamMaterial = Literal["steel", "carbide", "high-speed steel"]
@@ -25,6 +26,15 @@ class SleeveDescription:
     modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] | None = None
     density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
     poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
+
+    def ring(self, bore: float) -> BeamSection:
+        """Section of the ring alone around a segment of this diameter (m)."""
+        from toolpoint.bodies.beam import ring
+        from toolpoint.substructuring.shaft import shear_coefficient
+
+        e, rho, nu = _numbers(self)
+        return ring(self.diameter, bore, e, density=rho, poisson=nu, shear=shear_coefficient(nu, bore / self.diameter))
 
 
 @dataclass(frozen=True)
@@ -45,10 +55,16 @@ class BeamSegment:
     density: Annotated[float, Quantity("density", "kg/m^3", above=0)] | None = None
     poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] | None = None
     sleeve: SleeveDescription | None = None
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
 
     @property
     def section(self) -> BeamSection:
-        """Rigidities and inertia of the section, x along the beam."""
+        """Rigidities and inertia of the whole section, x along the beam."""
+        return self.core if self.sleeve is None or self.diameter is None else self.core + self.sleeve.ring(self.diameter)
+
+    @property
+    def core(self) -> BeamSection:
+        """Those of the section without its sleeve."""
         from toolpoint.bodies.beam import rectangle, ring
         from toolpoint.substructuring.shaft import shear_coefficient
 
@@ -62,13 +78,8 @@ class BeamSegment:
             return rectangle(self.width, self.height, e, density=rho, poisson=nu)
         if self.width is not None or self.height is not None:
             fail("width", "given beside a diameter", "must be one or the other", "remove one of them")
-        core = ring(self.diameter, self.bore, e, density=rho, poisson=nu,
-                    shear=shear_coefficient(nu, self.bore / self.diameter))
-        if self.sleeve is None:
-            return core
-        e, rho, nu = _numbers(self.sleeve)
-        return core + ring(self.sleeve.diameter, self.diameter, e, density=rho, poisson=nu,
-                           shear=shear_coefficient(nu, self.diameter / self.sleeve.diameter))
+        shear = shear_coefficient(nu, self.bore / self.diameter)
+        return ring(self.diameter, self.bore, e, density=rho, poisson=nu, shear=shear)
 
     @property
     def extent(self) -> tuple[float, float]:
@@ -100,6 +111,26 @@ class BeamDescription:
     band: Annotated[float, Quantity("frequency", "Hz", above=0)]
     axis: Literal["x", "y", "z"] = "z"
     damping_ratio: Annotated[float, Quantity("ratio", "1", least=0, most=0.5)] = field(default=0.0)
+
+    @property
+    def numbers(self) -> dict[str, ElasticNumbers]:
+        """Modulus, density and loss factor of every segment and sleeve (``segment.sleeve``)."""
+        from toolpoint.bodies.reduced import ElasticNumbers
+
+        parts: dict[str, BeamSegment | SleeveDescription] = {}
+        for name, segment in self.segments.items():
+            parts[name] = segment
+            if segment.sleeve is not None:
+                parts[f"{name}.sleeve"] = segment.sleeve
+        return {name: ElasticNumbers(*_numbers(part)[:2], part.loss_factor) for name, part in parts.items()}
+
+    @property
+    def frozen_text(self) -> str:
+        """Everything but these numbers: beams with the same text differ by scales alone."""
+        plain = {name: replace(segment, modulus=None, density=None, loss_factor=0.0, sleeve=None if segment.sleeve is None else
+                               replace(segment.sleeve, modulus=None, density=None, loss_factor=0.0))
+                 for name, segment in self.segments.items()}
+        return repr(replace(self, segments=plain))
 
     @property
     def length(self) -> float:

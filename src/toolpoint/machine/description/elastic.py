@@ -1,10 +1,10 @@
-"""The description of an elastic body in a machine file: a casting of boxes, its materials, its interfaces; plain data, SI."""
+"""Descriptions of elastic bodies in a machine file: a casting of boxes, or the solid of a STEP or mesh file; plain data, SI."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import numpy as np
 
@@ -12,7 +12,8 @@ from toolpoint._check import fail
 from toolpoint._quantity import Quantity
 
 if TYPE_CHECKING:  # finite elements load where a body has them, not with every machine file
-    from toolpoint.bodies.solid import Casting, Patch, SolidModel
+    from toolpoint.bodies.reduced import ElasticNumbers
+    from toolpoint.bodies.solid import Casting, Material, Patch, SolidModel
 
 Length = Annotated[float, Quantity("length", "m")]
 Place = tuple[Length, ...]
@@ -20,11 +21,15 @@ Place = tuple[Length, ...]
 
 @dataclass(frozen=True)
 class ElasticMaterial:
-    """Young's modulus, density and Poisson's ratio of a set of boxes."""
+    """Young's modulus, density, Poisson's ratio and structural loss factor of a set."""
 
     modulus: Annotated[float, Quantity("pressure", "Pa", above=0)]
     density: Annotated[float, Quantity("density", "kg/m^3", above=0)]
     poisson: Annotated[float, Quantity("ratio", "1", least=0, most=0.49)] = 0.3
+    loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=2)] = 0.0
+
+
+CAST_IRON = ElasticMaterial(110e9, 7200.0, 0.26, 2e-3)  # as `bodies.solid.CAST_IRON`
 
 
 @dataclass(frozen=True)
@@ -82,19 +87,100 @@ class ElasticDescription:
     materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
     size: int | None = None
 
+    def __post_init__(self) -> None:
+        sets = {box.material for box in self.boxes if not box.window}
+        if "body" in sets and "body" not in self.materials:
+            object.__setattr__(self, "materials", {"body": CAST_IRON, **self.materials})
+
+    @property
+    def numbers(self) -> dict[str, ElasticNumbers]:
+        """Modulus, density and loss factor of every set that has boxes."""
+        sets = dict.fromkeys(box.material for box in self.boxes if not box.window)
+        return _numbers({name: self.materials[name] for name in sets if name in self.materials})
+
+    @property
+    def frozen_text(self) -> str:
+        """Everything but these numbers: bodies with the same text differ by scales alone."""
+        return repr(replace(self, materials=_plain(self.materials)))
+
     @property
     def casting(self) -> Casting:
         """The casting; boxes without a material of their own are of cast iron."""
         for box in self.boxes:
             if len(box.low) != 3 or len(box.high) != 3:
                 fail("boxes", f"{len(box.low)} and {len(box.high)} numbers", "must be three each: low and high corner")
-        from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Material
+        from toolpoint.bodies.solid import Casting, Cuboid
 
-        known = {name: Material(m.modulus, m.poisson, m.density) for name, m in self.materials.items()}
         boxes = tuple(Cuboid(np.array(b.low), np.array(b.high), b.material, b.window) for b in self.boxes)
-        return Casting(boxes, {"body": CAST_IRON} | known)
+        return Casting(boxes, _materials(self.materials))
 
     @property
     def model(self) -> SolidModel:
         """The finite-element model in the body's frame."""
         return self.casting.meshed(self.mesh_size)
+
+
+@dataclass(frozen=True)
+class SolidDescription:
+    """A body by finite elements from a `file` beside the machine file: a STEP solid, meshed with elements of at most
+    `mesh_size`, or a mesh (.inp, .cdb, .bdf, .nas, .dat) of 10-node tetrahedra or 20-node hexahedra.
+
+    `unit` is that of the file's lengths: a mesh does not say it, so it must be given; a STEP file says it. `materials` are by
+    set; `body` is that of a STEP solid, cast iron where left out. `band` and `size` as of a casting.
+    """
+
+    file: str
+    interfaces: Mapping[str, PatchDescription]
+    band: Annotated[float, Quantity("frequency", "Hz", above=0)]
+    mesh_size: Annotated[float, Quantity("length", "m", above=0)] | None = None
+    unit: Literal["", "m", "mm", "cm", "in"] = ""
+    materials: Mapping[str, ElasticMaterial] = field(default_factory=dict)
+    size: int | None = None
+
+
+@dataclass(frozen=True)
+class SolidContent:
+    """Nodes and elements of a solid's file, in m, whatever their material, and what was said when they were read."""
+
+    model: SolidModel
+    notes: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class SolidBody(SolidDescription):
+    """A described solid with its mesh and the digest of that; two are equal where descriptions and digests are."""
+
+    digest: str = ""
+    content: SolidContent | None = field(default=None, compare=False, repr=False)
+
+    @property
+    def numbers(self) -> dict[str, ElasticNumbers]:
+        """Modulus, density and loss factor of every set."""
+        return _numbers(self.materials)
+
+    @property
+    def frozen_text(self) -> str:
+        """Everything but these numbers."""
+        return repr(replace(self, materials=_plain(self.materials)))
+
+    @property
+    def model(self) -> SolidModel:
+        """The finite-element model in the body's frame."""
+        assert self.content is not None
+        return replace(self.content.model, materials=_materials(self.materials))
+
+
+def _numbers(materials: Mapping[str, ElasticMaterial]) -> dict[str, ElasticNumbers]:
+    from toolpoint.bodies.reduced import ElasticNumbers
+
+    return {name: ElasticNumbers(m.modulus, m.density, m.loss_factor) for name, m in materials.items()}
+
+
+def _plain(materials: Mapping[str, ElasticMaterial]) -> dict[str, ElasticMaterial]:
+    return {name: replace(material, modulus=1.0, density=1.0, loss_factor=0.0) for name, material in materials.items()}
+
+
+def _materials(materials: Mapping[str, ElasticMaterial]) -> dict[str, Material]:
+    from toolpoint.bodies.solid import Material
+
+    return {name: Material(m.modulus, m.poisson, m.density, m.loss_factor) for name, m in materials.items()}

@@ -15,7 +15,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, scalar, suggestion
 from toolpoint.joints.law import LawDescription
 from toolpoint.machine.description.beam import BeamDescription
-from toolpoint.machine.description.elastic import ElasticDescription
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.description.matrices import MatricesBody
 
 if TYPE_CHECKING:  # a machine holds its cut as it is; who charts it brings the cutting room
@@ -80,7 +80,8 @@ class SpinDescription:
     axis: Vector = (0.0, 0.0, 1.0)
 
 
-ELASTIC = ("elastic", "beam", "matrices")  # keys of a body, one of which makes it elastic
+ELASTIC = ("elastic", "solid", "beam", "matrices")  # keys of a body, one of which makes it elastic
+SCALING = {"elastic": "materials", "solid": "materials", "beam": "segments"}  # where the listed numbers of such a body are
 
 
 @dataclass(frozen=True)
@@ -105,6 +106,7 @@ class BodyDescription:
     elastic: ElasticDescription | None = None
     beam: BeamDescription | None = None
     matrices: MatricesBody | None = None
+    solid: SolidBody | None = None
 
     @property
     def is_elastic(self) -> bool:
@@ -312,8 +314,11 @@ def parameters(machine: MachineDescription) -> Iterator[str]:
 
 def _numbers(part: Any) -> Iterator[str]:
     if is_dataclass(part):
-        # What laws and finite elements make of their numbers is no polynomial: they are changed by path, not listed.
+        # What laws, meshes and patches make of their numbers is changed by path, not listed.
         items = [(f.name, getattr(part, f.name)) for f in fields(part) if f.name not in ("law", *ELASTIC)]
+        for kind, inner in SCALING.items():
+            if getattr(part, kind, None) is not None:
+                yield from (f"{kind}.{inner}.{rest}" for rest in _numbers(getattr(getattr(part, kind), inner)))
     elif isinstance(part, Mapping):
         items = list(part.items())
     elif isinstance(part, tuple):

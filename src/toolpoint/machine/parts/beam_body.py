@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
 
@@ -12,7 +13,9 @@ from scipy.sparse import csc_array
 from toolpoint._check import FloatArray, fail
 from toolpoint.bodies import Body, Interface, MassProperties
 from toolpoint.bodies.beam import BeamMatrices, BeamSection, join_elements
+from toolpoint.bodies.reduced import ReducedBody, ReducedPart
 from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.parts.beam_surface import beam_surface
 from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import REACH, ActingLoads
@@ -20,17 +23,24 @@ from toolpoint.substructuring.reduction import Reduction, reduce
 
 # Bending wave number times element length at the highest free mode that is kept: frequencies there are 3e-6 too high.
 FINE = 0.25
+NOTHING = ReducedBody(Body(np.zeros((6, 6))), {})
 _CLOSE = 1e-9  # m: an interface so near to a step of the section is at it
 
 
 def build_beam(description: BeamDescription) -> Body:
     """Return the reduced body of a description, in the frame of the body: the beam along `axis`, from the origin on."""
-    return _kept(ContentKey.of(description))
+    return reduce_beam(description).at(description.numbers)
+
+
+def reduce_beam(description: BeamDescription) -> ReducedBody:
+    """Return the reduced body of a description in parts that scale, one a segment or sleeve."""
+    return _kept(ContentKey.of(description)).reduced
 
 
 def beam_mass(description: BeamDescription) -> MassProperties:
     """Return the mass properties of a described beam in the body's frame."""
-    beam = join_elements(*_elements(description, fine=False))
+    places, owners = _elements(description, fine=False)
+    beam = join_elements(places, [description.segments[name].section for name in owners])
     turned = beam.rigid @ _from_frame(description.axis)
     return MassProperties.of_matrix(turned.T @ beam.mass @ turned)
 
@@ -40,38 +50,74 @@ def beam_direction(description: BeamDescription) -> FloatArray:
     return np.eye(3)["xyz".index(description.axis)]
 
 
+@dataclass(frozen=True, eq=False)
+class BeamBasis:
+    """A reduced beam with the places of its nodes (m), the segment of each element, its shapes and their squares, and the nodes
+    of its interfaces."""
+
+    places: FloatArray
+    owners: tuple[str, ...]
+    reduction: Reduction
+    nodes: Mapping[str, int]
+    reduced: ReducedBody
+
+
+def beam_basis(description: BeamDescription) -> BeamBasis:
+    """Return shapes and elements of a described beam."""
+    return _kept(ContentKey.of(description))
+
+
 @lru_cache(maxsize=64)
-def _kept(key: ContentKey[BeamDescription]) -> Body:
+def _kept(key: ContentKey[BeamDescription]) -> BeamBasis:
     description = key.description
-    places, sections = _elements(description, fine=True)
-    beam = join_elements(places, sections)
+    places, owners = _elements(description, fine=True)
+    beam = join_elements(places, [description.segments[name].section for name in owners])
     nodes = {name: int(np.argmin(np.abs(places - at))) for name, at in description.interfaces.items()}
     columns = np.concatenate([np.arange(6 * node, 6 * node + 6) for node in sorted(set(nodes.values()))])
     loads = csc_array((np.ones(columns.size), (columns, np.arange(columns.size))), (len(beam.mass), columns.size))
     where = np.zeros((len(beam.mass), 3))
     where[:, 0] = beam.centres
     body = LargeBody(csc_array(beam.stiffness), csc_array(beam.mass), loads, beam.rigid, coordinates=where)
-    return _in_frame(description, beam, reduce(body, ActingLoads(description.band)), nodes)
+    basis = BeamBasis(places, owners, reduce(body, ActingLoads(description.band)), nodes, NOTHING)
+    note = (f"beam of {len(places) - 1} Timoshenko elements, reduced from {len(beam.mass)} to {basis.reduction.size} "
+            f"coordinates; natural frequencies to {description.band:.4g} Hz can be relied on")
+    nominal = _in_frame(description, basis, notes=(note,))
+    return replace(basis, reduced=ReducedBody(nominal, _parts(description, basis)))
 
 
-def _in_frame(description: BeamDescription, beam: BeamMatrices, reduction: Reduction, nodes: Mapping[str, int]) -> Body:
-    """Return the body with twists turned from the beam's axes to those of the body's frame."""
-    turn = _from_frame(description.axis)
-    along = beam_direction(description)
-    motion = np.hstack([beam.rigid @ turn, reduction.vectors])
-    mass = np.zeros((6 + reduction.size,) * 2)
-    rigid = beam.rigid @ turn
-    mass[:6, :6] = rigid.T @ beam.mass @ rigid
-    mass[6:, 6:] = np.eye(reduction.size)
+def _in_frame(description: BeamDescription, basis: BeamBasis, notes: tuple[str, ...]) -> Body:
+    """Return the body with these shapes, its twists in the axes of the body's frame, without loss factors."""
+    beam = join_elements(basis.places, [description.segments[name].section for name in basis.owners])
+    mass, stiffness, gyroscopic = _projected(beam, basis, description.axis)
+    along, turn, vectors = beam_direction(description), _from_frame(description.axis), basis.reduction.vectors
+    places = {name: Interface(beam.places[node] * along, turn.T @ vectors[6 * node:6 * node + 6])
+              for name, node in basis.nodes.items()}
+    frequency = np.sqrt(np.maximum(basis.reduction.squares, 0.0))
+    return Body(mass, stiffness, 2 * description.damping_ratio * np.diag(frequency), places, notes, gyroscopic, along,
+                surface=beam_surface(description, basis.places, basis.owners, motion=vectors))
+
+
+def _projected(beam: BeamMatrices, basis: BeamBasis, axis: str) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return mass (6 + r, 6 + r), stiffness (r, r) and gyroscopic matrix (6 + r, 6 + r) over rigid motions and shapes."""
+    vectors = basis.reduction.vectors
+    motion = np.hstack([beam.rigid @ _from_frame(axis), vectors])
+    mass, stiffness = motion.T @ beam.mass @ motion, vectors.T @ beam.stiffness @ vectors
     gyroscopic = motion.T @ beam.gyroscopic @ motion
-    places = {name: Interface(beam.places[node] * along, turn.T @ reduction.vectors[6 * node:6 * node + 6])
-              for name, node in nodes.items()}
-    frequency = np.sqrt(np.maximum(reduction.squares, 0.0))
-    note = (f"beam of {len(beam.places) - 1} Timoshenko elements, reduced from {len(beam.mass)} to {reduction.size} "
-            "coordinates; "
-            f"natural frequencies to {description.band:.4g} Hz can be relied on")
-    return Body((mass + mass.T) / 2, np.diag(reduction.squares), 2 * description.damping_ratio * np.diag(frequency), places,
-                (note,), (gyroscopic - gyroscopic.T) / 2, along)
+    return (mass + mass.T) / 2, (stiffness + stiffness.T) / 2, (gyroscopic - gyroscopic.T) / 2
+
+
+def _parts(description: BeamDescription, basis: BeamBasis) -> dict[str, ReducedPart]:
+    return {part: beam_part(description, basis, part) for part in description.numbers}
+
+
+def beam_part(description: BeamDescription, basis: BeamBasis, part: str) -> ReducedPart:
+    """Return what a segment or sleeve (``segment.sleeve``) brings with these shapes; its section may differ from theirs."""
+    name, _, sleeve = part.partition(".")
+    segment = description.segments[name]
+    section = segment.sleeve.ring(segment.diameter) if sleeve and segment.sleeve and segment.diameter else segment.core
+    alone = join_elements(basis.places, [section if owner == name else None for owner in basis.owners])
+    mass, stiffness, gyroscopic = _projected(alone, basis, description.axis)
+    return ReducedPart(description.numbers[part], stiffness, mass, gyroscopic)
 
 
 def _from_frame(axis: str) -> FloatArray:
@@ -81,8 +127,8 @@ def _from_frame(axis: str) -> FloatArray:
     return np.kron(np.eye(2), turn)
 
 
-def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, list[BeamSection]]:
-    """Return the places of the nodes (m) and the section between each and the next; only steps and interfaces unless `fine`."""
+def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, tuple[str, ...]]:
+    """Return the places of the nodes (m) and the segment between each and the next; only steps and interfaces unless `fine`."""
     if not description.segments:
         fail("segments", "none", "must be at least one")
     if not description.interfaces:
@@ -98,13 +144,14 @@ def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, 
         except Exception as error:
             raise type(error)(f"segments.{name}.{error}") from None
     stops = [*ends, *(at for at in description.interfaces.values() if np.abs(ends - at).min() > _CLOSE)]
-    places, kinds = [0.0], []
+    names, owners = list(description.segments), list[str]()
+    places = [0.0]
     for a, b in pairwise(np.sort(stops)):
-        section = sections[int(np.searchsorted(ends, (a + b) / 2)) - 1]
-        count = max(2, int(np.ceil((b - a) * _wave_number(section, REACH * description.band) / FINE))) if fine else 1
+        at = int(np.searchsorted(ends, (a + b) / 2)) - 1
+        count = max(2, int(np.ceil((b - a) * _wave_number(sections[at], REACH * description.band) / FINE))) if fine else 1
         places += np.linspace(a, b, count + 1)[1:].tolist()
-        kinds += [section] * count
-    return np.array(places), kinds
+        owners += [names[at]] * count
+    return np.array(places), tuple(owners)
 
 
 def _wave_number(section: BeamSection, frequency: float) -> float:

@@ -10,16 +10,18 @@ import numpy as np
 from toolpoint._check import ToolpointError, within
 from toolpoint.bodies import Body
 from toolpoint.joints.linear import DIRECTIONS
+from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.description.faults import tree_faults
 from toolpoint.machine.description.frames import frame
 from toolpoint.machine.description.machine import GROUND, BodyDescription, MachineDescription
 from toolpoint.machine.parts.chain import build_chain, large_freedoms
 from toolpoint.machine.parts.laws import joint_law
-from toolpoint.machine.parts.mass import mass_properties
-from toolpoint.machine.parts.model import LoopJoint, Machine
+from toolpoint.machine.parts.mass import check_sources, mass_properties
+from toolpoint.machine.parts.model import KeptBody, LoopJoint, Machine
 
 
-def build(description: MachineDescription, bodies: Mapping[str, Body] | None = None) -> Machine:
+def build(description: MachineDescription, bodies: Mapping[str, Body] | None = None, *,
+          kept: Mapping[str, KeptBody] | None = None) -> Machine:
     """Return the parts of a machine.
 
     Parameters
@@ -28,6 +30,9 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     bodies : mapping of name to Body, optional
         Bodies that take the place of described ones, e.g. reduced elastic ones; they stand in the frame that the
         description gives for that name.
+    kept : mapping of name to KeptBody, optional
+        Reduced bodies of another state of this machine: those whose modulus, density or loss factor alone differ are scaled,
+        not reduced again. A machine brings its own to `with_values`.
 
     Raises
     ------
@@ -35,8 +40,12 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         For a body without a joint, a joint to a body that is not there, two tree joints on one child, or a circle of
         parents; the message names the part.
     """
-    given = {name: within(f"bodies.{name}", _elastic, body) for name, body in description.bodies.items()
-             if body.is_elastic and name not in (bodies or {})} | dict(bodies or {})
+    reduced = {name: within(f"bodies.{name}", partial(_reduced, (kept or {}).get(name)), body)
+               for name, body in description.bodies.items()
+               if body.is_elastic and body.matrices is None and name not in (bodies or {})}
+    given = {name: part.body for name, part in reduced.items()} | {
+        name: within(f"bodies.{name}", _imported, body) for name, body in description.bodies.items()
+        if body.matrices is not None and name not in (bodies or {})} | dict(bodies or {})
     order = tree_order(description)
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
@@ -54,23 +63,34 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         np.array([frame(description.bodies[n].frame) for n in names]).reshape(-1, 4, 4),
         tuple(order), tuple(laws[name] for name in order),
         tuple(j.elastic_at == "child" for j in tree),
-        tuple((j.parent_interface, j.child_interface) for j in tree), loops, partial(build, bodies=bodies))
+        tuple((j.parent_interface, j.child_interface) for j in tree), loops,
+        partial(build, bodies=bodies, kept=reduced), reduced)
 
 
-def _elastic(body: BodyDescription) -> Body:
+def _reduced(before: KeptBody | None, body: BodyDescription) -> KeptBody:
+    """Return the reduced body: of the same shapes where only modulus, density or loss factors differ from those before."""
+    part = body.elastic or body.solid or body.beam
+    assert part is not None
+    check_sources(body)
+    if before is not None and before.text == part.frozen_text:
+        return KeptBody(part, before.text, before.reduced, before.basis)
     mass_properties(body)  # its faults first: they are cheap to find
-    if body.beam is not None:
-        from toolpoint.machine.parts.beam_body import build_beam
+    if isinstance(part, BeamDescription):
+        from toolpoint.machine.parts.beam_body import beam_basis
 
-        return within("beam", build_beam, body.beam)
-    if body.matrices is not None:
-        from toolpoint.machine.parts.imported_body import build_matrices
+        basis = within("beam", beam_basis, part)
+        return KeptBody(part, part.frozen_text, basis.reduced, basis)
+    from toolpoint.machine.parts.body_store import reduce_once  # finite elements load where a body has them
 
-        return within("matrices", build_matrices, body.matrices)
-    from toolpoint.machine.parts.elastic_body import build_elastic  # finite elements load where a body has them
+    return KeptBody(part, part.frozen_text, reduce_once(part))
 
-    assert body.elastic is not None
-    return build_elastic(body.elastic)
+
+def _imported(body: BodyDescription) -> Body:
+    mass_properties(body)
+    from toolpoint.machine.parts.imported_body import build_matrices
+
+    assert body.matrices is not None
+    return within("matrices", build_matrices, body.matrices)
 
 
 def tree_order(description: MachineDescription) -> list[str]:

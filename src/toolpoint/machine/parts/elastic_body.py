@@ -1,27 +1,27 @@
-"""A finite-element model -> a body of a machine: reduced, with interfaces that stand or slide; kept on disk by content."""
+"""A finite-element model -> a body of a machine: reduced, with interfaces that stand or slide, in parts that scale."""
 
 from __future__ import annotations
 
-import hashlib
-import os
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import lru_cache
-from pathlib import Path
 
 import numpy as np
 from scipy.sparse import csc_array, hstack
 
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface
+from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
 from toolpoint.bodies.solid import Patch, SolidModel
-from toolpoint.machine.description.elastic import ElasticDescription
-from toolpoint.machine.parts.content_key import ContentKey
+from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
+from toolpoint.bodies.surface import BodySurface
+from toolpoint.machine.description.elastic import ElasticDescription, PatchDescription, SolidBody
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import REACH, SURE, ActingLoads
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import tabulate
+
+DRAWN = 1500  # nodes of a body's surface at most, about
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,7 +52,7 @@ class SlidingPatch:
 
 def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float, size: int | None = None,
                  method: ReductionMethod | None = None) -> Body:
-    """Return a free solid as a body of a machine, in the frame of its model.
+    """Return a free solid as a body of a machine, in the frame of its model, with the loss factors of its materials.
 
     Parameters
     ----------
@@ -66,6 +66,13 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     method : ReductionMethod, optional
         ActingLoads of this band where left out.
     """
+    whole = reduce_in_parts(model, interfaces, band=band, size=size, method=method)
+    return whole.at({name: _numbers(model, name) for name in model.set_names})
+
+
+def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatch], *, band: float,
+                    size: int | None = None, method: ReductionMethod | None = None, notes: tuple[str, ...] = ()) -> ReducedBody:
+    """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
     if not interfaces:
         fail("interfaces", "none", "must be at least one", "a body is held by its interfaces")
     columns, repeats = [], []
@@ -78,18 +85,43 @@ def reduce_solid(model: SolidModel, interfaces: Mapping[str, Patch | SlidingPatc
     body = LargeBody(model.stiffness(), model.mass(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
                      coordinates=model.dof_places)
     reduction = reduce(body, method or ActingLoads(band), size)
-    return free_body(reduction, rigid.T @ (body.mass @ rigid), (),
-                     interfaces={name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+    nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, surface=_surface(model, reduction),
+                        interfaces={name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+    return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors])))
 
 
-def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], *, interfaces: Mapping[str, Interface]
-              ) -> Body:
+def _parts(model: SolidModel, nominal: Body, motion: FloatArray) -> dict[str, ReducedPart]:
+    if len(model.set_names) == 1:
+        return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass) for name in model.set_names}
+    elastic = motion[:, 6:]
+    return {name: ReducedPart(_numbers(model, name), _even(elastic.T @ (model.stiffness_parts[name] @ elastic)),
+                              _even(motion.T @ (model.mass_parts[name] @ motion))) for name in model.set_names}
+
+
+def _even(matrix: FloatArray) -> FloatArray:
+    return (matrix + matrix.T) / 2
+
+
+def _numbers(model: SolidModel, name: str) -> ElasticNumbers:
+    material = model.materials[name]
+    return ElasticNumbers(material.modulus, material.density, material.loss_factor)
+
+
+def _surface(model: SolidModel, reduction: Reduction) -> BodySurface:
+    used, triangles = outer_triangles(model)
+    chosen, triangles = thin_triangles(model.nodes[used], triangles, DRAWN)
+    nodes = used[chosen]
+    return BodySurface(model.nodes[nodes], triangles, reduction.vectors[model.coordinates_of(nodes)].reshape(len(nodes), 3, -1))
+
+
+def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], *, interfaces: Mapping[str, Interface],
+              surface: BodySurface | None = None) -> Body:
     """Return the body of a reduction: six rigid motions with their mass (6, 6) about the frame, unit elastic coordinates."""
     mass = np.zeros((6 + reduction.size,) * 2)
     mass[:6, :6] = rigid_mass
     mass[6:, 6:] = np.eye(reduction.size)
     return Body((mass + mass.T) / 2, np.diag(reduction.squares), notes=(*notes, _note(reduction, len(reduction.vectors))),
-                interfaces=interfaces)
+                interfaces=interfaces, surface=surface)
 
 
 def _interface(place: Patch | SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
@@ -106,75 +138,19 @@ def _note(reduction: Reduction, size: int) -> str:
     return f"elastic, reduced from {size} to {reduction.size} coordinates by {reduction.method}; {sure}"
 
 
-def build_elastic(description: ElasticDescription) -> Body:
-    """Return the reduced body of a description; it is kept in memory and on disk, by the content of description and program.
+def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody:
+    """Return the reduced body of a described casting or solid."""
+    notes = description.content.notes if isinstance(description, SolidBody) and description.content is not None else ()
+    places = {name: _described_place(part) for name, part in description.interfaces.items()}
+    return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes)
 
-    The folder is ``$TOOLPOINT_CACHE``, else ``toolpoint`` in the user's cache folder; a folder that cannot be written is left.
-    """
-    return _kept(ContentKey.of(description))
+
+def _described_place(part: PatchDescription) -> Patch | SlidingPatch:
+    if not part.slide:
+        return part.patch
+    return SlidingPatch(part.patch, np.array(part.along), part.slide[0], part.slide[1], part.stations)
 
 
-def reliable_to(description: ElasticDescription) -> float:
+def reliable_to(description: ElasticDescription | SolidBody) -> float:
     """Return the frequency (Hz) up to which no free mode of a described body can be missing."""
     return description.band * REACH / SURE
-
-
-@lru_cache(maxsize=64)
-def _kept(key: ContentKey[ElasticDescription]) -> Body:
-    name = hashlib.sha256(f"{_program()} {key.text}".encode()).hexdigest()[:32]
-    path = cache_folder() / f"body-{name}.npz"
-    if path.is_file():
-        try:
-            return read_body(path)
-        except (OSError, ValueError, KeyError):
-            path.unlink(missing_ok=True)  # a file that a full disk cut off
-    places = {name: SlidingPatch(part.patch, np.array(part.along), part.slide[0], part.slide[1], part.stations) if part.slide
-              else part.patch for name, part in key.description.interfaces.items()}
-    body = reduce_solid(key.description.model, places, band=key.description.band, size=key.description.size)
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_body(body, path)
-    except OSError:
-        pass
-    return body
-
-
-@lru_cache(maxsize=1)
-def _program() -> str:
-    """Return a digest of all sources that make a body: what another program kept is not taken."""
-    root = Path(__file__).resolve().parents[2]
-    rooms = ("bodies", "substructuring", "vibration/sparse", "machine")
-    files = [path for room in rooms for path in (root / room).rglob("*.py")]
-    return hashlib.sha256(b"".join(path.read_bytes() for path in sorted(files))).hexdigest()
-
-
-def cache_folder() -> Path:
-    """Return where reduced bodies are kept."""
-    given = os.environ.get("TOOLPOINT_CACHE")
-    return Path(given) if given else Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "toolpoint"
-
-
-def write_body(body: Body, path: Path) -> None:
-    """Write a body as plain arrays (.npz); the file appears whole or not at all."""
-    data: dict[str, FloatArray] = {"mass": body.mass, "stiffness": body.stiffness, "damping": body.damping}
-    data |= {"names": np.array(list(body.interfaces)), "notes": np.array(list(body.notes))}
-    for i, place in enumerate(body.interfaces.values()):
-        data[f"position{i}"] = place.position
-        if place.slide is not None and place.along is not None:
-            data |= {f"along{i}": place.along, f"way{i}": place.slide.positions, f"values{i}": place.slide.values}
-        elif place.participation is not None:
-            data[f"participation{i}"] = place.participation
-    part = path.with_suffix(f".{os.getpid()}.tmp.npz")
-    np.savez(part, **data)  # type: ignore[arg-type]
-    part.replace(path)
-
-
-def read_body(path: Path) -> Body:
-    """Read a body that `write_body` wrote."""
-    with np.load(path, allow_pickle=False) as data:
-        places = {}
-        for i, name in enumerate(data["names"].tolist()):
-            table = MotionTable(data[f"way{i}"], data[f"values{i}"], name) if f"way{i}" in data else None
-            part = data.get(f"participation{i}")
-            places[name] = Interface(data[f"position{i}"], part, table, data[f"along{i}"] if table is not None else None)
-        return Body(data["mass"], data["stiffness"], data["damping"], places, tuple(data["notes"].tolist()))

@@ -40,14 +40,11 @@ def mass_properties(body: BodyDescription) -> MassProperties:
 
     Raises ToolpointError for a body with too little or contradicting data.
     """
-    kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
-    given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
-    if kinds and given:
-        fail(given[0], f"given beside {kinds[0]}", "must come from one source", "remove it: finite elements have their mass")
-    if len(kinds) > 1:
-        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", "remove one")
+    check_sources(body)
     if body.elastic is not None:
         return body.elastic.model.mass_properties
+    if body.solid is not None:
+        return body.solid.model.mass_properties
     if body.beam is not None:
         from toolpoint.machine.parts.beam_body import beam_mass
 
@@ -66,6 +63,16 @@ def mass_properties(body: BodyDescription) -> MassProperties:
     if body.density is not None:
         fail("density", "given beside mass and inertia", "serves a shape or a mesh only", "remove it")
     return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
+
+
+def check_sources(body: BodyDescription) -> None:
+    """Raise for an elastic body with mass properties from a second source."""
+    kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
+    given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
+    if kinds and given:
+        fail(given[0], f"given beside {kinds[0]}", "must come from one source", "remove it: finite elements have their mass")
+    if len(kinds) > 1:
+        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", "remove one")
 
 
 def _from_solid(body: BodyDescription) -> MassProperties:

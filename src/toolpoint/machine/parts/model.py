@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, suggestion
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies import Body
+from toolpoint.bodies.reduced import ReducedBody
 from toolpoint.joints import LinearJoint
 from toolpoint.kinematics import TreeChain
+from toolpoint.machine.description.beam import BeamDescription
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.description.machine import GROUND, MachineDescription
+
+if TYPE_CHECKING:  # beams load where a body is one
+    from toolpoint.machine.parts.beam_body import BeamBasis
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +37,25 @@ class LoopJoint:
     parent_interface: str | None
     child_interface: str | None
     free: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class KeptBody:
+    """A described body reduced in parts that scale, as `build` keeps it.
+
+    part : its description as it stands; text : of everything but the numbers that scale; reduced : of the numbers that it was
+    reduced for; basis : of a beam, its elements and shapes.
+    """
+
+    part: ElasticDescription | SolidBody | BeamDescription
+    text: str
+    reduced: ReducedBody
+    basis: BeamBasis | None = None
+
+    @property
+    def body(self) -> Body:
+        """The body with its numbers as they stand."""
+        return self.reduced.at(self.part.numbers)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,6 +77,7 @@ class Machine(NotebookText):
     interfaces: tuple[tuple[str | None, str | None], ...]
     loops: tuple[LoopJoint, ...]
     rebuild: Callable[[MachineDescription], Machine]
+    reduced: Mapping[str, KeptBody] = field(default_factory=dict)
 
     @property
     def name(self) -> str:

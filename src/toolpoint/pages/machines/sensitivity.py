@@ -15,7 +15,7 @@ from toolpoint.studies.machines.sensitivity_study import SensitivityStudy
 
 _ROWS = 40
 _SHOWN = 5e-4
-_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor")
+_KINDS = ("stiffness", "modulus", "mass", "density", "damping", "loss_factor", "diameter", "bore", "width", "height")
 
 
 def sensitivity_page(result: SensitivityStudy, machine: Machine, change: float = 0.1, *,

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from toolpoint._check import FloatArray, IndexArray
+from toolpoint._check import FloatArray
 from toolpoint.bodies.solid import SolidModel
-from toolpoint.bodies.solid.faces import outer_faces
+from toolpoint.bodies.solid.faces import outer_triangles
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.scene import Scene
 
@@ -25,14 +25,3 @@ def solid_shapes(
         moves.append(shape_of(name).reshape(len(model.nodes), 3, -1)[used].transpose(2, 0, 1))
     moved = np.concatenate(moves, axis=1)
     return Scene.joined(scenes), AnimatedShapes(frequency, np.full(len(frequency), ratio), moved.astype(complex), labels)
-
-
-def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
-    """Return the corner nodes of the outer faces and triangles (t, 3) between them."""
-    triangles = []
-    for faces in outer_faces(model):
-        corners = faces[:, :faces.shape[1] // 2]
-        triangles += [corners[:, [0, i, i + 1]] for i in range(1, corners.shape[1] - 1)]
-    whole = np.concatenate(triangles)
-    used, index = np.unique(whole, return_inverse=True)
-    return used, index.reshape(-1, 3)

@@ -28,7 +28,7 @@ def _densities(machine: Machine) -> list[str]:
     lines = []
     for name, body in zip(machine.body_names, machine.bodies, strict=True):
         described, mass = machine.description.bodies[name], float(body.mass[0, 0])
-        if described.elastic is not None or described.mesh is not None or described.density is not None or mass < 1e-6:
+        if described.is_elastic or described.mesh is not None or described.density is not None or mass < 1e-6:
             continue
         size = _size(described, body.mass)
         density = mass / float(np.prod(size))

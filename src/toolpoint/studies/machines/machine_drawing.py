@@ -52,7 +52,7 @@ def body_words(machine: Machine, name: str) -> str:
     size = equal_box(mass) if shape is None else shape_size(shape)
     about = "about " if shape is None else ""
     spin = "" if body.spin is None else f", spinning at {body.spin.speed * 30 / np.pi:.4g} rev/min"
-    kind = ", by finite elements" if body.elastic is not None else ""
+    kind = ", a beam of finite elements" if body.beam is not None else ", by finite elements" if body.is_elastic else ""
     return f"{mass[0, 0]:.4g} kg, {about}{' x '.join(f'{v:.3g}' for v in size)} m{kind}{spin}"
 
 
@@ -108,7 +108,8 @@ def describe_assumed(machine: Machine) -> tuple[str, ...]:
              f"assumed: {rigid[0]} is rigid but for what is driven"] if rigid else []
     if description.damping_ratio is not None:
         lines.append(f"assumed: a damping ratio of {100 * description.damping_ratio:.3g} % for every mode")
-    elif not any(_is_damped(joint) for joint in description.joints.values()):
+    elif not any(_is_damped(joint) for joint in description.joints.values()) and not any(
+            np.any(body.damping) or np.any(body.structural_damping) for body in machine.bodies):
         lines.append("assumed: no damping at all, so peaks of responses have no height and stable depths no limit; write "
                      "'damping_ratio: 3 %' or damping in the joints")
     if description.gravity is None and not description.loads:

@@ -135,8 +135,9 @@ def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof
 
 
 def _has_loss(machine: Machine) -> bool:
-    return any(np.any(law.damping) or np.any(law.structural_damping) for law in (
-        *machine.joints, *(loop.law for loop in machine.loops)))
+    losses = [(law.damping, law.structural_damping) for law in (*machine.joints, *(loop.law for loop in machine.loops))]
+    losses += [(body.damping, body.structural_damping) for body in machine.bodies]
+    return any(np.any(damping) or np.any(structural) for damping, structural in losses)
 
 
 def _lines(machine: Machine, poses: Sequence[Mapping[str, float]]) -> FloatArray:

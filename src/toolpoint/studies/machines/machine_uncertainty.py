@@ -57,7 +57,7 @@ class MachineUncertainty(NotebookText):
         """
         value = self.machine.value(path)
         for step in (_STEP, _STEP / 10, _STEP / 100):
-            if path.split(".")[2] in ("loss_factor", "damping") and value + step * size < 0:
+            if {"loss_factor", "damping"} & set(path.split(".")) and value + step * size < 0:
                 continue
             try:
                 return self.machine.with_values({path: value + step * size}), step

@@ -4,8 +4,9 @@ Relative sensitivity :math:`S = (p/f)\,df/dp`: per cent of frequency per per cen
 shape at p and at p (1 + s) is, to second order, :math:`1 - s^2 c`, with c the squared length of the relative change of the
 shape across itself; the table gives :math:`\sqrt c`, the angle of turn per unit of relative change. Cumulated: all
 parameters of a part scaled together, so sensitivities add up, and changes of shape as vectors.
-Elastic bodies: ``bodies.NAME.modulus`` and ``bodies.NAME.density`` scale their whole stiffness and mass (Young's and shear
-modulus together), which leaves the reduction basis as it is and is therefore exact; their value counts as one.
+Elastic bodies that a file describes have modulus, density and loss factor of every set among their parameters. Others:
+``bodies.NAME.modulus`` and ``bodies.NAME.density`` scale their whole stiffness and mass (Young's and shear modulus together),
+which leaves the reduction basis as it is and is therefore exact; their value counts as one.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.assembly.system import loop_basis
-from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.machine.derivatives import has_derivative, matrix_derivatives
 from toolpoint.machine.description import parameters
 from toolpoint.machine.pose.placement import body_coordinates, place_machine
 from toolpoint.updating.prediction import ShapeSlopes
@@ -32,6 +33,7 @@ from toolpoint.vibration.sensitivity import MatrixDerivatives
 SHOWN, HEADING = 10, "relative d f / d p"
 _FIELDS = ("stiffness", "damping", "loss_factor", "mass", "density")
 _ELASTIC = ("modulus", "density")
+_KNOWN = (*_FIELDS, *_ELASTIC)
 _TERMS = ("mass", "damping", "stiffness", "structural_damping")
 
 
@@ -58,8 +60,9 @@ class SensitivityStudy(NotebookText):
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What each parameter is: stiffness, damping, mass, density, modulus."""
-        return tuple(path.split(".")[2] for path in self.paths)
+        """What each parameter is: stiffness, damping, mass, density, modulus, diameter."""
+        return tuple(next((word for word in path.split(".")[2:] if word in _KNOWN), path.rsplit(".", 1)[1])
+                     for path in self.paths)
 
     def mac_after(self, change: float) -> FloatArray:
         """Return the MAC of every shape with itself after a small relative change of each parameter, (n_p, n_modes)."""
@@ -121,8 +124,8 @@ def study_sensitivity(
     machine : Machine
         Without gravity and loads; every direction held (no mode at 0 Hz among the lowest).
     paths : sequence of str, optional
-        All stiffnesses, dampings, loss factors, masses and densities that are not zero, and the modulus and density of every
-        elastic body, where left out.
+        All stiffnesses, dampings, loss factors, masses and densities that are not zero, and moduli, densities, loss factors and
+        sections of elastic bodies, where left out.
     modes : int
     pose : mapping, optional
     dofs : labels, optional
@@ -154,14 +157,15 @@ def _turn(shape: FloatArray, change: FloatArray) -> FloatArray:
 
 def _elastic(machine: Machine, path: str) -> bool:
     room, name, kind = [*path.split("."), "", ""][:3]
-    return (room == "bodies" and kind in _ELASTIC and name in machine.body_names
+    return (room == "bodies" and kind in _ELASTIC and name in machine.body_names and name not in machine.reduced
             and machine.bodies[machine.link(name)].modal_count > 0)
 
 
 def _all(machine: Machine) -> tuple[str, ...]:
-    elastic = [name for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.modal_count]
-    plain = [p for p in parameters(machine.description) if p.split(".")[2] in _FIELDS and p.split(".")[1] not in elastic
-             and machine.value(p) != 0]
+    elastic = [name for name, body in zip(machine.body_names, machine.bodies, strict=True)
+               if body.modal_count and name not in machine.reduced]
+    plain = [p for p in parameters(machine.description) if p.split(".")[1] not in elastic and machine.value(p) != 0
+             and has_derivative(machine.description, p) and (p.split(".")[2] in _FIELDS or p.split(".")[1] in machine.reduced)]
     return (*plain, *(f"bodies.{name}.{kind}" for name in elastic for kind in _ELASTIC))
 
 

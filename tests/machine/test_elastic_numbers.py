@@ -1,0 +1,215 @@
+"""Modulus, density, loss factors and sections of elastic bodies as parameters: laws against differences and scaling."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.bodies.solid import CAST_IRON as IRON
+from toolpoint.machine import assemble, build
+from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.machine.description import (
+    BodyDescription,
+    FrameDescription,
+    JointDescription,
+    MachineDescription,
+    PointDescription,
+    SpinDescription,
+    parameters,
+)
+from toolpoint.machine.description.beam import BeamDescription, BeamSegment, SleeveDescription
+from toolpoint.machine.description.elastic import (
+    CAST_IRON,
+    CastingBox,
+    ElasticDescription,
+    ElasticMaterial,
+    PatchDescription,
+)
+from toolpoint.machine.parts import body_store
+from toolpoint.studies import study_sensitivity
+from toolpoint.vibration import frequency_response
+from toolpoint.vibration.eigen import solve_undamped
+
+SPRINGS = {"x": 2e8, "y": 2e8, "z": 3e8, "rx": 2e6, "ry": 2e6, "rz": 1e6}
+POST = ElasticDescription(
+    (CastingBox((0, 0, 0), (0.08, 0.06, 0.4)), CastingBox((0.08, 0.0, 0.0), (0.1, 0.06, 0.4), material="rail")),
+    {"foot": PatchDescription((0.04, 0.03, 0.0), (1, 0, 0), (0, -1, 0), 0.08, 0.06),
+     "head": PatchDescription((0.04, 0.03, 0.4), (1, 0, 0), (0, 1, 0), 0.08, 0.06)},
+    1500.0, 0.06, {"rail": ElasticMaterial(210e9, 7850.0, 0.3, 1e-3)})
+SPINDLE = BeamDescription(
+    {"rear": BeamSegment(0.15, 0.05, 0.02, modulus=210e9, density=7850.0, loss_factor=1e-3),
+     "rotor": BeamSegment(0.2, 0.06, 0.02, modulus=210e9, density=7850.0,
+                          sleeve=SleeveDescription(0.1, modulus=60e9, density=7000.0)),
+     "front": BeamSegment(0.12, 0.07, 0.02, modulus=210e9, density=7850.0)},
+    {"back": 0.05, "seat": 0.38, "nose": 0.47}, 2500.0)
+
+
+@pytest.fixture(autouse=True)
+def own_cache(tmp_path, monkeypatch):
+    monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path))
+
+
+def post_machine(elastic=POST):
+    return build(MachineDescription(
+        "post", {"post": BodyDescription(elastic=elastic)},
+        {"foot": JointDescription("ground", "post", FrameDescription((0.04, 0.03, 0.0)), SPRINGS, child_interface="foot")},
+        points={"head": PointDescription("post", interface="head")}))
+
+
+def spindle_machine(beam=SPINDLE, speed=0.0):
+    bearing = {"x": 3e8, "y": 3e8, "z": 1e8}
+    held = {"rz": 1e3, "rx": 1e4, "ry": 1e4}
+    return build(MachineDescription(
+        "spindle", {"shaft": BodyDescription(beam=beam, spin=SpinDescription(speed) if speed else None)},
+        {"back": JointDescription("ground", "shaft", FrameDescription((0, 0, 0.05)), bearing | held, child_interface="back"),
+         "seat": JointDescription("ground", "shaft", FrameDescription((0, 0, 0.38)), bearing, free=("rx", "ry", "rz"),
+                                  closes_loop=True, child_interface="seat")},
+        points={"nose": PointDescription("shaft", interface="nose")}))
+
+
+def frequencies(machine, count=6):
+    return solve_undamped(assemble(machine, modal_damping=False)).frequency[:count]
+
+
+def slopes(machine, path, count=6):
+    """d f/d p of simple modes by the exact matrix derivatives."""
+    system = assemble(machine, modal_damping=False)
+    squares, shapes = np.linalg.eigh(np.linalg.inv(np.linalg.cholesky(system.mass)) @ system.stiffness
+                                     @ np.linalg.inv(np.linalg.cholesky(system.mass)).T)
+    shapes = np.linalg.inv(np.linalg.cholesky(system.mass)).T @ shapes[:, :count]
+    change = matrix_derivatives(machine, [path])
+    k = 0.0 if change.stiffness is None else change.stiffness[0]
+    m = 0.0 if change.mass is None else change.mass[0]
+    rate = [s @ (k * np.ones((1, 1)) - w * m) @ s for s, w in zip(shapes.T, squares, strict=False)]
+    return np.array(rate) / (2 * np.sqrt(squares[:count])) / (2 * np.pi)
+
+
+def differences(machine, path, step=1e-3):
+    value = machine.value(path)
+    f = [frequencies(machine.with_values({path: value * (1 + k * step)})) for k in (-2, -1, 1, 2)]
+    return (f[0] - 8 * f[1] + 8 * f[2] - f[3]) / (12 * step * value)
+
+
+def relative(a, b):
+    return np.abs(a - b).max() / np.abs(b).max()
+
+
+def test_cast_iron_of_descriptions_is_that_of_solids():
+    assert (CAST_IRON.modulus, CAST_IRON.density, CAST_IRON.poisson, CAST_IRON.loss_factor) == (
+        IRON.modulus, IRON.density, IRON.poisson, IRON.loss_factor)
+
+
+def test_numbers_of_sets_and_segments_are_listed():
+    listed = [*parameters(post_machine().description), *parameters(spindle_machine().description)]
+    for path in ("bodies.post.elastic.materials.body.modulus", "bodies.post.elastic.materials.rail.density",
+                 "bodies.shaft.beam.segments.rotor.diameter", "bodies.shaft.beam.segments.rotor.sleeve.modulus",
+                 "bodies.shaft.beam.segments.rear.loss_factor"):
+        assert path in listed
+    assert not any("mesh_size" in path or "interfaces" in path for path in listed)
+
+
+@pytest.mark.parametrize("path", ["body.modulus", "rail.modulus", "body.density", "rail.density"])
+def test_derivatives_of_a_casting_are_its_differences(path):
+    machine, whole = post_machine(), f"bodies.post.elastic.materials.{path}"
+    assert relative(slopes(machine, whole), differences(machine, whole)) < 1e-6
+
+
+@pytest.mark.parametrize("path", ["rear.modulus", "rotor.sleeve.density", "front.density"])
+def test_derivatives_of_a_beam_are_its_differences(path):
+    machine, whole = spindle_machine(), f"bodies.shaft.beam.segments.{path}"
+    assert relative(slopes(machine, whole), differences(machine, whole)) < 1e-6
+
+
+@pytest.mark.parametrize("path", ["rear.diameter", "rotor.sleeve.diameter", "front.bore"])
+def test_derivatives_of_sections_are_those_of_beams_reduced_anew(path):
+    machine, whole = spindle_machine(), f"bodies.shaft.beam.segments.{path}"
+    assert relative(slopes(machine, whole), differences(machine, whole)) < 2e-4  # shapes kept against shapes of each beam
+
+
+def test_the_spin_of_a_heavier_rotor_turns_more():
+    machine, path = spindle_machine(speed=2000.0), "bodies.shaft.beam.segments.rotor.sleeve.density"
+    value = machine.value(path)
+    above, below = (assemble(machine.with_values({path: value * (1 + s)})).damping for s in (0.01, -0.01))
+    exact = matrix_derivatives(machine, [path]).damping[0]
+    assert np.abs(exact).max() > 0
+    # The null-space basis of the loop does not depend on densities.
+    assert relative(exact, (above - below) / (0.02 * value)) < 1e-9
+
+
+def test_scaled_is_what_reducing_anew_gives():
+    plain = replace(POST, boxes=POST.boxes[:1], materials={})
+    machine = post_machine(plain)
+    values = {"bodies.post.elastic.materials.body.modulus": 150e9, "bodies.post.elastic.materials.body.density": 6000.0}
+    scaled = frequencies(machine.with_values(values))
+    anew = frequencies(post_machine(replace(plain, materials={"body": ElasticMaterial(150e9, 6000.0, 0.26)})))
+    assert scaled == pytest.approx(anew, rel=2e-6)  # shapes of a free body are the same; responses keep their number
+
+
+def test_sets_scaled_apart_stay_near_a_body_reduced_anew_and_say_so():
+    machine = post_machine().with_values({"bodies.post.elastic.materials.rail.modulus": 1.5 * 210e9})
+    rail = replace(POST.materials["rail"], modulus=1.5 * 210e9)
+    anew = post_machine(replace(POST, materials={"rail": rail}))
+    assert frequencies(machine) == pytest.approx(frequencies(anew), rel=3e-3)
+    assert "before modulus changed by set (rail x 1.5)" in " ".join(machine.bodies[0].notes)
+    assert "changed by set" not in " ".join(anew.bodies[0].notes)
+
+
+def test_nothing_is_reduced_again(monkeypatch):
+    machine = post_machine()
+
+    def refuse(description):
+        raise AssertionError("reduced again")
+
+    monkeypatch.setattr(body_store, "reduce_once", refuse)
+    changed = machine.with_values({"bodies.post.elastic.materials.rail.modulus": 2e11})
+    changed = changed.with_values({"bodies.post.elastic.materials.rail.loss_factor": 0.1})
+    assert frequencies(changed)[0] < frequencies(machine)[0]
+    with pytest.raises(AssertionError, match="reduced again"):
+        machine.with_values({"bodies.post.elastic.boxes.1.high.0": 0.12})
+
+
+def test_one_loss_factor_everywhere_is_a_complex_stiffness():
+    eta = 0.02
+    lossy = {name: replace(m, loss_factor=eta) for name, m in POST.materials.items()}
+    machine = post_machine(replace(POST, materials=lossy))
+    joint = replace(machine.description.joints["foot"], loss_factor=eta)
+    machine = build(replace(machine.description, joints={"foot": joint}))
+    lines = np.linspace(20.0, 1200.0, 50)
+    frf = frequency_response.direct(assemble(machine, None, ["head:+x"]), lines).values[:, 0, 0]
+    bare = post_machine(replace(POST, materials={n: replace(m, loss_factor=0.0) for n, m in POST.materials.items()}))
+    modes = solve_undamped(assemble(bare, None, ["head:+x"]))
+    omega = 2 * np.pi * modes.frequency
+    sums = (modes.shape[0] ** 2 / (omega**2 * (1 + 1j * eta) - (2 * np.pi * lines[:, None]) ** 2)).sum(axis=1)
+    assert relative(frf, sums) < 1e-9
+
+
+def test_loss_factors_of_parts_add_by_their_strain_energy():
+    machine = spindle_machine()
+    whole = machine.with_values({f"bodies.shaft.beam.segments.{name}.loss_factor": 0.01
+                                 for name in ("rear", "rotor", "rotor.sleeve", "front")})
+    body = whole.bodies[0]
+    assert relative(body.structural_damping, 0.01 * body.stiffness) < 1e-9
+    path = "bodies.shaft.beam.segments.front.loss_factor"
+    slope = matrix_derivatives(machine, [path]).structural_damping[0]
+    ahead = assemble(machine.with_values({path: 0.01})).structural_damping - assemble(machine).structural_damping
+    assert relative(slope * 0.01, ahead) < 1e-9
+
+
+def test_sensitivity_adds_up_over_all_springs_and_moduli():
+    study = study_sensitivity(post_machine(), modes=4)
+    stiff = [k for k, kind in enumerate(study.kinds) if kind in ("stiffness", "modulus")]
+    heavy = [k for k, kind in enumerate(study.kinds) if kind == "density"]
+    assert study.frequency[stiff].sum(axis=0) == pytest.approx(np.full(4, 0.5), abs=1e-9)
+    assert study.frequency[heavy].sum(axis=0) == pytest.approx(np.full(4, -0.5), abs=1e-9)
+
+
+def test_a_length_has_no_exact_derivative_and_a_missing_modulus_is_named():
+    machine = spindle_machine()
+    with pytest.raises(ToolpointError, match="length moves nodes"):
+        matrix_derivatives(machine, ["bodies.shaft.beam.segments.front.length"])
+    bare = replace(SPINDLE, segments={"front": BeamSegment(0.4, 0.07)}, interfaces={"back": 0.05, "seat": 0.3, "nose": 0.4})
+    with pytest.raises(ToolpointError, match="modulus: not a number but NoneType"):
+        spindle_machine(bare).value("bodies.shaft.beam.segments.front.modulus")
