@@ -50,9 +50,15 @@ def _steps(difference: ComplexArray) -> ComplexArray:
 
 def count_encirclements(theta: list[float], value: ComplexArray) -> tuple[int, tuple[float, float]]:
     """(unstable multipliers, theta interval of the largest phase step) from the determinant's logarithm at the nodes."""
-    step = _steps(np.diff(value)).imag
-    at = int(np.argmax(np.abs(step)))
-    return int(np.round(-step.sum() / np.pi)), (theta[at], theta[at + 1])
+    return _counts(theta, value[:, None])[0]
+
+
+def _counts(theta: list[float], table: ComplexArray) -> list[tuple[int, tuple[float, float]]]:
+    """Counts and intervals of every column."""
+    step = _steps(np.diff(table, axis=0)).imag
+    at = np.argmax(np.abs(step), axis=0).tolist()
+    unstable = np.round(-step.sum(axis=0) / np.pi).astype(int).tolist()
+    return [(n, (theta[k], theta[k + 1])) for n, k in zip(unstable, at, strict=True)]
 
 
 class PlainCount:
@@ -69,12 +75,12 @@ class PlainCount:
         self.theta, self.complete = phase.theta, phase.complete
         self.eigenvalues = np.array([eigenvalues[t] for t in self.theta])
         table = np.array(phase.value)
-        self.known = {float(w): count_encirclements(self.theta, table[:, i]) for i, w in enumerate(levels)}
+        self.known = dict(zip(levels.tolist(), _counts(self.theta, table), strict=True))
 
     def __call__(self, depth: float) -> tuple[int, tuple[float, float]]:
         if depth in self.known:
             return self.known[depth]
-        return count_encirclements(self.theta, np.log(1 + depth * self.eigenvalues + 1e-300).sum(-1))
+        return count_encirclements(self.theta, _log_product(1 + depth * self.eigenvalues))
 
     def add(self, theta: float) -> None:
         """Take a root's theta as a node: close to it the determinant turns by half a circle within a hair."""
@@ -104,7 +110,18 @@ class ShapedCount:
 
 def _logarithm(eigenvalues: ComplexArray, depths: FloatArray) -> ComplexArray:
     """log prod(1 + depth eigenvalue) at these depths."""
-    return np.log(1 + depths[:, None] * eigenvalues[None, :] + 1e-300).sum(-1)
+    return _log_product(1 + depths[:, None] * eigenvalues[None, :])
+
+
+def _log_product(factors: ComplexArray) -> ComplexArray:
+    """Logarithm of the product along the last axis, its phase up to whole turns: one logarithm for every eight factors.
+
+    Eight, as factors are far from 1e38 each, so that no product leaves the range of the numbers; logarithms of all factors
+    were half the time of a chart.
+    """
+    whole = factors.shape[-1] // 8 * 8
+    parts = factors[..., :whole].reshape(*factors.shape[:-1], whole // 8, 8).prod(axis=-1)
+    return (np.log(parts + 1e-300).sum(-1) + np.log(factors[..., whole:].prod(axis=-1) + 1e-300)).astype(complex)
 
 
 def first_nodes(system: HillSystem, base: int) -> FloatArray:
