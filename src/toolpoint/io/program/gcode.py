@@ -2,8 +2,8 @@
 
 Motion: G0 G1 G2 G3, G17-G19, G90/G91, AC() and IC(), I J K, CR= or R; units G20/G21, G70/G71, G700/G710; feeds G93-G97; exact
 stop G9, G60, G61, G64; dwell G4; drilling cycles G73, G76, G81-G89; G28, G30, G53, G54-G59, G10 L2, G52, G92. Frames: TRANS,
-ROT, SCALE, MIRROR and their additive kinds, G68, G69, G51.1, G50.1 (`program_frame`). Siemens drilling cycles CYCLE81-89 and 840,
-their patterns, and MCALL (`siemens_cycles`). Variables, expressions, jumps, loops and subprograms of the same file
+ROT, SCALE, MIRROR and their additive kinds, G68, G69, G51.1, G50.1 (`program_frame`). Siemens drilling cycles CYCLE81 to 89 and
+840, their patterns, and MCALL (`siemens_cycles`). Variables, expressions, jumps, loops and subprograms of the same file
 (`statements`). Words that move nothing are one note; what would bend the path (G41, G42, G51) is a fault by name.
 """
 

@@ -13,10 +13,10 @@ from toolpoint.io.program.siemens_cycles import (
     CALL,
     OFF,
     CycleCall,
+    assign_parameters,
     drill_hole,
     fault_of,
     is_pattern,
-    assign_parameters,
     pattern_places,
 )
 from toolpoint.io.program.words import WordFault

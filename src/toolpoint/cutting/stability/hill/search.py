@@ -80,7 +80,7 @@ class PlainCount:
     def __call__(self, depth: float) -> tuple[int, tuple[float, float]]:
         if depth in self.known:
             return self.known[depth]
-        return count_encirclements(self.theta, _log_product(1 + depth * self.eigenvalues))
+        return count_encirclements(self.theta, _log_product(np.asarray(1 + depth * self.eigenvalues, complex)))
 
     def add(self, theta: float) -> None:
         """Take a root's theta as a node: close to it the determinant turns by half a circle within a hair."""
@@ -121,7 +121,7 @@ def _log_product(factors: ComplexArray) -> ComplexArray:
     """
     whole = factors.shape[-1] // 8 * 8
     parts = factors[..., :whole].reshape(*factors.shape[:-1], whole // 8, 8).prod(axis=-1)
-    return (np.log(parts + 1e-300).sum(-1) + np.log(factors[..., whole:].prod(axis=-1) + 1e-300)).astype(complex)
+    return np.asarray(np.log(parts + 1e-300).sum(-1) + np.log(factors[..., whole:].prod(axis=-1) + 1e-300), complex)
 
 
 def first_nodes(system: HillSystem, base: int) -> FloatArray:
