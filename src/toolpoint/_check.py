@@ -92,8 +92,8 @@ def _array(name: str, value: ArrayLike, kind: Any, shape: Sequence[int | None] |
 def _trailing_shape(name: str, array: Array, shape: Sequence[int | None]) -> None:
     tail = array.shape[array.ndim - len(shape):] if array.ndim >= len(shape) else None
     if tail is None or any(want is not None and want != got for want, got in zip(shape, tail, strict=True)):
-        wanted = ", ".join("any" if want is None else str(want) for want in shape)
-        fail(name, f"shape {array.shape}", f"must end in ({wanted})")
+        expected = ", ".join("any" if want is None else str(want) for want in shape)
+        fail(name, f"shape {array.shape}", f"must end in ({expected})")
 
 
 def increasing(name: str, array: FloatArray) -> FloatArray:

@@ -62,7 +62,7 @@ def test_damper_of_one_mode_is_den_hartogs():
     """
     mu, w = 0.05, 2 * np.pi * 100
     modes = Modes([100.0], [1e-9], [[1.0]], [Dof("tool", "+x")])
-    damper = tune_damper(modes, "tool:+x", "tool:+x", mu, lines=np.linspace(70, 130, 6001))
+    damper = tune_damper(modes, "tool:+x", "tool:+x", mass=mu, lines=np.linspace(70, 130, 6001))
     assert damper.start == pytest.approx((100 / (1 + mu), np.sqrt(3 * mu / (8 * (1 + mu) ** 3))))
     assert abs(damper.after).max() * w**2 == pytest.approx(np.sqrt(1 + 2 / mu), rel=5e-3)
     assert damper.frequency == pytest.approx(damper.start[0], rel=2e-3)
@@ -71,5 +71,6 @@ def test_damper_of_one_mode_is_den_hartogs():
 def test_damper_for_depth_gains_more_depth_than_the_one_for_the_peak():
     modes = Modes([100.0], [0.01], [[1.0]], [Dof("tool", "+x")])
     lines = np.linspace(60, 150, 4001)
-    by_peak, by_depth = (tune_damper(modes, "tool:+x", "tool:+x", 0.05, lines=lines, goal=goal) for goal in ("peak", "depth"))
+    by_peak, by_depth = (tune_damper(modes, "tool:+x", "tool:+x", mass=0.05, lines=lines, goal=goal)
+                         for goal in ("peak", "depth"))
     assert by_depth.depth_ratio > by_peak.depth_ratio > 1 and by_peak.peak_ratio < by_depth.peak_ratio < 1

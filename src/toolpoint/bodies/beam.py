@@ -163,15 +163,15 @@ def beam_element(section: BeamSection, length: float) -> FloatArray:
     size = 12 if is_slender else 12 + _INNER
     mass, stiffness, gyroscopic = np.zeros((3, size, size))
 
-    def add(index: list[int], shapes: FloatArray, rigidities: tuple[float, ...], inertias: tuple[float, ...]) -> None:
+    def add(index: list[int], shapes: FloatArray, *, rigidities: tuple[float, ...], inertias: tuple[float, ...]) -> None:
         squares = np.einsum("g,kga,kgb->kab", length * _WEIGHTS, shapes, shapes)
         at, n = np.ix_(index, index), len(inertias)
         mass[at] += np.einsum("k,kab->ab", inertias, squares[:n])
         stiffness[at] += np.einsum("k,kab->ab", rigidities, squares[n:n + len(rigidities)])
 
     drawn = _drawn_shapes(length)[:, :, :2 if is_slender else 3]
-    add([0, 6, 12][:drawn.shape[2]], drawn, (section.axial,), (section.mass,))
-    add([3, 9, 13][:drawn.shape[2]], drawn, (section.torsion,), (section.polar,))
+    add([0, 6, 12][:drawn.shape[2]], drawn, rigidities=(section.axial,), inertias=(section.mass,))
+    add([3, 9, 13][:drawn.shape[2]], drawn, rigidities=(section.torsion,), inertias=(section.polar,))
     bent = _slender_shapes(length) if is_slender else _shearing_shapes(length)
     turned = np.zeros((2, _POINTS.size, size))
     # y with rz, and z with ry, whose slope has the other sign: z' = -ry.
@@ -179,7 +179,7 @@ def beam_element(section: BeamSection, length: float) -> FloatArray:
             ([1, 5, 7, 11, 14, 15, 16], section.bending_z, section.shear_y, section.inertia_z, 1.0),
             ([2, 4, 8, 10, 17, 18, 19], section.bending_y, section.shear_z, section.inertia_y, -1.0))):
         index, shapes = index[:bent.shape[2]], bent * np.array([1, sign, 1, sign, 1, 1, sign])[:bent.shape[2]]
-        add(index, shapes, (bending,) if is_slender else (bending, shear), (section.mass, inertia))
+        add(index, shapes, rigidities=(bending,) if is_slender else (bending, shear), inertias=(section.mass, inertia))
         turned[k][:, index] = sign * shapes[1]
     # Moment of the spin's momentum, omega x h: across the axis only.
     pair = np.einsum("g,ga,gb->ab", length * _WEIGHTS * section.polar, turned[1], turned[0])
@@ -188,8 +188,8 @@ def beam_element(section: BeamSection, length: float) -> FloatArray:
 
 def _drawn_shapes(length: float) -> FloatArray:
     """Return displacement along (or twist about) the axis and its slope at the Gauss points, (2, points, 3), with a bubble."""
-    x, one = _POINTS, np.ones_like(_POINTS)
-    return np.stack([np.stack([1 - x, x, x * (1 - x)], axis=1), np.stack([-one, one, 1 - 2 * x], axis=1) / length])
+    x, ones = _POINTS, np.ones_like(_POINTS)
+    return np.stack([np.stack([1 - x, x, x * (1 - x)], axis=1), np.stack([-ones, ones, 1 - 2 * x], axis=1) / length])
 
 
 def _shearing_shapes(length: float) -> FloatArray:
@@ -198,12 +198,12 @@ def _shearing_shapes(length: float) -> FloatArray:
     Deflection is cubic and the turn quadratic, so the shear strain may vanish anywhere: nothing locks. Coordinates: deflection
     and turn at both ends, two bubbles of the deflection, one of the turn.
     """
-    x, one, nil = _POINTS, np.ones_like(_POINTS), np.zeros_like(_POINTS)
+    x, ones, nil = _POINTS, np.ones_like(_POINTS), np.zeros_like(_POINTS)
     bubble, skewed = x * (1 - x), x * (1 - x) * (1 - 2 * x)
     moved = np.stack([1 - x, nil, x, nil, bubble, skewed, nil], axis=1)
-    rise = np.stack([-one, nil, one, nil, 1 - 2 * x, 1 - 6 * x + 6 * x**2, nil], axis=1) / length
+    rise = np.stack([-ones, nil, ones, nil, 1 - 2 * x, 1 - 6 * x + 6 * x**2, nil], axis=1) / length
     turn = np.stack([nil, 1 - x, nil, x, nil, nil, bubble], axis=1)
-    bent = np.stack([nil, -one, nil, one, nil, nil, 1 - 2 * x], axis=1) / length
+    bent = np.stack([nil, -ones, nil, ones, nil, nil, 1 - 2 * x], axis=1) / length
     return np.stack([moved, turn, bent, rise - turn])
 
 

@@ -80,7 +80,7 @@ def _joined(words: Sequence[str]) -> list[str]:
     return result
 
 
-def label_columns(path: Path, columns: Columns, channels: Sequence[ChannelDescription], labels: Labels) -> Record:
+def label_columns(path: Path, columns: Columns, channels: Sequence[ChannelDescription], *, labels: Labels) -> Record:
     """Return columns as a record in SI; a channel that is no force and no motion is left out, and said.
 
     Raises ToolpointError for a channel that is not there, volts without sensitivity, quantities that cannot be told.
@@ -104,7 +104,7 @@ def label_columns(path: Path, columns: Columns, channels: Sequence[ChannelDescri
                   tuple(str(known[k].quantity) for k in kept), start=columns.start, name=path.name)
 
 
-def label_record(path: Path, record: Record, channels: Sequence[ChannelDescription], labels: Labels) -> Record:
+def label_record(path: Path, record: Record, channels: Sequence[ChannelDescription], *, labels: Labels) -> Record:
     """Return a record that has labels, with those of described channels in their place; sensitivities divide its samples."""
     names = [f"{quantity} {dof}" for quantity, dof in zip(record.quantities, record.channels, strict=True)]
     described = _matched(path, names, channels)

@@ -38,7 +38,7 @@ def read(path: str | Path) -> Record:
         several = _columns(Path(path), None, {})
         if len(several) != 1:
             raise ToolpointError(f"{path}: holds {len(several)} records; must be one; read_all takes several")
-        return label_columns(Path(path), several[0], (), Labels())
+        return label_columns(Path(path), several[0], (), labels=Labels())
     return record_table.read(path)
 
 
@@ -111,13 +111,13 @@ def _labelled(path: Path, channels: Sequence[ChannelDescription], rate: float | 
               labels: Labels) -> list[Record]:
     kind = path.suffix.lower()
     if kind in UNIVERSAL:
-        return [label_record(path, uff.read_record(path), channels, labels)]
+        return [label_record(path, uff.read_record(path), channels, labels=labels)]
     if kind in HDF5:
         records = [noun for noun in hdf5.read_all(path).values() if isinstance(noun, Record)]
         if not records:
             raise ToolpointError(f"{path}: holds no time record")
-        return [label_record(path, record, channels, labels) for record in records]
-    return [label_columns(path, part, channels, labels) for part in _columns(path, rate, variables)]
+        return [label_record(path, record, channels, labels=labels) for record in records]
+    return [label_columns(path, part, channels, labels=labels) for part in _columns(path, rate, variables)]
 
 
 def _columns(path: Path, rate: float | None, variables: dict[str, str]) -> list[Columns]:

@@ -72,7 +72,7 @@ def _loop_conditions(chain: ClosedChain, values: FloatArray, length: float) -> t
     rank = _ranks(closure, chain, step_scale)
     passive = np.linalg.svd(rate[:, :, list(chain.passive_steps)] / step_scale[list(chain.passive_steps)], compute_uv=False)
     whole = np.linalg.svd(rate / step_scale, compute_uv=False)
-    return tuple(_ratio(values, number) for values, number in zip((passive, whole), rank))  # type: ignore[return-value]
+    return _ratio(passive, rank[0]), _ratio(whole, rank[1])
 
 
 def _ranks(closure: Closure, chain: ClosedChain, step_scale: FloatArray) -> tuple[int, int]:

@@ -117,16 +117,16 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
     return _judged(_with_choice(_identified_deeper(inside, chosen, dead), chosen, choice), chosen)
 
 
-def _with_choice(found: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
-    """Return the identification of exactly the poles that a choice leaves of those found."""
+def _with_choice(automatic: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
+    """Return the identification of exactly the poles that a choice leaves of those automatic."""
     if choice is None or choice.is_empty:
-        return found
-    result = found
+        return automatic
+    result = automatic
     if choice.add:
-        poles, participation = poles_with(found.frf, found.modes, choice)
-        fitted = _estimate.estimate(found.frf, poles, participation, refine=chosen.refine, fixed=True)
-        result = _conclude(found.frf, fitted, chosen, (), Start(poles, participation, found.diagram))
-    kept = remaining_modes(result.modes, found.modes, choice)
+        poles, participation = poles_with(automatic.frf, automatic.modes, choice)
+        fitted = _estimate.estimate(automatic.frf, poles, participation, refine=chosen.refine, fixed=True)
+        result = _conclude(automatic.frf, fitted, chosen, (), Start(poles, participation, automatic.diagram))
+    kept = remaining_modes(result.modes, automatic.modes, choice)
     if len(kept) < result.modes.count:
         result = _only(result, kept)
     return replace(result, choice=choice, advice=(choice.remark, *result.advice, *stray_remarks(result.modes, choice)))

@@ -69,7 +69,7 @@ def compare_hits(hits: Sequence[Hit], spectra: Spectra, rules: HitRules) -> tupl
         return list(hits), (f"no majority among {len(good)} good hits: the largest group that agrees has {int(inside.sum())}; "
                             "look at spot and direction and strike again",)
     for _ in range(2):
-        shares = [misfit(force, response, i, inside) for i in range(len(good))]
+        shares = [misfit(force, response, i, inside=inside) for i in range(len(good))]
         usual = float(np.median([shares[i].share for i in np.flatnonzero(inside)]))
         inside = np.array([fit.share < max(rules.inconsistent, TIMES * usual) for fit in shares])
     result = list(hits)
@@ -100,7 +100,7 @@ def _misfits(force: ComplexArray, response: ComplexArray) -> FloatArray:
     return result
 
 
-def misfit(force: ComplexArray, response: ComplexArray, hit: int, inside: Array) -> Misfit:
+def misfit(force: ComplexArray, response: ComplexArray, hit: int, *, inside: Array) -> Misfit:
     """Return the misfit of one hit with the pooled response of the others that are `inside`."""
     rest = np.asarray(inside).copy()
     rest[hit] = False

@@ -177,7 +177,7 @@ def _found(records: Sequence[Record], force_at: int, block: int, rules: HitRules
     shortest = min(records, key=lambda record: record.samples.shape[0])
     if all(record.samples.shape[0] < block for record in records):
         fail("duration", f"{block / shortest.sample_rate:g} s", f"must not exceed the record of {shortest.duration:g} s")
-    hits = [hit for k, record in enumerate(records) for hit in find_hits(record.samples[:, force_at], block, rules, k)]
+    hits = [hit for k, record in enumerate(records) for hit in find_hits(record.samples[:, force_at], block, rules, record=k)]
     pulse = max((hit.pulse - hit.start for hit in hits), default=0)
     if pulse >= block:
         rate = records[0].sample_rate

@@ -76,7 +76,7 @@ class Hit:
         return replace(self, reasons=(*self.reasons, reason))
 
 
-def find_hits(force: FloatArray, block: int, rules: HitRules, record: int = 0) -> list[Hit]:
+def find_hits(force: FloatArray, block: int, rules: HitRules, *, record: int = 0) -> list[Hit]:
     """Return all hits of one force channel, in time order; a second pulse within a block belongs to its hit.
 
     A block begins before its hit by the pretrigger, or where the record begins. `record`: its number, kept in the hits.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -29,6 +30,7 @@ class MotionTable:
     values: FloatArray
     name: str = "place"
     error: float = 0.0
+    _spline: Any = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -57,8 +59,7 @@ class MotionTable:
             worst = place.min() if place.min() < low else place.max()
             fail(self.name, f"position {worst:.6g} m", f"must be within its way, {low:.6g} .. {high:.6g} m",
                  "a carriage would leave its rail there: narrow the limits of the axis, or lengthen the rail")
-        spline = self._spline  # type: ignore[attr-defined]
-        return np.asarray(spline(np.clip(place, low, high), order))
+        return np.asarray(self._spline(np.clip(place, low, high), order))
 
     def mixed(self, turn: FloatArray, after: int = 0) -> MotionTable:
         """Return the table over combinations (r, k) of its coordinates behind the first `after`, which stay."""

@@ -124,6 +124,6 @@ def _extra(name: str) -> Finding:
 
 
 def _browser() -> Finding:
-    path = next((found for name in BROWSERS if (found := shutil.which(name))), "")
+    path = next((place for name in BROWSERS if (place := shutil.which(name))), "")
     words = path or "no Chromium; only pictures of pages and tests of pages need it"
     return Finding("browser", GOOD if path else MISSING, words, "" if path else "install chromium")

@@ -261,7 +261,7 @@ class _Store:
             raise ToolpointError(f"folder: {folder} holds another study (other function or points); take an empty folder")
 
     def save(self, chunk: Chunk) -> None:
-        arrays: dict[str, Array] = {}
+        arrays: dict[str, Any] = {}
         table = []
         for index, outcome in chunk:
             table.append({"index": index, "failure": outcome.failure, "seconds": outcome.seconds,
@@ -269,7 +269,7 @@ class _Store:
             for name, value in (outcome.values or {}).items():
                 arrays[f"{index}/{name}"] = value
         buffer = io.BytesIO()
-        np.savez(buffer, table=np.frombuffer(json.dumps(table).encode(), np.uint8), **arrays)  # type: ignore[arg-type]
+        np.savez(buffer, table=np.frombuffer(json.dumps(table).encode(), np.uint8), **arrays)
         _atomic(self.folder / f"chunk-{chunk[0][0]:09d}.npz", buffer.getvalue())
 
     def load(self) -> dict[int, Outcome]:

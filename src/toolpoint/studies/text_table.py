@@ -23,11 +23,12 @@ def text_table(title: str, header: Sequence[str], rows: Sequence[Sequence[str]])
                   for cell, width, left in zip(cells, widths, is_left, strict=True)]
         return f"{bar} " + f" {bar} ".join(padded) + f" {bar}"
 
-    def rule(left: str, fill: str, cross: str, right: str) -> str:
+    def rule(marks: str) -> str:
+        left, fill, cross, right = tuple(marks)
         return left + cross.join(fill * (width + 2) for width in widths) + right
 
-    return "\n".join([title, rule("┏", "━", "┳", "┓"), text_line(header, "┃"), rule("┡", "━", "╇", "┩"),
-                      *(text_line(row, "│") for row in lines), rule("└", "─", "┴", "┘")])
+    return "\n".join([title, rule("┏━┳┓"), text_line(header, "┃"), rule("┡━╇┩"),
+                      *(text_line(row, "│") for row in lines), rule("└─┴┘")])
 
 
 def _is_words(cells: Sequence[str]) -> bool:

@@ -38,15 +38,15 @@ class Solver:
         if key not in self._kept:
             if len(self._kept) > 2:
                 del self._kept[next(iter(self._kept))]
-            found = self.problem.evaluated(self.full(free), slopes=True, at=self.at)
-            assert found.jacobian is not None
-            values, rows = found.values, found.jacobian
+            evaluation = self.problem.evaluated(self.full(free), slopes=True, at=self.at)
+            assert evaluation.jacobian is not None
+            values, rows = evaluation.values, evaluation.jacobian
             if self.prior.any():
                 values = np.concatenate([values, self.prior * free])
                 rows = np.concatenate([rows, np.diag(self.prior)])
             if self.compressed:
                 values, rows = _triangle(values, rows)
-            self._kept[key] = replace(found, jacobian=None), values, rows
+            self._kept[key] = replace(evaluation, jacobian=None), values, rows
         return self._kept[key]
 
     def residual(self, free: FloatArray) -> FloatArray:

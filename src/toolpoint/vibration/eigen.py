@@ -197,8 +197,8 @@ def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArra
     order = np.lexsort((-poles.real, np.abs(poles)))
     poles, vectors = poles[order], vectors[:, order]
 
-    def product(left: ComplexArray, right: ComplexArray, s_left: ComplexArray, s_right: ComplexArray) -> ComplexArray:
-        return left.T @ c @ right + (s_left[:, None] + s_right[None, :]) * (left.T @ m @ right)
+    def product(part: ComplexArray, s: ComplexArray) -> ComplexArray:
+        return part.T @ c @ part + (s[:, None] + s[None, :]) * (part.T @ m @ part)
 
     vectors = _scaled_viscous(vectors, poles, product)
     return poles, basis @ vectors, rigid
@@ -219,7 +219,7 @@ def _scaled_viscous(vectors: ComplexArray, poles: ComplexArray, product: Callabl
     result = vectors.astype(complex)
     for cluster in clusters(poles):
         part, s = vectors[:, cluster], poles[cluster]
-        result[:, cluster] = part @ _inverse_root(product(part, part, s, s))
+        result[:, cluster] = part @ _inverse_root(product(part, s))
     return result
 
 

@@ -9,11 +9,12 @@ nothing recurs with the nodes, which could beat with a periodic input, and the e
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import scipy
 
-from toolpoint._check import FloatArray, fail, floats, increasing, positive
+from toolpoint._check import FloatArray, IndexArray, fail, floats, increasing, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -100,6 +101,47 @@ class StepNodes:
     moving: FloatArray
     dissipation: FloatArray
     load_map: FloatArray
+
+
+class NodeArrays(NamedTuple):
+    """What the kernel blends between nodes, by columns: transition (N, z, z), static deflection to unit inputs (N, w, n),
+    motion of the tip (N, 6, n), momentum of the base per velocity (N, 6, n), form of the energy lost, tip in cutter axes
+    (N, 3, n)."""
+
+    transition: FloatArray
+    deflection: FloatArray
+    reading: FloatArray
+    moving: FloatArray
+    dissipation: FloatArray
+    load_map: FloatArray
+    mass: FloatArray
+    stiffness: FloatArray
+
+
+class CutArrays(NamedTuple):
+    """Mean force of every step over a grid of feeds (F, m, 3), feedback of the chip (m, 3, 3), and its depth, m (0: none)."""
+
+    table: FloatArray
+    regeneration: FloatArray
+    depth: float
+
+
+class CourseArrays(NamedTuple):
+    """By step: node before, share of the way to the next, feed over the largest of the table, other loads (k, w - 3)."""
+
+    node: IndexArray
+    share: FloatArray
+    feed: FloatArray
+    loads: FloatArray
+
+
+class RunArrays(NamedTuple):
+    """What a run carries from step to step: state (z), tip in cutter axes over the last period, and the sums of energies:
+    work of the inputs, energy lost, sum of the sizes of the work, energy gained (none: empty)."""
+
+    state: FloatArray
+    delayed: FloatArray
+    totals: FloatArray
 
 
 def step_nodes(system: VaryingSystem, step: float, *, with_energy: bool = False) -> StepNodes:

@@ -7,17 +7,16 @@ from numba import njit
 
 
 @njit(cache=True, fastmath=True)
-def advance(transition, deflection, reading, moving, dissipation, load_map, node, share, table, feed, phase, loads,
-            regeneration,
-            state,
-            delayed, out, base, totals, mass, stiffness, depth, keep, first):
+def advance(nodes, cut, course, motion, keep, first, out, base):
     """Advance a block of steps; all matrices are stored by columns, at nodes along the path, and blended between two of them.
 
-    transition (N, z, z), deflection (N, w, n): static, to unit inputs, reading (N, 6, n): tip motion; moving (N, 6, n):
-    momentum of the base per velocity; load_map (N, 3, n): tip motion in cutter axes; table (F, m, 3): mean force of every step
-    over a grid of feeds; loads (k, w - 3); regeneration (m, 3, 3); delayed: tip in cutter axes over the last period; totals:
-    work of the inputs, energy lost, sum of the sizes of the work, energy gained.
+    nodes, cut, course, motion : `varying.NodeArrays`, `CutArrays`, `CourseArrays`, `RunArrays`; keep, first : every which step
+    is written, and the number of the block's first step; out, base : tip motion (k, 6) and what acts on the base (k, 9).
     """
+    transition, deflection, reading, moving, _, load_map, _, _ = nodes
+    table, regeneration, depth = cut
+    node, share, feed, loads = course
+    state, delayed, totals = motion
     size = state.size
     half = size // 2
     width = deflection.shape[1]
@@ -31,7 +30,7 @@ def advance(transition, deflection, reading, moving, dissipation, load_map, node
     kept = 0
     for k in range(steps):
         i, t = node[k], share[k]
-        place = (phase + k) % period
+        place = (first + k) % period
         # The force of the step, between two feeds of the table.
         position = feed[k] * (feeds - 1)
         low = min(int(position), feeds - 2) if feeds > 1 else 0
@@ -43,7 +42,7 @@ def advance(transition, deflection, reading, moving, dissipation, load_map, node
         for a in range(width - 3):
             inputs[3 + a] = loads[k, a]
         if depth > 0.0:
-            slot = (phase + k) % delayed.shape[0]
+            slot = (first + k) % delayed.shape[0]
             following = (slot + 1) % delayed.shape[0]
             before = (slot - 1) % delayed.shape[0]
             now = np.zeros(3)
@@ -73,7 +72,7 @@ def advance(transition, deflection, reading, moving, dissipation, load_map, node
             for r in range(size):
                 after[r] += (transition[i, j, r] + t * (transition[i + 1, j, r] - transition[i, j, r])) * x
         if totals.size > 0:
-            _account(dissipation, load_map, mass, stiffness, i, t, inputs, state, after, extended, totals)
+            _account(nodes, i, t, inputs, after, extended, motion)
         if (first + k) % keep == 0:
             for a in range(6):
                 value, pull = 0.0, 0.0
@@ -95,10 +94,11 @@ def advance(transition, deflection, reading, moving, dissipation, load_map, node
 
 
 @njit(cache=True, fastmath=True)
-def _account(dissipation, load_map, mass, stiffness, i, t, inputs, state, after, extended,
-             totals):
+def _account(nodes, i, t, inputs, after, extended, motion):
     """Add the work of the inputs over a step (exact for inputs held), the energy lost (a quadratic form) and the energy
     gained."""
+    dissipation, load_map, mass, stiffness = nodes.dissipation, nodes.load_map, nodes.mass, nodes.stiffness
+    state, totals = motion.state, motion.totals
     size, width = state.size, inputs.size
     half = size // 2
     work = 0.0

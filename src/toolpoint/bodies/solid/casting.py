@@ -67,8 +67,8 @@ class Casting:
     def planes(self, size: float) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Return the planes of the mesh along x, y, z: every side of every box, no step above `size` (m)."""
         positive("size", size)
-        return tuple(_divided(np.array([c.low[a] for c in self.cuboids] + [c.high[a] for c in self.cuboids]), size)
-                     for a in range(3))  # type: ignore[return-value]
+        sides = np.array([side for cuboid in self.cuboids for side in (cuboid.low, cuboid.high)])
+        return _divided(sides[:, 0], size), _divided(sides[:, 1], size), _divided(sides[:, 2], size)
 
     def meshed(self, size: float, *, planes: Sequence[FloatArray] | None = None) -> SolidModel:
         """Return the solid model with elements of at most `size` (m); a wall thinner than that is one element thick.

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -155,14 +156,16 @@ def deviations_of(modes: Modes) -> FloatArray:
 
 def _mode_change(mode: int, what: str) -> Perturb:
     def change(problem: MillingProblem, factor: float) -> MillingProblem:
-        modes: Modes = problem.dynamics  # type: ignore[assignment]
+        modes = problem.dynamics
+        assert isinstance(modes, Modes)
         value = np.array(getattr(modes, what))
         value[..., mode] *= factor if what != "shape" else 1 / np.sqrt(factor)
         if what == "frequency":  # the stiffness stays: the modal mass takes up the change
             shape = np.array(modes.shape)
             shape[..., mode] *= factor
             return problem.changed(dynamics=replace(modes, frequency=value, shape=shape))
-        return problem.changed(dynamics=replace(modes, **{what: value}))  # type: ignore[arg-type]
+        changes: dict[str, Any] = {what: value}
+        return problem.changed(dynamics=replace(modes, **changes))
 
     return change
 

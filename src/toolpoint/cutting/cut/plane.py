@@ -206,21 +206,21 @@ def _static(modes: Modes, directions: tuple[Label, ...]) -> Array:
 def _signed(array: Array, labels: Sequence[Dof], directions: tuple[Label, ...], axis: int) -> Array:
     """Rows (or columns) of x, y (and z); a label found only with the opposite sign is turned; a missing y is zero."""
     parts = []
-    for wanted in directions:
-        if wanted is None or wanted == "same":
+    for label in directions:
+        if label is None or label == "same":
             parts.append(np.zeros_like(np.take(array, 0, axis)))
             continue
-        at, sign = _place(wanted, labels)
+        at, sign = _place(label, labels)
         parts.append(sign * np.take(array, at, axis))
     return np.stack(parts, axis)
 
 
-def _place(wanted: Label, labels: Sequence[Dof]) -> tuple[int, float]:
-    if isinstance(wanted, int) and not isinstance(wanted, bool):
-        if not 0 <= wanted < len(labels):
-            fail("dynamics", f"index {wanted}", f"must be within 0 .. {len(labels) - 1}")
-        return wanted, 1.0
-    dof = as_dofs([wanted])[0]  # type: ignore[list-item]
+def _place(label: Label, labels: Sequence[Dof]) -> tuple[int, float]:
+    if isinstance(label, int) and not isinstance(label, bool):
+        if not 0 <= label < len(labels):
+            fail("dynamics", f"index {label}", f"must be within 0 .. {len(labels) - 1}")
+        return label, 1.0
+    dof = as_dofs([label])[0]  # type: ignore[list-item]
     turn = 1.0
     if dof.vector is None and dof.direction[0] == "-":
         dof, turn = Dof(dof.point, "+" + dof.direction[1:]), -1.0
@@ -229,7 +229,7 @@ def _place(wanted: Label, labels: Sequence[Dof]) -> tuple[int, float]:
             return at, turn
         if label.vector is None and label.point == dof.point and label.direction == "-" + dof.direction[1:]:
             return at, -turn
-    fail("dynamics", f"no {wanted}", "must be one of " + ", ".join(str(label) for label in labels[:8]))
+    fail("dynamics", f"no {label}", "must be one of " + ", ".join(str(label) for label in labels[:8]))
 
 
 def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tuple[str, ...]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -154,9 +155,9 @@ class MillingProblem(NotebookText):
         """Remarks that came with the dynamics or from the choice of directions."""
         return self.plane.notes
 
-    def changed(self, **values: object) -> MillingProblem:
+    def changed(self, **values: Any) -> MillingProblem:
         """Return the same cut with other values, e.g. ``problem.changed(engagement=Engagement.slot())``."""
-        return replace(self, **values)  # type: ignore[arg-type]
+        return replace(self, **values)
 
     def at_feed_angle(self, angle: float) -> MillingProblem:
         """Return the same cut with the feed at this angle (rad) from x towards y."""

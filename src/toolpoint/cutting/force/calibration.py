@@ -56,8 +56,8 @@ class Calibration(NotebookText):
     @property
     def coefficients(self) -> CuttingCoefficients:
         """The fitted coefficients (values below zero, within their error of it, are set to zero)."""
-        found = dict(zip(self.names, self.values))
-        return CuttingCoefficients(**{n: max(float(found.get(n, 0.0)), 0.0) for n in NAMES}, source="calibrated")
+        numbers = dict(zip(self.names, self.values))
+        return CuttingCoefficients(**{n: max(float(numbers.get(n, 0.0)), 0.0) for n in NAMES}, source="calibrated")
 
     def table(self) -> str:
         """Return parameters, values and 95 % intervals as text."""
@@ -165,9 +165,10 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
     """
     f = floats("feeds", np.atleast_1d(feeds))
     data = floats("forces", forces, (f.size, np.size(angle), None))
-    if data.shape[2] not in (2, 3):
-        fail("forces", f"{data.shape[2]} directions", "must be x, y or x, y, z")
-    names = list(NAMES if data.shape[2] == 3 else ("kt", "kn", "edge_t", "edge_n"))
+    ways = data.shape[-1]
+    if ways not in (2, 3):
+        fail("forces", f"{ways} directions", "must be x, y or x, y, z")
+    names = list(NAMES if ways == 3 else ("kt", "kn", "edge_t", "edge_n"))
     if phase not in (False, True, "each"):
         fail("phase", repr(phase), "must be False, True or 'each'")
     linear, shifts = len(names), f.size if phase == "each" else int(phase)
@@ -178,7 +179,7 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
              "must be equal steps over one revolution where the angle of each record is to be found",
              "fold the records with `revolution`")
 
-    courses = _Courses(problem, f, depth, data.shape[2], slices, turn, interpolated=shifts > 0)
+    courses = _Courses(problem, f, depth, ways, slices, turn, interpolated=shifts > 0)
     matrix = courses.matrix
     begin: FloatArray = np.zeros(f.size)
     if phase == "each":
@@ -223,28 +224,28 @@ class _Courses:
     def matrix(self, offset: complex, shift: FloatArray) -> FloatArray:
         """Return the matrix (n * n_angle * d, p) of all samples; `shift` (n,) rad is not used where no angle is fitted."""
         if not self.fine:
-            found = self.at(offset, self.turn)
-            return found.reshape(-1, found.shape[-1])
+            numbers = self.at(offset, self.turn)
+            return numbers.reshape(-1, numbers.shape[-1])
         if self._last is None or self._last[0] != offset:
             self._last = offset, self.at(offset, 2 * np.pi * np.arange(self.fine) / self.fine)
         place = (self.turn + np.asarray(shift)[:, None]) / (2 * np.pi) * self.fine
         low = np.floor(place).astype(int)
         part, record = (place - low)[..., None, None], np.arange(self.feeds.size)[:, None]
         table = self._last[1]
-        found = table[record, low % self.fine] * (1 - part) + table[record, (low + 1) % self.fine] * part
-        return found.reshape(-1, found.shape[-1])
+        numbers = table[record, low % self.fine] * (1 - part) + table[record, (low + 1) % self.fine] * part
+        return numbers.reshape(-1, numbers.shape[-1])
 
 
 def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, *, angle: FloatArray, depth: float,
                   directions: int = 3, slices: int = 20) -> FloatArray:
     """Return the forces (n, n_angle, directions) of the fitted model at the same feeds and angles, N; see `instantaneous`."""
-    found, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))
-    tool = problem.tool.with_runout(found.get("runout", problem.tool.runout),
-                                    found.get("runout_angle", problem.tool.runout_angle), problem.tool.tilt)
+    numbers, f = dict(zip(fit.names, fit.values)), floats("feeds", np.atleast_1d(feeds))
+    tool = problem.tool.with_runout(numbers.get("runout", problem.tool.runout),
+                                    numbers.get("runout_angle", problem.tool.runout_angle), problem.tool.tilt)
     linear = fit.values[:len(NAMES) if directions == 3 else 4]
-    common = found.get("phase", 0.0)
+    common = numbers.get("phase", 0.0)
     parts = [_linear_model(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
-                           np.asarray(angle) + found.get(f"phase_{i + 1}", common), directions, slices) @ linear
+                           np.asarray(angle) + numbers.get(f"phase_{i + 1}", common), directions, slices) @ linear
              for i, x in enumerate(f)]
     return np.stack(parts).reshape(f.size, np.size(angle), directions)
 

@@ -276,7 +276,7 @@ def _chips(problem: MillingProblem, height: FloatArray, phi: FloatArray, trochoi
 def _trochoid(phi: FloatArray, radius: float, feed: FloatArray, since: FloatArray) -> FloatArray:
     out = np.empty_like(phi)
     for m in range(phi.shape[1]):
-        for j in range(phi.shape[2]):
+        for j in range(phi.shape[-1]):
             teeth = 2 * np.pi / since[m, j]
             out[:, m, j] = exact_chip(phi[:, m, j], radius, float(feed[m, j]), teeth=teeth)
     return out

@@ -65,8 +65,8 @@ def literature(material: str) -> Range:
     if material in _EDGE:
         sets = []
         for row in _EDGE[material]:
-            v = [0.0 if x is None else float(x) for x in row]
-            sets.append(CuttingCoefficients(1e6 * v[0], 1e6 * v[1], 1e6 * v[2], 1e3 * v[3], 1e3 * v[4], 1e3 * v[5], _CJME))
+            kt, kn, ka, te, ne, ae = (0.0 if x is None else float(x) for x in row)
+            sets.append(CuttingCoefficients(1e6 * kt, 1e6 * kn, 1e6 * ka, 1e3 * te, 1e3 * ne, 1e3 * ae, _CJME))
         return Range(material, tuple(sets), (), _CJME)
     if material in _KIENZLE:
         return Range(material, (), tuple(Kienzle(1e6 * k, m) for k, m in _KIENZLE[material]), _VDI)

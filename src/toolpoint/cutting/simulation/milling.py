@@ -149,14 +149,14 @@ class Spectrum:
         """Return (Hz, amplitude, kind) of peaks above `share` of the largest: spindle, tooth passing or chatter."""
         a = self.amplitude
         peak = np.flatnonzero((a[1:-1] >= a[:-2]) & (a[1:-1] > a[2:]) & (a[1:-1] > share * a.max())) + 1
-        found = []
+        peaks = []
         for i in peak.tolist():
             order = self.frequency[i] / self.spindle
             kind = "chatter"
             if abs(order - round(order)) < 1e-6:
                 kind = "tooth passing" if round(order) % self.teeth == 0 else "spindle"
-            found.append((float(self.frequency[i]), float(a[i]), kind))
-        return found
+            peaks.append((float(self.frequency[i]), float(a[i]), kind))
+        return peaks
 
 
 @dataclass(frozen=True)

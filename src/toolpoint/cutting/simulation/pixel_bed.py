@@ -2,6 +2,7 @@ r"""PixelBed: material as a grid of pixels that the edges remove, force from the
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -35,7 +36,7 @@ class PixelBed:
         step = positive("pixel", pixel)
         size = [int(np.ceil((b - a) / step)) for a, b in zip(low, high)]
         size = [count("layers", layers), *size]
-        if min(size) < 1 or size[0] * size[1] * size[2] > 4e8:
+        if min(size) < 1 or math.prod(size) > 4e8:
             fail("pixel", " x ".join(map(str, size)) + " pixels", "must be 1 to 4e8 pixels",
                  "take a larger pixel or a smaller block")
         return cls((float(low[0]), float(low[1])), step, np.ones(size, bool))

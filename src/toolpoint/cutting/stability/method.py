@@ -75,7 +75,7 @@ def decay_of_overdamped(problem: MillingProblem, speed: float) -> float:
     return float(-poles.real[steady].min()) * period
 
 
-def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, most: float) -> None:
+def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, *, most: float) -> None:
     """Refuse a problem whose real poles decay by more than `most` (an exponent) in a tooth period at some speed."""
     lowest = float(np.min(speeds))
     decay = decay_of_overdamped(problem, lowest)

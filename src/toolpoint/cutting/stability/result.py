@@ -69,10 +69,10 @@ class StabilityChart(NotebookText):
         return np.array([self._first(i) for i in range(self.speeds.size)])
 
     def _first(self, i: int) -> float:
-        found = self.intervals(i)
-        if found.size == 0 or found[0, 0] > 0:
+        spans = self.intervals(i)
+        if spans.size == 0 or spans[0, 0] > 0:
             return 0.0
-        return float("inf") if found[0, 1] >= self.depth_max else float(found[0, 1])
+        return float("inf") if spans[0, 1] >= self.depth_max else float(spans[0, 1])
 
     def points(self, i: int) -> Array:
         """Return the places of the boundary points of speed i."""
@@ -80,17 +80,17 @@ class StabilityChart(NotebookText):
 
     def intervals(self, i: int) -> FloatArray:
         """Return the stable depth intervals at speed i, m, shape (n_intervals, 2); the last may end at `depth_max`."""
-        count, start, found = int(self.unstable_at_zero[i]), 0.0, []
+        count, start, spans = int(self.unstable_at_zero[i]), 0.0, []
         for p in self.points(i):
             after = count + int(self.change[p])
             if count == 0 and after > 0:
-                found.append((start, float(self.depth[p])))
+                spans.append((start, float(self.depth[p])))
             elif count > 0 and after <= 0:
                 start = float(self.depth[p])
             count = max(after, 0)
         if count == 0:
-            found.append((start, self.depth_max))
-        return np.array(found).reshape(-1, 2)
+            spans.append((start, self.depth_max))
+        return np.array(spans).reshape(-1, 2)
 
     def unstable_count(self, depths: FloatArray) -> Array:
         """Return the number of unstable multipliers, shape (n_speeds, n_depths)."""

@@ -48,9 +48,9 @@ class WarmStart:
 
     def beside(self) -> WarmStart:
         """Return an empty memory that shares the panels: for the same cut with another feed direction, say."""
-        made = WarmStart()
-        made.__dict__["store"] = self.store
-        return made
+        another = WarmStart()
+        another.__dict__["store"] = self.store
+        return another
 
     def fit(self, problem: MillingProblem, depth_max: float) -> None:
         """Forget what does not hold for this cut."""

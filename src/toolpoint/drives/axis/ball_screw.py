@@ -106,8 +106,9 @@ def ball_screw_axis(
     contacts = _nut(chain, screw, nut, nut_damping, "saddle" if saddle else "table")
     chain.inertia("table", table_mass)
     if saddle:
-        chain.inertia("saddle", saddle[0])
-        chain.spring({"saddle": 1, "table": -1}, saddle[1], saddle[2])
+        mass, stiffness, damping = saddle
+        chain.inertia("saddle", mass)
+        chain.spring({"saddle": 1, "table": -1}, stiffness, damping)
     chain.spring({"table": 1, "base": -1}, 0.0, guide_damping)
     return chain.build(motor={"motor": 1.0}, table={"table": 1.0}, scale={"table": 1.0, "base": -1.0}, lead=screw.ratio,
                       boundaries=("base",), friction=_friction(guide_friction, screw_friction), contacts=contacts)

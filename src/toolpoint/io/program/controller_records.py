@@ -54,7 +54,7 @@ def read(path: str | Path, units: Mapping[str, str] | None = None, sample_time: 
         return _read_positioning(path, text)
     if head.startswith("Name\t") and "Starttime of export" in head:
         return signal_table.read_twincat(path, text)
-    return signal_table.read(path, text, units, sample_time)
+    return signal_table.read(path, text, units, sample_time=sample_time)
 
 
 def _read_trace(path: Path, raw: bytes, text: str) -> AxisRecord:

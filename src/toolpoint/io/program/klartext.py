@@ -38,6 +38,29 @@ class _Klartext:
     words: list[tuple[int, str, float]] = field(default_factory=list)
 
 
+@dataclass
+class _Labels:
+    """Lines of the labels, lines to return to, and repeats that are left."""
+
+    labels: dict[str, int]
+    calls: list[int] = field(default_factory=list)
+    repeats: dict[int, int] = field(default_factory=dict)
+
+    def follow(self, at: int, label: str, count: int | None, *, returns: bool) -> int:
+        """Return the line after a jump or a call (count None; LBL 0 ends a call), or after a repeat."""
+        if label not in self.labels:
+            raise ExpressionFault(f"LBL {label}: no such label")
+        if count is None:
+            if returns:
+                self.calls.append(at + 1)
+            return self.labels[label]
+        self.repeats[at] = self.repeats.get(at, count) - 1
+        if self.repeats[at] >= 0:
+            return self.labels[label]
+        del self.repeats[at]
+        return at + 1
+
+
 def run(text: str, state: ControlModes, name: str) -> Program:
     """Return the segments of a Klartext program."""
     lines = [(number, re.sub(r"^\s*\d+\s+(?=\D)", "", line.split(";", 1)[0]).strip().upper())
@@ -49,50 +72,42 @@ def run(text: str, state: ControlModes, name: str) -> Program:
             labels.setdefault(match[1], k)
     if re.match(r"BEGIN PGM\s+.*\bINCH\b", lines[0][1]):
         state.scale = state.feed_scale = 0.0254
-    reader = _Klartext(state)
+    reader, places = _Klartext(state), _Labels(labels)
     at, steps = 0, 0
-    calls: list[int] = []
-    repeats: dict[int, int] = {}
     while at < len(lines):
         number, line = lines[at]
         steps += 1
-        if steps > MOST_STEPS + OFTEN * len(lines) or len(calls) > 20:
+        if steps > MOST_STEPS + OFTEN * len(lines) or len(places.calls) > 20:
             state.remarks.fault(number, 1, "a loop without end, or labels nested too deeply")
             break
+        following = at + 1
         try:
-            jump = _flow(reader, line)
-            if jump is None and not line.startswith(("LBL", "END PGM")):
-                _line(reader, number, line)
-            elif jump is None and line.startswith("LBL 0") and calls:
-                at = calls.pop()
-                continue
-            elif jump is None and line.startswith("END PGM"):
+            if line.startswith("END PGM"):
                 break
-            elif jump is not None:
-                label, count = jump
-                if label not in labels:
-                    raise ExpressionFault(f"LBL {label}: no such label")
-                if count is None:  # a jump, or a call that LBL 0 ends
-                    if line.startswith("CALL"):
-                        calls.append(at + 1)
-                    at = labels[label]
-                    continue
-                repeats[at] = repeats.get(at, count) - 1
-                if repeats[at] >= 0:
-                    at = labels[label]
-                    continue
-                del repeats[at]
+            following = _step(reader, places, at, line=line, number=number)
         except ExpressionFault as fault:
             state.remarks.fault(number, 1, str(fault))
         except OverflowError:
             state.remarks.fault(number, 1, "too many moves, or a number that is too large")
             break
-        if re.search(r"\bM(?:2|02|30)\b", line):
+        if following == at + 1 and re.search(r"\bM(?:2|02|30)\b", line):
             break
-        at += 1
+        at = following
     if reader.unset:
         state.remarks.note(1, f"parameters that the program reads from outside are zero: {', '.join(sorted(reader.unset)[:8])}")
     return state.segments.program(name, text, words=reader.words, remarks=state.remarks)
+
+
+def _step(reader: _Klartext, places: _Labels, at: int, *, line: str, number: int) -> int:
+    """Run one line; return the index of the line that follows it."""
+    jump = _flow(reader, line)
+    if jump is not None:
+        return places.follow(at, *jump, returns=line.startswith("CALL"))
+    if line.startswith("LBL 0") and places.calls:
+        return places.calls.pop()
+    if not line.startswith("LBL"):
+        _line(reader, number, line)
+    return at + 1
 
 
 def _flow(reader: _Klartext, line: str) -> tuple[str, int | None] | None:

@@ -39,7 +39,7 @@ def unit_of(words: str) -> tuple[str, float] | None:
     return _UNITS.get(plain.lower())
 
 
-def read(path: Path, text: str, units: Mapping[str, str] | None = None, sample_time: float | None = None) -> AxisRecord:
+def read(path: Path, text: str, units: Mapping[str, str] | None = None, *, sample_time: float | None = None) -> AxisRecord:
     """Return the signals of a table.
 
     The header is the last line of words before the numbers. `units` gives units by column name where the header has none; a

@@ -100,8 +100,7 @@ def _add_row(data: dict[str, Any], part: ArmModel, i: int, *, place: tuple[Any, 
             document.fault(key, f"{entry!r} is given under {section} too; the arm makes it")
             return
     inner = {"at": (0.0, 0.0, 0.0), "rotation": (0.0, 0.0, 0.0)} | dict(body.get("frame") or {})
-    within = frame(d.FrameDescription(tuple(units.quantities(inner["at"], units.LENGTH, 3)),  # type: ignore[arg-type]
-                                      tuple(units.quantities(inner["rotation"], units.ANGLE, 3))))  # type: ignore[arg-type]
+    within = frame(d.FrameDescription(_vector(inner["at"], units.LENGTH), _vector(inner["rotation"], units.ANGLE)))
     data["bodies"][row.body] = {**body, "frame": _plain(place[1] @ within)}
     parent = part.base if i == 0 else part.rows[i - 1].body
     data["joints"][name] = {"parent": parent, "child": row.body, **_plain(place[0]), "source": row.source, **{
@@ -113,6 +112,11 @@ def _add_row(data: dict[str, Any], part: ArmModel, i: int, *, place: tuple[Any, 
             drives.append({"joint": later.joint or f"joint_{later.axis}", "direction": "z" if part.rows[other].slides else "rz",
                            "factor": later.coupled[row.axis]})
     data["axes"][row.axis] = {"drives": drives, **({} if row.limits is None else {"limits": row.limits})}
+
+
+def _vector(value: Any, kind: units.Kind) -> d.Vector:
+    x, y, z = units.quantities(value, kind, 3)
+    return x, y, z
 
 
 def _plain(place: Any) -> dict[str, list[float]]:

@@ -194,7 +194,7 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
         section: {} for section in _SECTIONS if not isinstance(document.data.get(section), dict)}}
     names = {section: list(document.data[section]) for section in _SECTIONS}
 
-    def known(key: Key, name: str | None, section: str, extra: tuple[str, ...] = ()) -> None:
+    def known(key: Key, name: str | None, section: str, *, extra: tuple[str, ...] = ()) -> None:
         allowed = [*names[section], *extra]
         if name is not None and name not in allowed:
             hint = suggestion(name, allowed)
@@ -209,7 +209,7 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
     for section, key, target, extra in (("axes", "joint", "joints", ()), ("points", "body", "bodies", (d.GROUND,))):
         for name, entry in (document.data.get(section) or {}).items():
             if isinstance(entry, dict) and isinstance(entry.get(key), str):
-                known((section, name, key), entry[key], target, extra)
+                known((section, name, key), entry[key], target, extra=extra)
     for key in ("tool", "table"):
         if isinstance(document.data.get(key), str):
             known((key,), document.data[key], "points")
@@ -223,7 +223,7 @@ def _references(document: Document, top: schema.MachineModel | None) -> None:
         known(("loads", i, "point"), load.point, "points")
     for i, pose in enumerate(top.poses):
         for name in pose:
-            known(("poses", i, name), name, "axes", () if top.task is None else tuple(top.task.coordinates))
+            known(("poses", i, name), name, "axes", extra=() if top.task is None else tuple(top.task.coordinates))
 
 
 def _tree(document: Document, converted: dict[str, dict[str, Any]], data: Mapping[str, Any]) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, get_args
 
 import numpy as np
 
@@ -51,7 +51,7 @@ def task_of(top: schema.MachineModel, document: Document) -> d.TaskDescription |
     coordinates: dict[str, d.CoordinateDescription] = {}
     for name, part in top.task.coordinates.items():
         kind = name if part is None or part.coordinate is None else part.coordinate
-        if kind not in schema.Coordinate.__args__:  # type: ignore[attr-defined]
+        if kind not in get_args(schema.Coordinate):
             document.fault(("task", "coordinates", name), f"{kind!r} is no coordinate of a tool; write coordinate: x, y, z, "
                                                           "tilt, azimuth or torsion")
             continue

@@ -20,7 +20,15 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.cutting_table import CuttingTable, check_regeneration, cutting_problem, cutting_table
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import PathSide
-from toolpoint.vibration.varying import StepNodes, VaryingSystem, step_nodes
+from toolpoint.vibration.varying import (
+    CourseArrays,
+    CutArrays,
+    NodeArrays,
+    RunArrays,
+    StepNodes,
+    VaryingSystem,
+    step_nodes,
+)
 
 Progress = Callable[[int, int], None]
 _BLOCK = 100_000
@@ -207,13 +215,18 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     for side in sides:
         share = _duration(side, setup)
 
-        def report(done: int, every: int, before: float = before, share: float = share) -> None:
-            if progress:
-                progress(int(1000 * (before + share * done / every) / total), 1000)
-
-        results.append(mill_side(machine, side, setup, cut=cut, progress=report))
+        results.append(mill_side(machine, side, setup, cut=cut,
+                                 progress=_part_of(progress, before / total, share / total) if progress else None))
         before += share
     return MillingAccuracy(machine.name, setup, tuple(results))
+
+
+def _part_of(progress: Progress, before: float, share: float) -> Progress:
+    """Return the progress of a part that begins after `before` of the whole and is a `share` of it."""
+    def report(done: int, every: int) -> None:
+        progress(int(1000 * (before + share * done / every)), 1000)
+
+    return report
 
 
 def _duration(side: PathSide, setup: MillingSetup) -> float:
@@ -264,18 +277,18 @@ def _run(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup,
     state[:], delayed[:] = _periodic_state(structure, system, nodes, table, cut, motion=first[0])
     totals = np.zeros(4 if setup.with_energy else 0)
     energy = _energy(system, state, float(first[0, 0]))
+    at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
+                          system.mass, system.stiffness)
+    of_cut = CutArrays(table, cut.regeneration, setup.depth if setup.regenerative and setup.with_force else 0.0)
+    carried = RunArrays(state, delayed, totals)
     out, base = np.empty((-(-steps // keep), 6)), np.empty((-(-steps // keep) if setup.with_base else 0, 9))
     kept = 0
     for at in range(0, steps, _BLOCK):
         motion = law.sample(begin + (np.arange(at, min(at + _BLOCK, steps)) + 0.5) * dt)
         node, share = _between(system.length, motion[:, 0])
-        kept += advance(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
-                        node,
-                        share,
-                        table, np.clip(motion[:, 1] * dt * cut.per_tooth / cut.largest_feed, 0.0, 1.0), at,
-                        structure.load_factors(motion), cut.regeneration, state, delayed, out[kept:],
-                        base[kept:] if setup.with_base else base, totals, system.mass, system.stiffness,
-                        setup.depth if setup.regenerative and setup.with_force else 0.0, keep, at)
+        feed = np.clip(motion[:, 1] * dt * cut.per_tooth / cut.largest_feed, 0.0, 1.0)
+        kept += advance(at_nodes, of_cut, CourseArrays(node, share, feed, structure.load_factors(motion)), carried, keep, at,
+                        out[kept:], base[kept:] if setup.with_base else base)
         if progress:
             progress(min(at + _BLOCK, steps), steps)
     time = begin + (np.arange(kept) * keep + 1) * dt
@@ -285,9 +298,9 @@ def _run(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup,
              "the cut chatters: take it below the stable depth (toolpoint lobes)")
     balance = None
     if setup.with_energy:
+        work, lost, moved, gained = (float(total) for total in totals)
         change = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0])) - energy
-        balance = EnergyBalance(float(totals[0]), float(totals[1]), float(totals[3]), change - float(totals[3]),
-                                float(totals[2]))
+        balance = EnergyBalance(work, lost, gained, change - gained, moved)
     return SideAccuracy(structure.side.name, time, travelled[:, 0], out[:kept], _base_history(structure, base[:kept],
                                                                                               travelled),
                         float("nan"), balance, _notes(structure))

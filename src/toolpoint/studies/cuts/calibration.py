@@ -129,7 +129,7 @@ def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str
         cause = f"the residual is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated"
         better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
         cause += f"; {better}" if better else ""
-    fit = widen_intervals(result.fit, result.average, misfit, cause)
+    fit = widen_intervals(result.fit, result.average, misfit, cause=cause)
     return replace(result, fit=fit, doubts=(*result.doubts, f"{cause}; the intervals are widened, and may still be too narrow"))
 
 

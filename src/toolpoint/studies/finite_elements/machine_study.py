@@ -115,7 +115,7 @@ def study_finite_elements(
         step(name)
         others.append(Variant(name, sum(other.part_mass.values()), other.solve(4).frequency[:4]))
     step("damper")
-    damper = tune_damper(modes, tool, damper_place, damper_mass, lines=_lines(pairs.frequency))
+    damper = tune_damper(modes, tool, damper_place, mass=damper_mass, lines=_lines(pairs.frequency))
     return FiniteElementStudy(machine, pairs, modes, sensitivities, shares, tuple(others), damper)
 
 

@@ -69,7 +69,7 @@ class TunedDamper:
 
 
 def tune_damper(
-    modes: Modes, tool: Dof | str, place: Dof | str, mass: float, *, lines: FloatArray, goal: str = "peak"
+    modes: Modes, tool: Dof | str, place: Dof | str, *, mass: float, lines: FloatArray, goal: str = "peak"
 ) -> TunedDamper:
     """Return the damper of a mass that leaves the least peak (or the largest least depth) at the tool.
 

@@ -86,7 +86,7 @@ def check_grid(machine: Machine, axes: Mapping[str, ArrayLike]) -> Grid:
     return Grid(grid, tuple(axis.name for axis in machine.chain.axes if axis.is_rotary))
 
 
-def over_block(at_poses: AtPoses, machine: Machine, names: Sequence[str], block: Sequence[Sequence[float]], *, columns: int
+def over_block(at_poses: AtPoses, machine: Machine, names: Sequence[str], *, block: Sequence[Sequence[float]], columns: int
                ) -> dict[str, Any]:
     """Return the values of a block of poses and the reason of each that failed; only those that can be are computed."""
     positions = np.array(block)

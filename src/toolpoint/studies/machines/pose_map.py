@@ -103,7 +103,7 @@ class _Frequencies:
         return repr((self.machine.description, self.modes, self.path))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block, columns=self.modes)
+        return over_block(self._at, self.machine, self.names, block=block, columns=self.modes)
 
     def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         return natural_frequencies(self.machine, poses, self.modes, path=self.path)

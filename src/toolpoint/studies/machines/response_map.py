@@ -102,7 +102,7 @@ class _Responses:
         return repr((self.machine.description, self.lines))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block, columns=6 * len(self.lines))
+        return over_block(self._at, self.machine, self.names, block=block, columns=6 * len(self.lines))
 
     def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         count = len(next(iter(poses.values())))

@@ -96,7 +96,7 @@ class _Stiffness:
         return repr((self.machine.description, self.kind))
 
     def __call__(self, block: Sequence[Sequence[float]]) -> dict[str, Any]:
-        return over_block(self._at, self.machine, self.names, block, columns=10)
+        return over_block(self._at, self.machine, self.names, block=block, columns=10)
 
     def _at(self, poses: Mapping[str, FloatArray]) -> FloatArray:
         count = len(next(iter(poses.values())))

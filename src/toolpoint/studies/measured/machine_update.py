@@ -5,6 +5,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -158,12 +159,12 @@ def _compared(b: Agreement, a: Agreement) -> list[str]:
     return lines
 
 
-def parameter(machine: Machine, path: str, **options: object) -> Parameter:
+def parameter(machine: Machine, path: str, **options: Any) -> Parameter:
     """Return the parameter of a path at the machine's value, on a logarithmic scale, within a factor 1000."""
     value = machine.value(path)
     log = bool(options.pop("log", value > 0))
     bounds = {"low": value / _RANGE, "high": value * _RANGE} if log else {}
-    return Parameter(path, value, log=log, **{**bounds, **options})  # type: ignore[arg-type]
+    return Parameter(path, value, log=log, **{**bounds, **options})
 
 
 def problem(

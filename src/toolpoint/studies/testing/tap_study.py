@@ -96,15 +96,15 @@ class TapStudy(NotebookText):
         """Return a row for every mode: direction, number, frequency, damping with intervals, mark."""
         rows = []
         for direction in self.directions:
-            found = direction.modes
-            for i in range(found.modes.count):
+            identified = direction.modes
+            for i in range(identified.modes.count):
                 wide = ["unknown", "unknown"]
-                if found.modes.covariance is not None:
-                    ends = found.modes.frequency_interval[i], 100 * found.modes.damping_interval[i]
+                if identified.modes.covariance is not None:
+                    ends = identified.modes.frequency_interval[i], 100 * identified.modes.damping_interval[i]
                     wide = [f"{float(f'{end:.2g}'):g}" if np.isfinite(end) else "unknown" for end in ends]
-                mark = "doubtful" if found.doubtful[i] else "stands out" if i in found.dominant else ""
-                rows.append([direction.name, str(i + 1), f"{found.modes.frequency[i]:.1f}", wide[0],
-                             f"{100 * found.modes.damping_ratio[i]:.2f}", wide[1], mark])
+                mark = "doubtful" if identified.doubtful[i] else "stands out" if i in identified.dominant else ""
+                rows.append([direction.name, str(i + 1), f"{identified.modes.frequency[i]:.1f}", wide[0],
+                             f"{100 * identified.modes.damping_ratio[i]:.2f}", wide[1], mark])
         return rows
 
     def speed_rows(self) -> list[list[str]]:
@@ -246,13 +246,13 @@ def _response_light(direction: TappedDirection) -> Light:
 
 
 def _modes_light(direction: TappedDirection) -> Light:
-    step, found = f"modes along {direction.name}", direction.modes
-    clear = len(found.dominant)
-    words = (f"{found.modes.count} modes, {clear} stand out, {int(found.doubtful.sum())} doubtful; they explain "
-             f"{100 * found.fit:.1f} %")
-    if clear == 0 or found.fit < 0.8:
+    step, identified = f"modes along {direction.name}", direction.modes
+    clear = len(identified.dominant)
+    words = (f"{identified.modes.count} modes, {clear} stand out, {int(identified.doubtful.sum())} doubtful; they explain "
+             f"{100 * identified.fit:.1f} %")
+    if clear == 0 or identified.fit < 0.8:
         return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")
-    if found.doubtful.any() or found.fit < 0.97:
+    if identified.doubtful.any() or identified.fit < 0.97:
         return Light(step, "amber", words, "")
     return Light(step, "green", words)
 

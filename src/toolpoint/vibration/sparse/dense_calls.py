@@ -40,14 +40,14 @@ def addresses() -> IndexArray | None:
 @intrinsic
 def call(context: Any, address: Any, arguments: Any) -> Any:
     """Call the routine at an address with a tuple of addresses as its arguments."""
-    def generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
+    def _generate(target: Any, builder: Any, signature: Any, values: Any) -> Any:
         byte = ir.IntType(8).as_pointer()
         kind = ir.FunctionType(ir.VoidType(), [byte] * arguments.count)
         routine = builder.inttoptr(values[0], kind.as_pointer())
         builder.call(routine, [builder.inttoptr(builder.extract_value(values[1], i), byte) for i in range(arguments.count)])
         return target.get_dummy_value()
 
-    return types.void(address, arguments), generate
+    return types.void(address, arguments), _generate
 
 
 @njit(cache=True)

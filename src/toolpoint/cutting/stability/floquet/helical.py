@@ -2,8 +2,9 @@ r"""Helical tools of equal pitch in the default engine: the cut's shape depends 
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,7 +15,6 @@ from toolpoint.cutting.cut.problem import MillingProblem
 
 # solve(nodes' depth, speed, largest depth, levels) -> rows (depth, theta, change, error) of the frozen shape, sorted
 Frozen = Callable[[float, float, float], FloatArray]
-Cell = tuple[float, float, int, int]  # depths and counts at its ends
 
 
 def helical_nodes(problem: MillingProblem, depth: float, density: float, *, least: int, second_direction: bool) -> ArcNodes:
@@ -26,7 +26,7 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, *, leas
     marks = np.array([0.0, lag, arc.arc, arc.arc + lag]) % pitch
     ends = np.unique(np.round(np.concatenate([[0.0, pitch], marks]), 12))
     rows = []
-    for place, (a, b) in enumerate(pairwise(ends)):
+    for a, b in pairwise(ends):
         reach = (a + b) / 2 + pitch * np.arange(int(np.ceil((arc.arc + lag) / pitch)) + 1)
         teeth = np.flatnonzero(reach < arc.arc + lag)
         if teeth.size == 0 or b - a < 1e-9:
@@ -34,7 +34,7 @@ def helical_nodes(problem: MillingProblem, depth: float, density: float, *, leas
         x, w, rising = gauss(least + int(np.ceil(density * (b - a))))
         angle, half = a + (b - a) * (1 + x) / 2, (b - a) / 2
         matrix = _mean(problem.coefficients, arc.entry, arc.arc, lag, angle[:, None] + pitch * teeth, problem.plane.size)
-        rows.append((place, angle, half * w, half * rising, matrix))
+        rows.append(_Arc(angle, half * w, half * rising, matrix))
     return _assembled(rows, 2 if second_direction else 1)
 
 
@@ -49,49 +49,76 @@ def _mean(material: CuttingCoefficients, entry: float, arc: float, lag: float, u
     return total
 
 
-def _assembled(rows: list[tuple[int, FloatArray, FloatArray, FloatArray, FloatArray]], ways: int) -> ArcNodes:
-    angle = np.concatenate([np.tile(r[1], ways) for r in rows])
-    weight = np.concatenate([np.tile(r[2], ways) for r in rows])
-    force = np.concatenate([np.concatenate([r[4][:, :, way] for way in range(ways)]) for r in rows])
-    chip = np.concatenate([np.repeat(np.eye(r[4].shape[1])[:ways], r[1].size, axis=0) for r in rows])
-    size = [ways * r[1].size for r in rows]
+class _Arc(NamedTuple):
+    """Gauss nodes of one stretch of the arc: angles, weights, integrals up to each node, mean force (n, d, d)."""
+
+    angle: FloatArray
+    weight: FloatArray
+    rising: FloatArray
+    force: FloatArray
+
+
+def _assembled(rows: Sequence[_Arc], ways: int) -> ArcNodes:
+    angle = np.concatenate([np.tile(row.angle, ways) for row in rows])
+    weight = np.concatenate([np.tile(row.weight, ways) for row in rows])
+    force = np.concatenate([np.concatenate([row.force[:, :, way] for way in range(ways)]) for row in rows])
+    chip = np.concatenate([np.repeat(np.eye(row.force.shape[1])[:ways], row.angle.size, axis=0) for row in rows])
+    size = [ways * row.angle.size for row in rows]
     at = np.concatenate([[0], np.cumsum(size)])
     partial = np.zeros((at[-1], at[-1]))
     for i, row in enumerate(rows):
-        own = slice(at[i], at[i + 1])
-        partial[own, :at[i]] = weight[None, :at[i]]
-        partial[own, own] = np.tile(row[3], (ways, ways))
+        block = slice(at[i], at[i + 1])
+        partial[block, :at[i]] = weight[None, :at[i]]
+        partial[block, block] = np.tile(row.rising, (ways, ways))
     return ArcNodes(angle, weight, partial, np.ascontiguousarray(chip), np.ascontiguousarray(force))
 
 
-def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: FloatArray) -> list[Array]:
+class _Boundary(NamedTuple):
+    """A boundary point: depth, angle of the multiplier, change of the count, error of the depth."""
+
+    depth: float
+    angle: float
+    change: float
+    error: float
+
+
+class _Cell(NamedTuple):
+    """Depths between which the count changes, and the counts at both."""
+
+    low: float
+    high: float
+    below: int
+    above: int
+
+
+def boundaries(frozen: Frozen, speed: float, counts: FloatArray, *, levels: FloatArray) -> list[_Boundary]:
     """Boundary points of one speed from the counts at the levels (first at depth zero, 0): rows (depth, theta, change,
     error), each the depth at which a boundary of the frozen shape is the shape's own depth."""
-    rows: list[Array] = []
-    stack = [(a, b, int(m), int(n)) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts)) if m != n]
+    rows: list[_Boundary] = []
+    stack = [_Cell(a, b, int(m), int(n)) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts)) if m != n]
     while stack:
-        a, b, m, n = stack.pop()
+        cell = stack.pop()
+        a, b, m, n = cell
         point = _fixed_point(frozen, speed, a, b)
-        if point is not None and abs(n - m) >= abs(int(point[2])) and (n - m) * point[2] > 0:
+        if point is not None and abs(n - m) >= abs(int(point.change)) and (n - m) * point.change > 0:
             rows.append(point)
-            if n - m != int(point[2]):
-                stack += _rest(frozen, speed, (a, b, m, n), point)
+            if n - m != int(point.change):
+                stack += _rest(frozen, speed, cell, point)
             continue
         if b - a < 1e-6 * b:
-            rows.append(np.array([(a + b) / 2, np.pi / 2, n - m, b - a]))
+            rows.append(_Boundary((a + b) / 2, np.pi / 2, n - m, b - a))
             continue
         middle = (a + b) / 2
         half = count_at(frozen, speed, middle)
-        stack += [part for part in ((a, middle, m, half), (middle, b, half, n)) if part[2] != part[3]]
+        stack += [part for part in (_Cell(a, middle, m, half), _Cell(middle, b, half, n)) if part.below != part.above]
     return rows
 
 
-def _rest(frozen: Frozen, speed: float, cell: Cell, found: Array) -> list[Cell]:
-    a, b, m, n = cell
-    low, high = found[0] * (1 - 1e-5), found[0] * (1 + 1e-5)
+def _rest(frozen: Frozen, speed: float, cell: _Cell, point: _Boundary) -> list[_Cell]:
+    low, high = point.depth * (1 - 1e-5), point.depth * (1 + 1e-5)
     before, after = count_at(frozen, speed, low), count_at(frozen, speed, high)
-    parts = ((a, low, m, before), (high, b, after, n))
-    return [p for p in parts if p[2] != p[3] and p[1] > p[0]]
+    parts = (_Cell(cell.low, low, cell.below, before), _Cell(high, cell.high, after, cell.above))
+    return [part for part in parts if part.below != part.above and part.high > part.low]
 
 
 def count_at(frozen: Frozen, speed: float, depth: float) -> int:
@@ -100,7 +127,7 @@ def count_at(frozen: Frozen, speed: float, depth: float) -> int:
     return int(rows[rows[:, 0] <= depth, 2].sum())
 
 
-def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> Array | None:
+def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> _Boundary | None:
     """Secant iteration for d = (boundary of the shape frozen at d), None where it leaves the cell."""
     d0 = (a + b) / 2
     row = _nearest(frozen(d0, speed, 1.5 * b), d0)
@@ -119,7 +146,8 @@ def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> Array | No
         d0, d1, g0 = d1, d1 - g1 * (d1 - d0) / (g1 - g0), g1
     if abs(g1) > 1e-8 * d1:
         return None
-    return np.array([row[0], row[1], row[2], row[3] + 2 * abs(g1)])
+    depth, angle, change, error = row
+    return _Boundary(depth, angle, change, error + 2 * abs(g1))
 
 
 def _nearest(rows: FloatArray, depth: float) -> Array | None:

@@ -89,7 +89,7 @@ class FloquetDeterminant:
         problem, warm = require_milling(self, problem), warm or WarmStart()
         if not problem.plane.is_modal:
             return HillDeterminant().solve(problem, speeds, depth_max)
-        refuse_overdamped("FloquetDeterminant", problem, speeds, STEEPEST_DECAY)
+        refuse_overdamped("FloquetDeterminant", problem, speeds, most=STEEPEST_DECAY)
         if problem.tool.has_helix:
             return self._helical(problem, speeds, depth_max)
         warm.fit(problem, depth_max)
@@ -164,8 +164,8 @@ class FloquetDeterminant:
         from toolpoint.cutting.stability.floquet.nodes import MOST_KEPT
         from toolpoint.cutting.stability.floquet.scan import scan_many
 
-        room = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
-        empty = ScanMemory(np.zeros(room[0]), np.array((0, -1), NUMBERS), np.zeros(room[1], SEEN), np.zeros(room[2], POINT))
+        kept, poles, most = (0, 0, 0) if warm is None else (MOST_KEPT, plane.poles.size, MAX_POINTS)
+        empty = ScanMemory(np.zeros(kept), np.array((0, -1), NUMBERS), np.zeros(poles, SEEN), np.zeros(most, POINT))
         memory = (warm or WarmStart()).begin(n, empty)
         points = np.zeros((n.size, MAX_POINTS), POINT)
         number, status, top = scan_many(

@@ -17,7 +17,7 @@ def fill_blocks(now, drag, late, turned, rate, response, first_row, first_column
     """
     top = (now.shape[0] - 1) // 2
     rows, ways, sides = response.shape
-    seen = now.shape[2]
+    seen = now.shape[-1]
     force = np.empty((sides, seen), np.complex128)
     damped = np.any(rate != 0)
     for l in range(turned.shape[0]):

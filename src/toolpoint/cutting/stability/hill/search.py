@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,15 @@ SMALLEST = 1e-3  # share of the largest depth below which nothing hidden is look
 REAL = 1e-6  # rad: a root this near to 0 or pi is a fold or flip
 UNLIKELY = 1e-4  # relative width of a bracket in which Newton's method should long have found the root
 Row = tuple[float, float, int, float]  # depth, theta, change, error
-Cell = tuple[float, float, int, int]  # depths and counts at its ends
+
+
+class _CountCell(NamedTuple):
+    """Depths between which the count may change, and the counts at both."""
+
+    low: float
+    high: float
+    below: int
+    above: int
 
 
 class Phase:
@@ -175,12 +184,13 @@ class HillSearch:
         stack = self._cells()
         rows: list[Row] = []
         while stack:
-            a, b, m, n = stack.pop()
+            cell = stack.pop()
+            a, b, m, n = cell
             root = self._hidden(a, b) if m == n else self._root(a, b, m, n)
             if root is not None:
                 rows += self._row(root)
                 if root.change != n - m:
-                    stack += self._rest((a, b, m, n), root)
+                    stack += self._rest(cell, root)
             elif m == n:
                 continue
             elif not last and b - a < UNLIKELY * b:
@@ -191,16 +201,16 @@ class HillSearch:
             else:
                 middle = (a + b) / 2
                 half = self.count(middle)[0]
-                stack += [c for c in ((a, middle, m, half), (middle, b, half, n)) if c[2] != c[3]]
+                stack += [c for c in (_CountCell(a, middle, m, half), _CountCell(middle, b, half, n)) if c.below != c.above]
         return rows
 
-    def _cells(self) -> list[Cell]:
+    def _cells(self) -> list[_CountCell]:
         """Depths between which the count is looked at; a shaped cut's cells of equal counts too, for what may hide in them."""
         turned = self._between_real_roots() if self.system.plain else self._turned()
         levels = [0.0, *sorted({*self.grid.tolist(), *turned})]
         counts = [0, *(self.count(w)[0] for w in levels[1:])]
-        cells = [(a, b, m, n) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts))]
-        return [c for c in cells if c[2] != c[3] or (not self.system.plain and c[0] > 0)]
+        cells = [_CountCell(a, b, m, n) for (a, b), (m, n) in zip(pairwise(levels), pairwise(counts))]
+        return [c for c in cells if c.below != c.above or (not self.system.plain and c.low > 0)]
 
     def _between_real_roots(self) -> list[float]:
         """Depths between the flips and folds of a plain cut, so that no two of them share a cell."""
@@ -217,7 +227,7 @@ class HillSearch:
         for a, b in pairwise([0.0, *self.grid.tolist()]):
             parts = a + (b - a) * np.arange(1, PARTS + 1) / PARTS
             signs = [tuple(np.sign(self.system.sign(theta, w)) for theta in (0.0, np.pi)) for w in parts]
-            out += [float(w) for w, one in zip(parts[:-1], signs) if one != before]
+            out += [float(w) for w, pair in zip(parts[:-1], signs) if pair != before]
             before = signs[-1]
         return out
 
@@ -232,14 +242,14 @@ class HillSearch:
                 return root
         return None
 
-    def _rest(self, cell: Cell, root: Root) -> list[Cell]:
+    def _rest(self, cell: _CountCell, root: Root) -> list[_CountCell]:
         """What is left of a cell on both sides of a root that does not explain all of its change."""
-        a, b, m, n = cell
         low, high = root.depth * (1 - 1e-6), root.depth * (1 + 1e-6)
         if 0 < root.theta < np.pi:
             self.count.add(root.theta)
         before, after = self.count(low)[0], self.count(high)[0]
-        return [c for c in ((a, low, m, before), (high, b, after, n)) if c[2] != c[3] and c[1] > c[0]]
+        parts = (_CountCell(cell.low, low, cell.below, before), _CountCell(high, cell.high, after, cell.above))
+        return [part for part in parts if part.below != part.above and part.high > part.low]
 
     def _root(self, a: float, b: float, m: int, n: int) -> Root | None:
         """A root with a depth between a and b: real where the determinant changes its sign at 0 or pi, else from the theta

@@ -197,8 +197,8 @@ class HillSystem:
 
     def near(self, theta: float, depth: float) -> Root:
         """What is known of a root here without going to it; `step` is the distance to it."""
-        found, value = self._linear(theta, depth, False, None, True)
-        return replace(found, step=abs(found.moved(value)[1]))
+        root, value = self._linear(theta, depth, False, None, True)
+        return replace(root, step=abs(root.moved(value)[1]))
 
     def _linear(self, theta: float, depth: float, real: bool, last: Root | None, renewed: bool) -> tuple[Root, complex]:
         """(null vectors and derivatives of the eigenvalue nearest zero, its value)."""

@@ -2,9 +2,10 @@ r"""Collocation: multipliers of general milling (unequal pitch and helix, proces
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import ClassVar
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
@@ -153,11 +154,23 @@ class Cut:
         return edge_matrix(self.problem.coefficients, phi, kappa)[..., :d, :d], drag
 
 
+class _Panel(NamedTuple):
+    """A stretch of the period: its angles, the elements in cut with their angles at its start, nodes, place of these."""
+
+    begin: Any
+    end: Any
+    live: Array
+    start: FloatArray
+    nodes: int
+    place: int
+
+
 def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     """Matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
     system = ModalState(plane)
     ends = cut.breaks()
-    panels, at = [], 0
+    panels: list[_Panel] = []
+    at = 0
     top = np.abs(plane.poles).max()
     spans = np.diff(cut.clock(ends))
     live = [cut.elements(a, b) for a, b in pairwise(ends)]
@@ -166,18 +179,18 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     for place, (a, b) in enumerate(pairwise(ends)):
         elements, start = live[place]
         n = counts[place] if elements.size or needed[place] else 0
-        panels.append((a, b, elements, start, n, at))
+        panels.append(_Panel(a, b, elements, start, n, at))
         at += cut.ways * n
     states, size = 2 * system.poles.size, at
     state: FloatArray = np.eye(states, states + size)
     past = np.concatenate([np.zeros((size, states)), np.eye(size)], axis=1)
     now = np.full((size, states + size), np.nan)
-    for a, b, elements, start, n, place in panels:
-        if n == 0:
-            state = system.step(float(cut.clock(b) - cut.clock(a))) @ state
+    for panel in panels:
+        if panel.nodes == 0:
+            state = system.step(float(cut.clock(panel.end) - cut.clock(panel.begin))) @ state
             continue
-        state, rows = _panel(system, cut, (a, b, elements, start, n), state, past, now, panels)
-        now[place:place + cut.ways * n] = rows
+        state, rows = _panel(system, cut, panel, state, past, now, panels)
+        now[panel.place:panel.place + cut.ways * panel.nodes] = rows
     return np.concatenate([state, now])
 
 
@@ -197,9 +210,9 @@ def _within(angle: FloatArray, period: float) -> FloatArray:
     return np.clip(np.where(angle < 0, angle + period, angle), 0.0, np.nextafter(period, 0.0))
 
 
-def _panel(system: ModalState, cut: Cut, panel: tuple, state: FloatArray, past: FloatArray, now: FloatArray,  # type: ignore
-           panels: list) -> tuple[FloatArray, FloatArray]:  # type: ignore[type-arg]
-    a, b, live, start, n = panel
+def _panel(system: ModalState, cut: Cut, panel: _Panel, state: FloatArray, past: FloatArray, now: FloatArray,
+           panels: Sequence[_Panel]) -> tuple[FloatArray, FloatArray]:
+    a, b, live, start, n, _ = panel
     d = cut.ways
     x, w, rising = gauss(n)
     angle = a + (b - a) / 2 * (1 + x)
@@ -233,10 +246,10 @@ def _panel(system: ModalState, cut: Cut, panel: tuple, state: FloatArray, past: 
     return system.step(end - begin) @ state + push @ force, rows
 
 
-def _delayed(angle: FloatArray, cut: Cut, panels: list, past: FloatArray, now: FloatArray) -> FloatArray:  # type: ignore
+def _delayed(angle: FloatArray, cut: Cut, panels: Sequence[_Panel], past: FloatArray, now: FloatArray) -> FloatArray:
     """Vibration at past angles as maps of the initial data, by barycentric interpolation on its panel."""
     # A panel may look back across the border of two: every angle is interpolated on its own panel, never extrapolated.
-    border = np.array([a for a, *_ in panels])
+    border = np.array([panel.begin for panel in panels])
     moved = _within(angle, cut.period)
     on = np.searchsorted(border, moved, side="right") - 1
     out = np.empty((angle.size, cut.ways, now.shape[1]))

@@ -2,7 +2,7 @@ r"""SemiDiscretization and FullDiscretization: the time-step methods of the lite
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
@@ -18,7 +18,7 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 # (interval, state, displacement one period before its start and its end) -> state at its end
-Advance = Callable[[int, FloatArray, FloatArray, FloatArray], FloatArray]
+Advance = Callable[[int, FloatArray, Sequence[FloatArray]], FloatArray]
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class SemiDiscretization:
             weights = [(now[i] / 2, now[i] / 2) for i in range(m)]
         else:
             weights = [(now[i] - later[i], later[i]) for i in range(m)]
-        return _spectrum(n, m, c, lambda i, x, old, new: e[i, :n, :n] @ x + weights[i][0] @ old + weights[i][1] @ new)
+        return _spectrum(n, m, c, lambda i, x, past: e[i, :n, :n] @ x + weights[i][0] @ past[0] + weights[i][1] @ past[1])
 
 
 @dataclass(frozen=True)
@@ -130,13 +130,14 @@ class FullDiscretization:
         first, last = mean[:-1], mean[1:]
         hold = _holds(a, step)
         # Product of two linear functions of u = s/dt: (1-u)^2, u(1-u) (both ways), u^2 weights.
-        g = [hold[0] - 2 * hold[1] + hold[2], hold[1] - hold[2], hold[2]]
+        constant, ramp, square = hold
+        start, mixed = constant - 2 * ramp + square, ramp - square
         whole = expm(a * step)
 
-        def advance(i: int, x: FloatArray, old: FloatArray, new: FloatArray) -> FloatArray:
-            at_start = depth * (g[0] @ b @ first[i] + g[1] @ b @ last[i])
-            at_end = depth * (g[1] @ b @ first[i] + g[2] @ b @ last[i])
-            right = whole @ x - at_start @ (c @ x - old) + at_end @ new
+        def advance(i: int, x: FloatArray, past: Sequence[FloatArray]) -> FloatArray:
+            at_start = depth * (start @ b @ first[i] + mixed @ b @ last[i])
+            at_end = depth * (mixed @ b @ first[i] + square @ b @ last[i])
+            right = whole @ x - at_start @ (c @ x - past[0]) + at_end @ past[1]
             return np.linalg.solve(np.eye(n) + at_end @ c, right)
 
         return _spectrum(n, m, c, advance)
@@ -220,7 +221,7 @@ def _spectrum(n: int, m: int, c: FloatArray, advance: Advance) -> ComplexArray:
     past = [np.eye(2, size, n + 2 * i) for i in range(m)] + [c @ x]
     rows = [c @ x]
     for i in range(m):
-        x = advance(i, x, past[i], past[i + 1])
+        x = advance(i, x, past[i:i + 2])
         rows.append(c @ x)
     values = np.linalg.eigvals(np.concatenate([x, *rows[:-1]]))
     return values[np.argsort(-np.abs(values))]

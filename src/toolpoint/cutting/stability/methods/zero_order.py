@@ -95,8 +95,8 @@ def _solved(problem: MillingProblem | TurningProblem, speeds: FloatArray, group:
     period = 60 / (teeth * speeds[group])
     f = _lines(plane, lines, period)
     curves = Curves(plane, matrix, lag, isinstance(problem, TurningProblem))
-    found = [_crossings(curves, f, branch, period, depth_max) for branch in (0, 1)]
-    at, depth, frequency, change = (np.concatenate(c) for c in zip(*found))
+    branches = [_crossings(curves, f, branch, period, depth_max) for branch in (0, 1)]
+    at, depth, frequency, change = (np.concatenate(c) for c in zip(*branches))
     theta = np.abs(np.angle(np.exp(2j * np.pi * frequency * period[at])))
     return group[at], depth, theta, frequency, change, 1e-9 * depth + (0 if plane.is_modal else 1e-6 * depth)
 

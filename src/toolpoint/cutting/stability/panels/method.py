@@ -74,7 +74,7 @@ class PanelArnoldi:
         from toolpoint.cutting.stability.panels.search import PanelSearch
 
         problem, warm = require_milling(self, problem), warm or WarmStart()
-        refuse_overdamped("PanelArnoldi", problem, speeds, STEEPEST_DECAY)
+        refuse_overdamped("PanelArnoldi", problem, speeds, most=STEEPEST_DECAY)
         check_affordable(problem, float(speeds.min()))
         warm.fit(problem, depth_max)
         rows: list[tuple[float, ...]] = []

@@ -194,11 +194,11 @@ class PanelSearch:
         self.store.levels.update(grid)
         levels = [self._look(w) for w in grid]
         levels = self._bumps(self._between([self._least(levels[0]), *levels]))
-        found = []
+        rows = []
         for a, b in pairwise(levels):
             if (a.growth > 0) != (b.growth > 0):
-                found += self._boundaries((a.depth, a.growth), (b.depth, b.growth))
-        return found
+                rows += self._boundaries((a.depth, a.growth), (b.depth, b.growth))
+        return rows
 
     def _look(self, depth: float) -> Level:
         """The leading multipliers at a depth, well enough for a verdict."""
@@ -237,9 +237,9 @@ class PanelSearch:
         """A depth so small that the cut is stable, from the first level down."""
         w = 0.02 * first.depth
         while True:
-            found = self._look(w)
-            if found.growth <= 0 or w < 1e-9 * self.top:
-                return replace(found, growth=min(found.growth, -1e-12))
+            place = self._look(w)
+            if place.growth <= 0 or w < 1e-9 * self.top:
+                return replace(place, growth=min(place.growth, -1e-12))
             w *= 0.1
 
     def _between(self, levels: list[Level]) -> list[Level]:

@@ -42,10 +42,10 @@ class PanelStore:
         if key in self.kept:
             self.kept.move_to_end(key)
             return self.kept[key]
-        found = CutPanels(problem, depth, waves, least, points)
+        panels = CutPanels(problem, depth, waves, least, points)
         if plain or depth in self.levels:
-            self.kept[key] = found
-            self.size += found.nbytes
+            self.kept[key] = panels
+            self.size += panels.nbytes
             while self.size > self.room and len(self.kept) > 1:
                 self.size -= self.kept.popitem(last=False)[1].nbytes
-        return found
+        return panels
