@@ -118,7 +118,7 @@ def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, 
 
 
 def _with_choice(automatic: Identification, chosen: PoleMethod, choice: PoleChoice | None) -> Identification:
-    """Return the identification of exactly the poles that a choice leaves of those automatic."""
+    """Return the identification of exactly the poles that a choice leaves of the automatic ones."""
     if choice is None or choice.is_empty:
         return automatic
     result = automatic

@@ -224,12 +224,12 @@ def _place(label: Label, labels: Sequence[Dof]) -> tuple[int, float]:
     turn = 1.0
     if dof.vector is None and dof.direction[0] == "-":
         dof, turn = Dof(dof.point, "+" + dof.direction[1:]), -1.0
-    for at, label in enumerate(labels):
-        if label == dof:
+    for at, known in enumerate(labels):
+        if known == dof:
             return at, turn
-        if label.vector is None and label.point == dof.point and label.direction == "-" + dof.direction[1:]:
+        if known.vector is None and known.point == dof.point and known.direction == "-" + dof.direction[1:]:
             return at, -turn
-    fail("dynamics", f"no {label}", "must be one of " + ", ".join(str(label) for label in labels[:8]))
+    fail("dynamics", f"no {label}", "must be one of " + ", ".join(str(known) for known in labels[:8]))
 
 
 def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tuple[str, ...]]:

@@ -208,8 +208,8 @@ def _axial_label(dynamics: Modes | Frf, x: str | None) -> str | None:
     """Return the label of the direction z of the point that is cut at, where the dynamics have it."""
     known = dynamics.dofs if isinstance(dynamics, Modes) else [dof for dof in dynamics.outputs if dof in dynamics.inputs]
     along = [dof for dof in known if dof.direction[1:] == "x" and dof.vector is None] if x is None else [Dof.parse(x)]
-    upright = [dof for dof in known if dof.direction[1:] == "z" and dof.vector is None and dof.point in {d.point for d in along}]
-    return str(upright[0]) if len(upright) == 1 else None
+    normal = [dof for dof in known if dof.direction[1:] == "z" and dof.vector is None and dof.point in {d.point for d in along}]
+    return str(normal[0]) if len(normal) == 1 else None
 
 
 def lobes(
