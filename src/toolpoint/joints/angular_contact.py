@@ -27,7 +27,7 @@ class BearingDescription:
 
     `preload` is the axial force of each, kept as the speed grows (a spring or hydraulic preload); `directions` are +1 or -1
     for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius over the ball
-    diameter.
+    diameter. With `follows: spin` the speed is that of the spinning body in place of `speed`.
     """
 
     at: tuple[Place, ...]
@@ -39,6 +39,7 @@ class BearingDescription:
     contact_angle: Annotated[float, Quantity("angle", "rad", above=0, most=1.2)] = np.pi / 12
     along: Literal["x", "y", "z"] = "z"
     speed: Annotated[float, Quantity("spindle speed", "rpm", least=0)] = 0.0
+    follows: Literal["", "spin"] = ""
     groove: Annotated[float, Quantity("ratio", "1", above=0.5, most=0.6)] = 0.52
     ball_density: Annotated[float, Quantity("density", "kg/m^3", above=0)] = 7850.0
 

@@ -23,6 +23,8 @@ class BallScrewDescription:
     """A ball screw along `along`; `nut_at` is the distance of the nut from the thrust bearing at the described pose.
 
     `diameter` is the root diameter; with `lead` the shaft's twist between the motor, held at the bearing, and the nut counts.
+    With `follows` the nut's distance changes as an axis drives the joint along + `along`: ``away`` from the thrust bearing, or
+    ``towards`` it; without it the described distance stands for all positions.
     """
 
     nut: Annotated[float, Quantity("stiffness", "N/m", above=0)]
@@ -35,24 +37,37 @@ class BallScrewDescription:
     lead: Annotated[float, Quantity("length", "m", above=0)] | None = None
     modulus: Annotated[float, Quantity("pressure", "Pa", above=0)] = STEEL
     bracket: Annotated[float, Quantity("stiffness", "N/m", above=0)] | None = None
+    follows: Literal["", "away", "towards"] = ""
 
     def axial(self, position: float | None = None) -> float:
         """Return the axial stiffness with the nut at a distance from the thrust bearing (m), N/m."""
-        x = self.nut_at if position is None else position
-        if not 0 < x < self.length or (self.held == "one end" and not 0 < x <= self.length):
-            fail("ball_screw.nut_at", f"{1e3 * x:g} mm", f"must be within the shaft, 0 .. {1e3 * self.length:g} mm")
+        return float(self.axial_along(np.array([self.nut_at if position is None else position]))[0][0])
+
+    def axial_along(self, x: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the axial stiffness (N/m) and its derivative (N/m^2) with the nut at distances from the thrust bearing, m."""
+        outside = (x <= 0) | (x > self.length) | ((x >= self.length) & (self.held == "both ends"))
+        if outside.any():
+            fail("ball_screw.nut_at", f"{1e3 * float(x[outside][0]):g} mm from the thrust bearing",
+                 f"must be within the shaft, 0 .. {1e3 * self.length:g} mm")
         area, polar = np.pi / 4 * self.diameter**2, np.pi / 32 * self.diameter**4
-        soft = 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
+        rod = 1 / (self.modulus * area)
+        near = rod * x + 1 / self.bearing
+        soft, slope = near, np.full_like(x, rod)
         if self.held == "both ends":
             # Each end has a bearing: two branches beside each other.
-            near = x / (self.modulus * area) + 1 / self.bearing
-            far = (self.length - x) / (self.modulus * area) + 1 / self.bearing
-            soft += near * far / (near + far)
-        else:
-            soft += x / (self.modulus * area) + 1 / self.bearing
+            far = rod * (self.length - x) + 1 / self.bearing
+            soft, slope = near * far / (near + far), rod * (far - near) / (near + far)
+        soft = soft + 1 / self.nut + (0.0 if self.bracket is None else 1 / self.bracket)
         if self.lead is not None:
-            soft += (self.lead / (2 * np.pi)) ** 2 * x / (SHEAR * polar)
-        return 1 / soft
+            twist = (self.lead / (2 * np.pi)) ** 2 / (SHEAR * polar)
+            soft, slope = soft + twist * x, slope + twist
+        return 1 / soft, -slope / soft**2
+
+    def along_travel(self, travel: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the axial stiffness (N/m) and its derivative (N/m^2) by the joint's travel along `along` (m)."""
+        sign = -1.0 if self.follows == "towards" else 1.0
+        stiffness, slope = self.axial_along(self.nut_at + sign * travel)
+        return stiffness, sign * slope
 
     @property
     def stiffness(self) -> FloatArray:

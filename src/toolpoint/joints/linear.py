@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, one_of, symmetric
 from toolpoint._notebook import NotebookText
+from toolpoint.joints.travel import AxialTravel
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 STATES = ("locked", "elastic", "free")
@@ -31,6 +32,8 @@ class LinearJoint(NotebookText):
         Imaginary part of the complex stiffness, e.g. loss factor times stiffness.
     twists : (6, 6) floats, optional
         Column i is the unit motion (v, w) of coordinate i in the joint's frame; the six directions where left out.
+    travel : AxialTravel, optional
+        Stiffness that changes as an axis moves the joint; `stiffness` is that of the described pose.
     """
 
     states: tuple[str, ...]
@@ -38,6 +41,7 @@ class LinearJoint(NotebookText):
     damping: FloatArray = LEFT_OUT
     structural_damping: FloatArray = LEFT_OUT
     twists: FloatArray = LEFT_OUT
+    travel: AxialTravel | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__

@@ -23,7 +23,7 @@ from toolpoint.machine.assembly.joint_terms import loop_motion
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.description.machine import SCALING, MachineDescription, parameters
 from toolpoint.machine.parts.build import build
-from toolpoint.machine.parts.laws import joint_law
+from toolpoint.machine.parts.laws import law_in
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.vibration.sensitivity import MatrixDerivatives
@@ -150,7 +150,7 @@ def _joint(place: Placement, path: str, name: str, value: float) -> dict[str, Fl
     machine = place.machine
 
     def law(description: MachineDescription) -> FloatArray:
-        joint = joint_law(description.joints[name])
+        joint = law_in(description, name)
         return np.stack([joint.damping, joint.stiffness, joint.structural_damping])
 
     slopes = dict(zip(_TERMS[1:], _exact(machine.description, path, value, law), strict=True))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, fail, within
+from toolpoint.kinematics import Step
 from toolpoint.kinematics.loops import joint_directions
-from toolpoint.machine.parts.model import LoopJoint
+from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement
 from toolpoint.spatial import transform as tf
 
@@ -26,16 +27,57 @@ def joint_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray
             matrices[0, 0][np.ix_(modal, modal)] += machine.bodies[i].stiffness
             matrices[1, 0][np.ix_(modal, modal)] += machine.bodies[i].damping
             matrices[2, 0][np.ix_(modal, modal)] += machine.bodies[i].structural_damping
+    if follows_axis(machine):
+        matrices = np.repeat(matrices, place.poses, axis=1)
+        for i, law in enumerate(machine.joints):
+            if law.travel is not None:
+                column = machine.joint_columns[i][law.freedoms.index(law.travel.way)]
+                gain = law.travel.gain(_travel(place, i))
+                matrices[0, :, column, column] += gain
+                matrices[2, :, column, column] += law.travel.loss_factor * gain
     if not machine.loops:
         k, c, d = matrices
         shape = (place.poses, n, n)
         return np.broadcast_to(k, shape), np.broadcast_to(c, shape), np.broadcast_to(d, shape)
-    matrices = np.repeat(matrices, place.poses, axis=1)
+    matrices = np.repeat(matrices, place.poses, axis=1) if matrices.shape[1] == 1 else matrices
     for loop in machine.loops:
         relative = loop_motion(place, loop)
         for term, matrix in enumerate((loop.law.stiffness, loop.law.damping, loop.law.structural_damping)):
             matrices[term] += np.swapaxes(relative, -1, -2) @ matrix @ relative
     return matrices[0], matrices[1], matrices[2]
+
+
+def follows_axis(machine: Machine) -> bool:
+    """Return whether the stiffness of a joint changes as an axis moves."""
+    return any(law.travel is not None for law in machine.joints)
+
+
+def _travel(place: Placement, link: int) -> FloatArray:
+    """Return how far a joint with a travel law has moved along it, (P,); faults of its law there name the joint."""
+    travel = place.machine.joints[link].travel
+    assert travel is not None
+    moved = place.travel(link, travel.way)
+    within(f"joints.{place.machine.joint_names[link]}.law", travel.law, moved)
+    return moved
+
+
+def stiffness_slope(place: Placement, axis: str) -> FloatArray:
+    """Return the derivative of the joints' stiffness in the tree's coordinates by an axis's position, (P, n, n), N/m^2.
+
+    The law's own derivative; what the pose does to loops and bodies is not in it.
+    """
+    machine, chain = place.machine, place.machine.chain
+    axes = [known.name for known in chain.driven_axes]
+    if axis not in axes:
+        fail("axis", repr(axis), f"must be of {', '.join(axes) or 'none'}")
+    result = np.zeros((place.poses, machine.size, machine.size))
+    for i, law in enumerate(machine.joints):
+        step = None if law.travel is None else Step(i, law.travel.way)
+        if law.travel is not None and step in chain.steps:
+            column = machine.joint_columns[i][law.freedoms.index(law.travel.way)]
+            rate = chain.coupling[chain.steps.index(step), axes.index(axis)]
+            result[:, column, column] += rate * law.travel.slope(_travel(place, i))
+    return result
 
 
 def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:

@@ -12,7 +12,7 @@ from toolpoint._check import BoolArray, FloatArray, IndexArray, fail
 from toolpoint.kinematics import ClosedChain, Pose
 from toolpoint.kinematics.closure import Solution
 from toolpoint.kinematics.reach import first_fault, limit_reasons
-from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_directions, loop_motion
+from toolpoint.machine.assembly.joint_terms import follows_axis, joint_matrices, loop_directions, loop_motion
 from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
 from toolpoint.machine.parts.model import Machine
@@ -71,6 +71,9 @@ def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray
 def _check(machine: Machine, chain: ClosedChain) -> None:
     if any(body.modal_count for body in machine.bodies):
         fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
+    if follows_axis(machine):
+        fail("path", "'compiled' for a machine with a joint that follows an axis", "needs a stiffness that stands",
+             "use path='numpy'")
     if machine.description.gravity is not None or machine.description.loads:
         fail("path", "'compiled' for a machine with preload", "needs a stiffness without preload", "use path='numpy'")
     place = place_machine(machine)

@@ -7,7 +7,7 @@ import numpy as np
 from toolpoint._check import FloatArray, count, fail, one_of
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.gyroscopics import elastic_spins, gyroscopic_matrix, spins
-from toolpoint.machine.assembly.joint_terms import joint_matrices
+from toolpoint.machine.assembly.joint_terms import follows_axis, joint_matrices
 from toolpoint.machine.assembly.system import equations, freedoms, mass_matrix
 from toolpoint.machine.frequencies.closed import solve_closed
 from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
@@ -89,7 +89,7 @@ def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
 def _inverse_factor(machine: Machine) -> FloatArray | None:
     """Return L^-1 of the pose-independent stiffness, or None where the stiffness is singular or depends on the pose."""
     description = machine.description
-    if machine.loops or description.gravity is not None or description.loads:
+    if machine.loops or description.gravity is not None or description.loads or follows_axis(machine):
         return None
     stiffness = joint_matrices(place_machine(machine))[0][0]
     try:
@@ -100,8 +100,8 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
 
 def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | None) -> FloatArray:
     if factor is None:
-        fail("path", "'compiled' for a machine with loops, preload or free directions", "needs a constant, positive "
-             "definite stiffness", "use path='numpy'")
+        fail("path", "'compiled' for a machine with loops, preload, free directions or a joint that follows an axis",
+             "needs a constant, positive definite stiffness", "use path='numpy'")
     if any(body.modal_count for body in machine.bodies):
         fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
     from toolpoint.machine.frequencies import kernel

@@ -15,7 +15,7 @@ from toolpoint.machine.description.faults import tree_faults
 from toolpoint.machine.description.frames import frame
 from toolpoint.machine.description.machine import GROUND, BodyDescription, MachineDescription
 from toolpoint.machine.parts.chain import build_chain, large_freedoms
-from toolpoint.machine.parts.laws import joint_law
+from toolpoint.machine.parts.laws import laws_of
 from toolpoint.machine.parts.mass import check_sources, mass_properties
 from toolpoint.machine.parts.model import KeptBody, LoopJoint, Machine
 
@@ -50,7 +50,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
     links = {description.joints[name].child: i for i, name in enumerate(order)} | {GROUND: -1}
     tree = [description.joints[name] for name in order]
     names = tuple(joint.child for joint in tree)
-    laws = {name: within(f"joints.{name}", joint_law, joint) for name, joint in description.joints.items()}
+    laws = laws_of(description)
     chain = build_chain(description, order, laws)
     loops = tuple(
         LoopJoint(name, links[j.parent], links[j.child], frame(j.frame), laws[name], j.parent_interface, j.child_interface,

@@ -6,7 +6,7 @@ All twists are (v, w) in machine axes about the machine's origin: :math:`V_b = J
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -23,7 +23,7 @@ class Placement:
 
     frames : (P, n_links, 4, 4), every body's frame; displacements : the same from the reference pose;
     joint_frames : (P, n_links, 4, 4), where each tree joint's springs are; jacobians : (P, n_links, 6, n);
-    notes : what a person must know of these poses.
+    notes : what a person must know of these poses; values : (P, n_steps), how far every step of the chain has moved, m or rad.
     """
 
     machine: Machine
@@ -32,6 +32,7 @@ class Placement:
     joint_frames: FloatArray
     jacobians: FloatArray
     notes: tuple[str, ...] = ()
+    values: FloatArray = field(default_factory=lambda: np.zeros((1, 0)))
 
     @property
     def poses(self) -> int:
@@ -71,6 +72,11 @@ class Placement:
         local = np.zeros((self.poses, 4, 4))
         local[:], local[:, :3, 3] = np.eye(4), here
         return tf.adjoint(self.frames[:, link] @ local) @ columns
+
+    def travel(self, link: int, way: int) -> FloatArray:
+        """Return how far a tree joint has moved along or about a direction of its frame from the reference pose, (P,)."""
+        step, steps = Step(link, way), self.machine.chain.steps
+        return self.values[:, steps.index(step)] if step in steps else np.zeros(self.poses)
 
     def position(self, point: PointDescription) -> FloatArray:
         """Return where a point is, machine frame, m, shape (P, 3)."""
@@ -119,7 +125,7 @@ def place_machine(machine: Machine, pose: Pose | None = None) -> Placement:
     joint_frames = np.empty_like(moved)
     jacobians = np.zeros((count, links, 6, machine.size))
     joint_columns, modal_columns = machine.joint_columns, machine.modal_columns
-    result = Placement(machine, moved, frames, joint_frames, jacobians, notes)
+    result = Placement(machine, moved, frames, joint_frames, jacobians, notes, values)
     turned = chain.twists_of(values, moved) if any(machine.passive_turns) else None
     for i, parent in enumerate(chain.parents):
         base = np.broadcast_to(chain.frames[i], (count, 4, 4)) if parent < 0 else moved[:, parent] @ chain.frames[i]

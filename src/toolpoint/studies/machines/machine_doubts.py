@@ -10,6 +10,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.machines.law_doubts import question_laws
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
 NOWHERE = FrameDescription()
@@ -28,6 +29,7 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
     lines += far_joints(machine)
     lines += far_interfaces(machine)
     lines += tearing_axes(machine)
+    lines += question_laws(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
         lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write "
