@@ -213,7 +213,8 @@ def test_json_states_error_and_chatter_frequency_of_every_limit(folder, tmp_path
 def test_a_band_that_ends_below_the_resonance_leaves_rough_limits_first_in_the_notes(folder, tmp_path, capsys):
     found = run(capsys, "lobes", "--frf", str(folder / "tip.txt"), "--band", "100:960", *CUT, *SLOT, "-o", str(tmp_path))
     assert "missing is the band above 960 Hz" in found["notes"][0] and "no stated error holds it" in found["notes"][0]
-    assert any("the stated error of the limit is above 20 %" in note for note in found["notes"])
+    assert any("limits: the stated error is" in note for note in found["notes"])
+    assert found["status"].startswith("doubtful: limits: the stated error is")
     page = (tmp_path / "index.html").read_text()
     order = ("Before you rely on this", "missing is the band above 960 Hz", "What this rests on")
     places = [page.index(words) for words in order]

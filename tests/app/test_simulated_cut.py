@@ -92,7 +92,7 @@ def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     assert "doubtful" not in told(*modes, *CUT)
     # A receptance taken for an accelerance is stiff beyond belief: no limit at all, and that is said.
     shown = told("--frf", folder / "x.txt", "--quantity", "accelerance", *CUT)
-    assert "is doubtful: check the units of the responses" in shown
+    assert "hardly that of a machine; check the units of the responses" in shown
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

@@ -120,4 +120,4 @@ def test_limits_that_no_lathe_has_are_doubted(folder, tmp_path, capsys):
     ordinary = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500, "-o", tmp_path)
     assert not any("doubtful" in note for note in ordinary["notes"])
     pascal = turn(capsys, "--modes", folder / "bar.h5", "--kf", 1500e6, "-o", tmp_path)
-    assert any("is doubtful: check the units" in note for note in pascal["notes"])
+    assert any("hardly that of a machine; check the units" in note for note in pascal["notes"])

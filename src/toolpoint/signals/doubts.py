@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.vibration.dof import Dof
 from toolpoint.vibration.frf import Frf
@@ -23,7 +24,7 @@ RECIPROCAL = 0.7  # agreement below which two points are not the same pair
 UNLIKE = 2.0
 
 
-def question(frf: Frf) -> tuple[str, ...]:
+def question(frf: Frf) -> tuple[Doubt, ...]:
     """Return the doubts about the channels of measured responses of one pose, each with what to look at; empty where none."""
     inside = frf.between(float(np.nextafter(0, 1)), float(frf.frequency[-1]))
     if inside.frequency.size < 3:
@@ -41,9 +42,10 @@ def scale_words(factor: float) -> str:
     return ""
 
 
-def _driving_doubts(frf: Frf) -> list[str]:
+def _driving_doubts(frf: Frf) -> list[Doubt]:
     order = {"receptance": 1, "mobility": 0, "accelerance": -1}[frf.quantity]
-    lines, late = [], []
+    lines: list[Doubt] = []
+    late = []
     for dof in frf.outputs:
         if dof not in frf.inputs:
             continue
@@ -55,14 +57,17 @@ def _driving_doubts(frf: Frf) -> list[str]:
         if best < PASSIVE or best < share + GAIN:
             continue  # noise, or no driving point: `driving_points` of signals.checks has the words for that
         if delay == 0:
-            lines.append(f"{dof}: the driving point gives off power at nearly all lines: the sign of one channel is wrong "
-                         "(sensor or force cell mounted the other way round); check the mounting, then read it with its "
-                         f"direction turned ({_opposite(dof)})")
+            lines.append(Doubt(str(dof), "the driving point gives off power at nearly all lines: the sign of one channel "
+                                         "is wrong "
+                               "(sensor or force cell mounted the other way round)",
+                               f"check the mounting, then read it with its direction turned ({_opposite(dof)})",
+                               figure=1 - share))
         else:
             late.append((dof, delay, sign))
-    return lines + [f"{dof}: the driving point fits a passive structure only with a delay of about {1e3 * delay:+.3g} ms "
-                    f"taken out{' and its sign turned' if sign < 0 else ''}; look for a filter or another amplifier in one "
-                    "channel" for dof, delay, sign in late]
+    return lines + [Doubt(str(dof), f"the driving point fits a passive structure only with a delay of about "
+                                    f"{1e3 * delay:+.3g} ms "
+                          f"taken out{' and its sign turned' if sign < 0 else ''}", "look for a filter or another amplifier in "
+                          "one channel") for dof, delay, sign in late]
 
 
 def _share(mobility: ComplexArray) -> float:
@@ -90,16 +95,17 @@ def _opposite(dof: Dof) -> str:
     return str(Dof(dof.point, ("-" if dof.direction.startswith("+") else "+") + dof.direction[1:]))
 
 
-def _reciprocity_doubts(pairs: list[Reciprocity]) -> list[str]:
-    lines = []
+def _reciprocity_doubts(pairs: list[Reciprocity]) -> list[Doubt]:
+    lines: list[Doubt] = []
     for pair in pairs:
-        words = f"{pair.first} struck at {pair.second} and {pair.second} struck at {pair.first}"
+        both = f"{pair.first} struck at {pair.second} and {pair.second} struck at {pair.first}"
         if pair.agreement < RECIPROCAL:
-            lines.append(f"{words} are not alike (agreement {pair.agreement:.2f}, must be near 1): two channels or two labels "
-                         "may be swapped; compare the labels with the test's notes")
+            lines.append(Doubt(both, f"not alike (agreement {pair.agreement:.2f}, must be near 1): two channels or two labels "
+                               "may be swapped", "compare the labels with the test's notes", figure=1 - pair.agreement))
         elif pair.agreement > PASSIVE and pair.ratio < 0:
-            lines.append(f"{words} have opposite signs: one sensor or one blow has the other direction than its label")
+            lines.append(Doubt(both, "have opposite signs: one sensor or one blow has the other direction than its label",
+                               "compare the labels with the mounting"))
         elif pair.agreement > PASSIVE and not 1 / UNLIKE < abs(pair.ratio) < UNLIKE:
-            lines.append(f"{words} differ by a factor {abs(pair.ratio):.4g}{scale_words(pair.ratio)}: check calibration and "
-                         "unit of both channels")
+            lines.append(Doubt(both, f"differ by a factor {abs(pair.ratio):.4g}{scale_words(pair.ratio)}",
+                               "check calibration and unit of both channels", figure=abs(pair.ratio)))
     return lines

@@ -94,9 +94,9 @@ def _joined(speeds: FloatArray, depth_max: float, parts: tuple[tuple[Array, Stab
     columns = [np.concatenate([getattr(chart, name) for chart in charts])
                for name in ("depth", "theta", "frequency", "change", "error")]
     notes = dict.fromkeys((*(text for chart in charts for text in chart.notes), note))
-    status = next((chart.status for chart in charts if chart.status != "complete"), "complete")
+    search = next((chart.search for chart in charts if chart.search != "complete"), "complete")
     return assemble_chart(speeds, depth_max, (index, *columns), method=", ".join(chart.method for chart in charts),
-                     notes=tuple(notes), status=status)
+                     notes=tuple(notes), search=search)
 
 
 def estimate_seconds(problem: MillingProblem, speed: float) -> float:

@@ -56,4 +56,4 @@ def chart(
     remarks = coverage(problem, n)
     chosen = Automatic() if method is None else method
     result = chosen.solve(problem, np.asarray(n), depth_max, warm=warm)
-    return result.noted(*remarks, *([] if result.status == "complete" else [result.status]))
+    return result.noted(*remarks, *([] if result.search == "complete" else [result.search]), *result.doubts)

@@ -8,9 +8,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, floats, nonnegative
+from toolpoint._doubt import Doubt, status_of
 from toolpoint._notebook import NotebookText
 
 KINDS = ("Hopf", "flip", "fold")
+ROUGH = 0.1  # stated error over limit above which a chart is doubtful
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,7 +39,10 @@ class StabilityChart(NotebookText):
         Estimated numerical error of `depth`, m.
     unstable_at_zero : (n,) ints
         Number of unstable multipliers at depth zero (0 for a stable structure).
-    method, notes, status : str, sequence of str, str
+    method, notes : str, sequence of str
+    search : str
+        What became of the search for boundary points: ``complete``, or what it could not do. `status` says this and what the
+        stated errors leave in doubt.
     """
 
     speeds: FloatArray
@@ -51,7 +56,32 @@ class StabilityChart(NotebookText):
     unstable_at_zero: Array
     method: str = ""
     notes: tuple[str, ...] = ()
-    status: str = "complete"
+    search: str = "complete"
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """The doubt that the stated errors of the limits give, where they are more than a tenth of a limit."""
+        points = self.limit_points()
+        error = np.array([self.error[p] if p >= 0 else 0.0 for p in points])
+        share = np.where(self.limit > 0, error / np.maximum(np.minimum(self.limit, self.depth_max), 1e-300), 0.0)
+        rough = np.flatnonzero(share > ROUGH)
+        if not rough.size:
+            return ()
+        worst = int(np.argmax(share))
+        where = f"at {self.speeds[worst]:.0f} rev/min"
+        if rough.size > 1:
+            where += (f", and more than {100 * ROUGH:g} % at {rough.size} of {self.speeds.size} speeds from "
+                      f"{self.speeds[rough].min():.0f} to {self.speeds[rough].max():.0f} rev/min")
+        return (Doubt("limits", f"the stated error is {100 * share[worst]:.0f} % of the limit {where}",
+                      "take the lower end, and make the error smaller: more averages or finer lines where the dynamics are "
+                      "measured, more intervals or another method where they are modes", figure=float(share[worst])),)
+
+    @property
+    def status(self) -> str:
+        """``complete``, what the search could not do, or ``doubtful`` with the reason, from the stated errors."""
+        if self.search == "complete":
+            return status_of(self.doubts, "complete")
+        return "; ".join([self.search, *self.doubts])
 
     @property
     def kind(self) -> tuple[str, ...]:
@@ -146,7 +176,7 @@ class StabilityChart(NotebookText):
 
 def assemble_chart(
     speeds: FloatArray, depth_max: float, columns: Iterable[Array], *, unstable_at_zero: Array | None = None,
-    method: str = "", notes: tuple[str, ...] = (), status: str = "complete",
+    method: str = "", notes: tuple[str, ...] = (), search: str = "complete",
 ) -> StabilityChart:
     """Return a chart from columns (index, depth, theta, frequency, change, error) in any order of points."""
     index, depth, theta, frequency, change, error = (np.asarray(c) for c in columns)
@@ -155,4 +185,4 @@ def assemble_chart(
     return StabilityChart(
         speeds, float(depth_max), index[order].astype(int), depth[order].astype(float), theta[order].astype(float),
         frequency[order].astype(float), change[order].astype(int), error[order].astype(float), at_zero, method, notes,
-        status)
+        search)

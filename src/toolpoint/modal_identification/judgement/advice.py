@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.modal_identification.judgement.resonances import Resonance, alike
 from toolpoint.modal_identification.judgement.resonances import remark as doubtful_remark
 from toolpoint.vibration.correlation import mac
@@ -43,21 +44,23 @@ def _drift_remarks(frf: Frf, modes: Modes) -> list[str]:
             f"(--band {low:.3g}:{frf.frequency[-1]:.5g})"]
 
 
-def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[str]:
-    lines = []
+def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes: Modes, excess: float) -> list[Doubt]:
+    lines: list[Doubt] = []
     bad = np.argwhere(quality < POOR_FIT)
     if bad.size:
         row, column = bad[int(np.argmin(quality[tuple(bad.T)]))]
-        lines.append(f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
-                     f"{frf.outputs[row]} / {frf.inputs[column]} with {100 * quality[row, column]:.3g} %: look at it "
-                     "for noise, a wrong channel or a wrong direction")
+        lines.append(Doubt("fit", f"{len(bad)} of {quality.size} responses fit below {100 * POOR_FIT:g} %, the worst "
+                           f"{frf.outputs[row]} / {frf.inputs[column]} with {100 * quality[row, column]:.3g} %", "look at it "
+                           "for noise, a wrong channel or a wrong direction", figure=float(quality[row, column])))
     for i in np.flatnonzero(mode_quality < POOR_FIT):
-        lines.append(f"the responses around mode {i + 1} at {modes.frequency[i]:.4g} Hz fit only to "
-                     f"{100 * mode_quality[i]:.3g} %: a closely spaced pair may be unresolved (add a reference, raise "
-                     "the order) or the structure is not linear there (strike less hard)")
+        lines.append(Doubt(_name(int(i) + 1, modes.frequency[i]), f"the responses around it fit only to "
+                                                             f"{100 * mode_quality[i]:.3g} %: "
+                           "a closely spaced pair may be unresolved, or the structure is not linear there", "add a "
+                                                                                                            "reference or "
+                           "raise the order; strike less hard", figure=float(mode_quality[i])))
     if excess > 2:
-        lines.append(f"the residual has {excess:.3g} times the stated variance: modes are missing, or the set-ups "
-                     "differ; the intervals are widened to what is seen")
+        lines.append(Doubt("residual", f"{excess:.3g} times the stated variance: modes are missing, or the set-ups differ",
+                           "the intervals are widened to what is seen", figure=excess))
     return lines
 
 
@@ -73,25 +76,30 @@ def _shared_remarks(spread: float, quality: FloatArray) -> list[str]:
             "is not linear) or the data are smoothed; the intervals are widened for it"]
 
 
-def _mode_remarks(frf: Frf, modes: Modes) -> list[str]:
-    lines = []
+def _name(number: int, frequency: float) -> str:
+    return f"mode {number} at {frequency:.4g} Hz"
+
+
+def _mode_remarks(frf: Frf, modes: Modes) -> list[Doubt]:
+    lines: list[Doubt] = []
     step = float(np.median(np.diff(frf.frequency)))
     for i, (f, zeta) in enumerate(zip(modes.frequency, modes.damping_ratio, strict=True), start=1):
         width = abs(zeta) * f
         if min(f - frf.frequency[0], frf.frequency[-1] - f) < 2 * width:
-            lines.append(f"mode {i} at {f:.4g} Hz lies at the edge of the band: widen it by {5 * width:.2g} Hz")
+            lines.append(Doubt(_name(i, f), "lies at the edge of the band", f"widen it by {5 * width:.2g} Hz"))
         if 2 * width < 3 * step:
-            lines.append(f"mode {i} at {f:.4g} Hz: its half-power width of {2 * width:.2g} Hz holds fewer than three "
-                         "lines: measure longer for a finer line spacing")
+            lines.append(Doubt(_name(i, f), f"its half-power width of {2 * width:.2g} Hz holds fewer than three lines",
+                               "measure longer for a finer line spacing", figure=2 * width / step))
         if zeta <= 0:
-            lines.append(f"mode {i} at {f:.4g} Hz has no positive damping: check the decay of the window")
+            lines.append(Doubt(_name(i, f), "has no positive damping", "check the decay of the window", figure=float(zeta)))
         if modes.covariance is not None and np.diagonal(modes.covariance[i - 1]).min() < 0:
-            lines.append(f"mode {i} at {f:.4g} Hz: its certainty cannot be told, as the fit holds nearly equal modes that "
-                         "cancel each other: the responses may disagree on their poles (a sensor moved between them)")
+            lines.append(Doubt(_name(i, f), "its certainty cannot be told, as the fit holds nearly equal modes that "
+                                            "cancel each "
+                               "other", "the responses may disagree on their poles (a sensor moved between them)"))
         elif modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
-            part = 100 * modes.damping_interval[i - 1] / abs(zeta)
-            lines.append(f"mode {i} at {f:.4g} Hz: damping known only to +-{part:.0f} % of its value: average more "
-                         "hits or choose a reference that moves more")
+            part = float(modes.damping_interval[i - 1] / abs(zeta))
+            lines.append(Doubt(_name(i, f), f"damping known only to ±{100 * part:.0f} % of its value", "average more hits or "
+                               "choose a reference that moves more", figure=part))
     return lines
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
+from toolpoint._doubt import Doubt, status_of
 from toolpoint.cutting.force.calibration import Calibration
 from toolpoint.vibration import Record
 
@@ -85,14 +86,15 @@ def record_speed(turns: FloatArray, speed: float, teeth: int) -> RecordSpeed | N
     return RecordSpeed(speed * (1 + drift / (2 * np.pi)), speed * error / (2 * np.pi), drift * len(turns) * teeth)
 
 
-def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
-    """Return a line on every record whose harmonics say another speed."""
-    lines = []
+def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[Doubt]:
+    """Return a doubt on every record whose harmonics say another speed."""
+    lines: list[Doubt] = []
     for _, part, name in records:
         seen = record_speed(split_turns(part, speed), speed, teeth)
         if seen is not None and seen.is_other(speed):
-            lines.append(f"{name}: its forces repeat at {seen.speed:.6g} +- {2 * seen.error:.1g} rev/min, not at {speed:g}; at "
-                         "the wrong speed the mean revolution is smeared: give that `speed`")
+            lines.append(Doubt(name, f"its forces repeat at {seen.speed:.6g} ± {2 * seen.error:.1g} rev/min, not at "
+                                     f"{speed:g}; at "
+                               "the wrong speed the mean revolution is smeared", "give that `speed`", figure=seen.drift))
     return lines
 
 
@@ -109,7 +111,7 @@ def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float
         other = dict(zip(average.names, average.values.tolist(), strict=True))
         apart = np.array([value - other.get(name, value) for name, value in zip(fit.names, fit.values.tolist(), strict=True)])
         covariance = covariance + np.diag(apart**2)
-    return replace(fit, covariance=covariance, status=f"doubtful: {cause}")
+    return replace(fit, covariance=covariance, status=status_of([cause], "converged"))
 
 
 def better_tool(cut: Mapping[str, Any], residual_of: Callable[[Mapping[str, Any]], float], enough: float = 0.0) -> str | None:

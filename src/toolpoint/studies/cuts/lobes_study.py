@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.probability import ProbabilityChart
@@ -25,7 +26,6 @@ from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
-ROUGH = 0.2  # stated error over limit, above which a remark says so
 RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
@@ -80,7 +80,7 @@ class LobesStudy(NotebookText):
                 "lowest_limit": _lowest_numbers(self.lowest),
                 "limit_interval_m": None if self.spread is None else self.spread.rows(chart.limit),
                 "method": chart.method, "notes": list(chart.notes), "advice": [list(row) for row in self.advice],
-                "contradictions": list(self.contradictions)}
+                "contradictions": list(self.contradictions), "status": chart.status}
 
 
 def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None, *, method: StabilityMethod | None = None,
@@ -139,17 +139,12 @@ def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMe
 
 
 def doubtful_limits(chart: StabilityChart) -> list[str]:
-    """Return remarks on limits (depths or widths) that no machine has, and on those whose stated error is large."""
-    points = chart.limit_points()
-    error = np.array([chart.error[p] if p >= 0 else 0.0 for p in points])
-    rough = np.flatnonzero(error > ROUGH * np.minimum(chart.limit, chart.depth_max))
-    lines = [f"the stated error of the limit is above {100 * ROUGH:g} % of it at {rough.size} of {chart.speeds.size} speeds, "
-             f"from {chart.speeds[rough].min():.0f} to {chart.speeds[rough].max():.0f} rev/min"] if rough.size else []
+    """Return doubts about limits (depths or widths) that no machine has, and those that their stated errors give."""
     least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
     if THINNEST < least < THICKEST:
-        return lines
-    return [*lines, f"a lowest limit of {1e3 * least:.3g} mm is doubtful: check the units of the responses (lines in Hz, m/N), "
-            "`quantity`, and the coefficients (N/mm^2)"]
+        return [*chart.doubts]
+    return [*chart.doubts, Doubt("lowest limit", f"{1e3 * least:.3g} mm is hardly that of a machine", "check the units of the "
+                                 "responses (lines in Hz, m/N), `quantity`, and the coefficients (N/mm^2)")]
 
 
 @contextmanager

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import BodyDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
@@ -25,19 +26,22 @@ def question_units(machine: Machine) -> list[str]:
 
 
 def _densities(machine: Machine) -> list[str]:
-    lines = []
+    lines: list[str] = []
     for name, body in zip(machine.body_names, machine.bodies, strict=True):
         described, mass = machine.description.bodies[name], float(body.mass[0, 0])
         if described.is_elastic or described.mesh is not None or described.density is not None or mass < 1e-6:
             continue
         size = _size(described, body.mass)
         density = mass / float(np.prod(size))
-        words = f"bodies.{name}: {mass:.4g} kg in {' x '.join(f'{v:.3g}' for v in size)} m is {density:.3g} kg/m^3, "
+        words = f"{mass:.4g} kg in {' x '.join(f'{v:.3g}' for v in size)} m is {density:.3g} kg/m^3, "
         if density > DENSEST:
-            lines.append(f"{words}more than any metal; check the units of mass, of size (numbers without a unit are m) and of "
-                         "inertia")
+            lines.append(Doubt(f"bodies.{name}", f"{words}more than any metal", "check the units of mass, of size "
+                                                                                "(numbers without "
+                               "a unit are m) and of inertia", figure=density))
         elif density < LIGHTEST and max(size) > 0.05:
-            lines.append(f"{words}less than a hollow box of sheet; check the units of mass (t as kg?), of size and of inertia")
+            lines.append(Doubt(f"bodies.{name}", f"{words}less than a hollow box of sheet", "check the units of mass (t "
+                                                                                            "as kg?), of "
+                               "size and of inertia", figure=density))
     return lines
 
 

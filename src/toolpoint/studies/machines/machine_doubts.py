@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
@@ -18,13 +19,14 @@ ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
 LEFT_OPEN = 1e-6  # of what an axis does to a loop
 
 
-def question_machine(machine: Machine) -> tuple[str, ...]:
+def question_machine(machine: Machine) -> tuple[Doubt, ...]:
     """Return doubts about joints without a place, masses beyond machine tools, and a speed range that runs backwards."""
     description = machine.description
-    lines = [f"bodies.{name}: {body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg); check the unit"
+    lines = [Doubt(f"bodies.{name}", f"{body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg)",
+                   "check the unit", figure=body.mass[0, 0] / HEAVIEST)
              for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
-    lines += [f"joints.{name}: no place is given, so its springs stand at 0, 0, 0 of the machine; write 'at: [x, y, z]' unless "
-              "that is where they are" for name, joint in description.joints.items()
+    lines += [Doubt(f"joints.{name}", "no place is given, so its springs stand at 0, 0, 0 of the machine",
+                    "write 'at: [x, y, z]' unless that is where they are") for name, joint in description.joints.items()
               if _is_out_of_place(joint)]
     lines += far_joints(machine)
     lines += far_interfaces(machine)
@@ -32,32 +34,33 @@ def question_machine(machine: Machine) -> tuple[str, ...]:
     lines += question_laws(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
-        lines.append(f"cutting.speeds: from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty; write "
-                     "the lower speed first")
+        lines.append(Doubt("cutting.speeds", f"from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty",
+                           "write the lower speed first"))
     return tuple(lines)
 
 
-def tearing_axes(machine: Machine) -> list[str]:
+def tearing_axes(machine: Machine) -> list[Doubt]:
     """Return doubts about axes that cannot move alone: what they do to a loop no passive joint can follow."""
     chain = machine.chain
     if not isinstance(chain, ClosedChain) or not chain.loops:
         return []
     rate = chain.closure.evaluate(np.asarray(chain.start), {})[1][0] / chain.closure.weights[:, None]
-    passive, lines = rate @ chain.closure.unknowns, []
+    passive = rate @ chain.closure.unknowns
+    lines: list[Doubt] = []
     rows = [loop.name for loop in chain.loops for _ in loop.rows]
     for k, axis in enumerate(chain.driven_axes):
         moved = rate @ chain.coupling[:, k]
         left = moved - passive @ (np.linalg.pinv(passive) @ moved) if passive.size else moved
         if np.abs(left).max(initial=0.0) > LEFT_OPEN * max(float(np.abs(moved).max(initial=0.0)), 1e-300):
             loop = rows[int(np.argmax(np.abs(left)))]
-            lines.append(f"axes.{axis.name}: moved alone it tears loop joint {loop} open (or strains it); let one axis drive "
-                         "both sides of the loop (drives: [...]), or free a direction of the loop")
+            lines.append(Doubt(f"axes.{axis.name}", f"moved alone it tears loop joint {loop} open (or strains it)",
+                               "let one axis drive both sides of the loop (drives: [...]), or free a direction of the loop"))
     return lines
 
 
-def far_interfaces(machine: Machine) -> list[str]:
+def far_interfaces(machine: Machine) -> list[Doubt]:
     """Return doubts about joints whose springs stand elsewhere than the interface of the elastic body that they hold."""
-    lines = []
+    lines: list[Doubt] = []
     for name, joint in machine.description.joints.items():
         for body, interface in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)):
             if body == GROUND or interface is None:
@@ -70,14 +73,15 @@ def far_interfaces(machine: Machine) -> list[str]:
             away = float(np.linalg.norm(place - np.array(joint.frame.at)))
             if away > ON_AN_ARM:
                 at = ", ".join(f"{1e3 * v:.4g}" for v in place)
-                lines.append(f"joints.{name}: its springs stand {1e3 * away:.4g} mm from interface {interface} of {body}, on a "
-                             f"rigid arm; write 'at: [{at}] mm' unless that is meant")
+                lines.append(Doubt(f"joints.{name}", f"its springs stand {1e3 * away:.4g} mm from interface {interface} "
+                                                     f"of {body}, "
+                                   "on a rigid arm", f"write 'at: [{at}] mm' unless that is meant", figure=away))
     return lines
 
 
-def far_joints(machine: Machine) -> list[str]:
+def far_joints(machine: Machine) -> list[Doubt]:
     """Return doubts about joints that lie farther from both of their bodies than the larger one is long."""
-    lines = []
+    lines: list[Doubt] = []
     for name, joint in machine.description.joints.items():
         place = np.array(joint.frame.at)
         spans = [_span(machine, body) for body in (joint.parent, joint.child) if body != GROUND]
@@ -86,8 +90,9 @@ def far_joints(machine: Machine) -> list[str]:
         gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
         longest = max(2 * float(half.max()) for _, half in spans)
         if min(gaps) > max(longest, 0.1):
-            lines.append(f"joints.{name}: at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from both of its "
-                         "bodies, more than they are long; check the place and its unit")
+            lines.append(Doubt(f"joints.{name}", f"at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from "
+                                                 "both of "
+                               "its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
     return lines
 
 

@@ -7,6 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.signals.doubts import scale_words
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.correlation import mac
@@ -18,20 +19,23 @@ GAIN = 0.1  # of the mean MAC or FRAC that a proposal must bring
 MOST = 60  # Dofs among which swaps are searched
 
 
-def question_shapes(measured: Modes, predicted: Modes) -> tuple[str, ...]:
+def question_shapes(measured: Modes, predicted: Modes) -> tuple[Doubt, ...]:
     """Return doubts about the channels of paired modes (equal count and Dofs, measured first): signs, scales, swaps."""
     if measured.count < 2 or len(measured.dofs) < 3:
         return ()
     a, b = np.asarray(measured.shape), np.asarray(predicted.shape)
     start = _mean_mac(a, b)
     flips, a = _flips(a, b)
-    lines = [f"{measured.dofs[i]}: turned, the shapes fit the model better (mean MAC {before:.3f} -> {after:.3f}): the sensor "
-             "may point the other way than its label" for i, before, after in flips]
+    lines = [Doubt(str(measured.dofs[i]), f"turned, the shapes fit the model better (mean MAC {before:.3f} -> "
+                                          f"{after:.3f}): the "
+                   "sensor may point the other way than its label", "look at its mounting", figure=after - before)
+             for i, before, after in flips]
     swap = _swap(a, b)
     if swap is not None:
         i, j, before, after = swap
-        lines.append(f"{measured.dofs[i]} and {measured.dofs[j]}: with their labels exchanged the shapes fit the model better "
-                     f"(mean MAC {before:.3f} -> {after:.3f}): two channels may be swapped")
+        lines.append(Doubt(f"{measured.dofs[i]} and {measured.dofs[j]}", "with their labels exchanged the shapes fit the model "
+                           f"better (mean MAC {before:.3f} -> {after:.3f}): two channels may be swapped",
+                           "compare the labels with the test's notes", figure=after - before))
         a[[i, j]] = a[[j, i]]
     if start > 0.5 or lines:
         lines += _scales(measured, a, b)
@@ -72,7 +76,7 @@ def _swap(a: Array, b: Array) -> tuple[int, int, float, float] | None:
     return best if best[3] > max(before + 0.05, ALIKE) and best[3] - before > GAIN * (1 - before) else None
 
 
-def _scales(measured: Modes, a: Array, b: Array) -> list[str]:
+def _scales(measured: Modes, a: Array, b: Array) -> list[Doubt]:
     """Return doubts about rows whose size beside the model's is far from that of the other rows."""
     lengths = np.array([np.median(np.abs(a[:, k])[np.abs(b[:, k]) > 0] / np.abs(b[:, k])[np.abs(b[:, k]) > 0])
                         if (np.abs(b[:, k]) > 0).any() else 1.0 for k in range(a.shape[1])])
@@ -85,12 +89,12 @@ def _scales(measured: Modes, a: Array, b: Array) -> list[str]:
     for i in np.flatnonzero(loud & (alike > ALIKE)):
         factor = float(product[i] / power[i])
         if not 1 / UNLIKE < factor < UNLIKE:
-            lines.append(f"{measured.dofs[i]}: moves {factor:.3g} times as much beside the others as in the model"
-                         f"{scale_words(factor)}: check its calibration and unit")
+            lines.append(Doubt(str(measured.dofs[i]), f"moves {factor:.3g} times as much beside the others as in the model"
+                               f"{scale_words(factor)}", "check its calibration and unit", figure=factor))
     return lines
 
 
-def question_responses(measured: Frf, predicted: Frf) -> tuple[str, ...]:
+def question_responses(measured: Frf, predicted: Frf) -> tuple[Doubt, ...]:
     """Return doubts about signs, scale and delay of responses beside the model's at equal lines and Dofs."""
     a = measured.values.reshape(measured.frequency.size, -1)
     b = predicted.values.reshape(a.shape)
@@ -100,18 +104,19 @@ def question_responses(measured: Frf, predicted: Frf) -> tuple[str, ...]:
     for name, column, factor, alike in zip(names, range(a.shape[1]), factors, likeness, strict=True):
         if alike > ALIKE:
             if factor.real < 0:
-                lines.append(f"{name}: has the opposite sign of the model: sensor or force may point the other "
-                             "way than labelled")
+                lines.append(Doubt(name, "has the opposite sign of the model: sensor or force may point the other way than "
+                                   "labelled", "look at the mounting of both"))
             if not 1 / UNLIKE < abs(factor) < UNLIKE:
-                lines.append(f"{name}: is {abs(factor):.3g} times the model's response{scale_words(abs(factor))}: check "
-                             "calibration, unit and quantity")
+                lines.append(Doubt(name, f"is {abs(factor):.3g} times the model's response{scale_words(abs(factor))}",
+                                   "check calibration, unit and quantity", figure=abs(factor)))
             continue
         if alike > DELAYED:  # a resonance that is off by some per cent looks like a delay as well
             continue
         delay, better = _delay(a[:, column], b[:, column], measured.omega)
         if better > CERTAIN:
-            lines.append(f"{name}: agrees with the model only with a delay of {1e3 * delay:+.3g} ms taken out "
-                         f"(FRAC {alike:.2f} -> {better:.2f}): look for a filter or another amplifier in one channel")
+            lines.append(Doubt(name, f"agrees with the model only with a delay of {1e3 * delay:+.3g} ms taken out "
+                               f"(FRAC {alike:.2f} -> {better:.2f})", "look for a filter or another amplifier in one channel",
+                               figure=better - alike))
     return tuple(lines)
 
 

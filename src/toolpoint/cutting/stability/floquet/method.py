@@ -98,7 +98,7 @@ class FloquetDeterminant:
         frequency = chatter_frequency(problem, speeds[index.astype(int)], theta)
         state = max(state for _, state in groups)
         return assemble_chart(speeds, depth_max, (index, depth, theta, frequency, change, error), method=str(self),
-                         notes=(*problem.notes, self._note(depth_max)), status=STATUS[state])
+                         notes=(*problem.notes, self._note(depth_max)), search=STATUS[state])
 
     def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
@@ -113,7 +113,7 @@ class FloquetDeterminant:
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
         note = "helix: bands narrower than the spacing of 20 search levels can be missed"
         return assemble_chart(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
-                         method=str(self), notes=(*problem.notes, note), status=STATUS[state])
+                         method=str(self), notes=(*problem.notes, note), search=STATUS[state])
 
     def _note(self, depth_max: float) -> str:
         return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "

@@ -102,7 +102,7 @@ class HillDeterminant:
                 rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
             status = search.status if status == "complete" else status
         columns = np.array(rows, float).reshape(-1, 6).T
-        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), status=status)
+        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), search=status)
 
     def _levels(self, problem: MillingProblem) -> int:
         return FINER * self.levels if is_plain(problem) else self.levels

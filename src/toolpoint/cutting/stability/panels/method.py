@@ -91,7 +91,7 @@ class PanelArnoldi:
                 f"than the {self.levels} search levels can be missed")
         status = BEYOND if overflow else "complete" if is_normal else NOT_NORMAL
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
-                         status=status)
+                         search=status)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the largest multipliers over one period, largest first.

@@ -1,0 +1,46 @@
+"""Doubt: what a result may not be believed in, why, and what to do; and the status that follows from doubts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+UNKNOWN = float("nan")
+
+
+class Doubt(str):
+    """A doubt is its sentence, ``what: why; remedy``: it prints, sorts and goes to JSON as text. Its parts stay with it.
+
+    Parameters
+    ----------
+    what : str
+        What is doubted: a part of a file, a channel, a mode, the limits of a chart.
+    why : str
+        What was seen, with its numbers.
+    remedy : str, optional
+        What to do or to look at.
+    figure : float, optional
+        How large it is, as a share (0.37: a limit known within 37 %), for who filters or sorts; not a number where none fits.
+    """
+
+    what: str
+    why: str
+    remedy: str
+    figure: float
+
+    def __new__(cls, what: str, why: str, remedy: str = "", *, figure: float = UNKNOWN) -> Doubt:
+        doubt = super().__new__(cls, f"{what}: {why}; {remedy}" if remedy else f"{what}: {why}")
+        vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure)
+        return doubt
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        raise AttributeError(f"a Doubt cannot be changed; make another one with {name}={value!r}")
+
+    def __getnewargs_ex__(self) -> tuple[tuple[str, str, str], dict[str, float]]:
+        return (self.what, self.why, self.remedy), {"figure": self.figure}
+
+
+def status_of(doubts: Iterable[str], good: str) -> str:
+    """Return `good` where there is no doubt, else ``doubtful: `` with every doubt once."""
+    lines = list(dict.fromkeys(doubts))
+    return f"doubtful: {'; '.join(lines)}" if lines else good

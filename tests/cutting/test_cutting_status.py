@@ -1,0 +1,39 @@
+"""The status of a chart follows from its stated errors."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint.cutting.stability.result import assemble_chart
+
+
+def chart(error, search="complete"):
+    speeds = np.array([3000.0, 4000, 5000])
+    columns = (np.arange(3), [1e-3, 2e-3, 4e-3], np.ones(3), np.full(3, 500.0), np.full(3, 2), error)
+    return assemble_chart(speeds, 10e-3, columns, search=search)
+
+
+def test_a_chart_of_small_errors_is_complete():
+    assert chart([1e-6, 1e-6, 1e-6]).status == "complete" and chart([9e-5, 1.9e-4, 3.9e-4]).doubts == ()
+
+
+def test_a_chart_of_large_errors_is_not_called_complete():
+    rough = chart([0.37e-3, 0.5e-3, 1e-6])
+    assert rough.status.startswith("doubtful: limits: the stated error is 37 % of the limit at 3000 rev/min")
+    assert "at 2 of 3 speeds from 3000 to 4000 rev/min" in rough.status and rough.doubts[0].figure == 0.37
+    assert "doubtful" in repr(rough)
+
+
+def test_errors_that_grow_later_change_the_status():
+    assert "50 %" in replace(chart([1e-6, 1e-6, 1e-6]), error=np.array([1e-6, 1e-3, 1e-6])).status
+
+
+def test_what_a_search_could_not_do_stays_first():
+    assert chart([1e-6] * 3, "bracketed only").status == "bracketed only"
+    assert chart([0.37e-3, 0, 0], "bracketed only").status.startswith("bracketed only; limits: ")
+
+
+def test_no_limit_and_no_depth_give_no_doubt():
+    empty = assemble_chart(np.array([3000.0]), 1e-3, [np.zeros(0)] * 6)
+    unstable = assemble_chart(np.array([3000.0]), 1e-3, [np.zeros(0)] * 6, unstable_at_zero=np.array([2]))
+    assert empty.status == unstable.status == "complete"
