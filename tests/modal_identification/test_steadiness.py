@@ -39,7 +39,8 @@ def test_a_drift_widens_the_intervals_and_is_said():
     assert result.steadiness is not None
     before = result.modes.covariance - result.steadiness.moved[:, :, None] ** 2 * np.eye(2)
     known = np.diagonal(result.modes.covariance, axis1=1, axis2=2).min(axis=1) > 0  # nearly equal modes may cancel each other
-    assert known.sum() >= 3 and (np.linalg.eigvalsh(before[known]) > 0).all()
+    least = np.linalg.eigvalsh(before[known])[:, 0]
+    assert known.sum() >= 3 and (least > -1e-9 * np.trace(before[known], axis1=1, axis2=2)).all()
     assert any("doubled" in line or "vanish" in line for line in result.advice)
 
 
@@ -47,7 +48,7 @@ def test_a_drift_widens_the_intervals_and_is_said():
 def test_intervals_of_a_drifting_structure_hold_what_other_points_say():
     """Two halves of the points of one structure; by the fit's covariance alone about a half of the differences are held."""
     inside, alone = [], []
-    for seed in range(8):
+    for seed in range(16):
         frf = responses(np.random.default_rng(seed), 4e-3, points=12)
         first, second = (identify(frf.selected(list(range(k, 12, 2)), [0])) for k in (0, 1))
         for i in np.flatnonzero(~first.doubtful):
@@ -60,7 +61,7 @@ def test_intervals_of_a_drifting_structure_hold_what_other_points_say():
             inside.append(change < 1.96 * np.sqrt(sum(variance)))
             alone.append(change < 1.96 * np.sqrt(sum(variance) - sum(moved)))
     assert len(inside) > 30
-    assert np.mean(inside) > 0.8 and np.mean(alone) < 0.7
+    assert np.mean(inside) > 0.88 and np.mean(alone) < 0.7
 
 
 def fixed(frequency, ratio, shape):

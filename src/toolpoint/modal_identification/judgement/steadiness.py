@@ -8,7 +8,10 @@ third of the points; the mean square of what a mode moves by, less what fewer da
 mode that most of these do not show is the model's, not the structure's.
 
 An efficient estimate from a part of the data differs from that of all by the difference of their variances (Hausman,
-Econometrica 46 (1978) 1251): a part that loses the share s moves by s/(1 - s) of the variance under noise alone.
+Econometrica 46 (1978) 1251): a part that loses the share s moves by s/(1 - s) of the variance under noise alone. Where points
+differ by more than noise the same holds of their spread, so that (1 - s)/s times the mean square of the changes is the variance
+of the mode (the jackknife with groups left out: Efron, The Jackknife, the Bootstrap and Other Resampling Plans, 1982, chapter
+3). Changes with the band are errors of the model, no samples: their mean square is taken as it is. Both are added.
 """
 
 from __future__ import annotations
@@ -60,9 +63,20 @@ def judge_steadiness(frf: Frf, modes: Modes, again: Callable[[Frf], Modes], *, b
 
     again : identifies the modes of the responses that it is given; bands, points : which parts are tried.
     """
-    parts = [*(_cut_bands(frf) if bands else ()), *(_fewer_points(frf) if points else ())]
-    if not parts:
+    kinds = [list(_cut_bands(frf) if bands else ()), list(_fewer_points(frf) if points else ())]
+    if not any(kinds):
         return None
+    moved, asked, seen = np.zeros((modes.count, 2)), np.zeros(modes.count), np.zeros(modes.count)
+    for parts, samples in zip(kinds, (False, True), strict=True):
+        square, more_asked, more_seen = _moves(frf, modes, again, parts, samples=samples)
+        moved, asked, seen = moved + square, asked + more_asked, seen + more_seen
+    return Steadiness(np.sqrt(moved), asked, seen)
+
+
+def _moves(frf: Frf, modes: Modes, again: Callable[[Frf], Modes], parts: list[tuple[Frf, float]], *, samples: bool
+           ) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return the mean square (n_modes, 2) of the changes in parts of one kind beyond noise, the parts that must show a mode,
+    and those that do; `samples` where the parts are samples of points."""
     total, asked, seen = np.zeros((modes.count, 2)), np.zeros(modes.count), np.zeros(modes.count)
     known = np.zeros((modes.count, 2))
     if modes.covariance is not None:
@@ -77,8 +91,23 @@ def judge_steadiness(frf: Frf, modes: Modes, again: Callable[[Frf], Modes], *, b
             partner, change = np.zeros(modes.count, bool), np.zeros((modes.count, 2))
         asked += within
         seen += within & partner
-        total += np.where((within & partner)[:, None], change**2 - lost / (1 - lost) * known, 0.0)
-    return Steadiness(np.sqrt(np.maximum(total, 0.0) / np.maximum(seen, 1)[:, None]), asked, seen)
+        weight = (1 - lost) / lost if samples else 1.0
+        total += np.where((within & partner)[:, None], weight * (change**2 - lost / (1 - lost) * known), 0.0)
+    square = np.maximum(total, 0.0) / np.maximum(seen, 1)[:, None]
+    return _pooled(square, modes, seen) if samples else square, asked, seen
+
+
+def _pooled(square: FloatArray, modes: Modes, seen: FloatArray) -> FloatArray:
+    """Return variances that three groups of points tell, no less than half of what all modes share as parts of themselves.
+
+    Of one mode three groups tell a variance with two degrees of freedom: by chance it is far too small in one of ten.
+    """
+    size = np.stack([modes.frequency, np.abs(modes.damping_ratio)], axis=1) ** 2
+    shown = seen > 0
+    if not shown.any():
+        return square
+    share = (square[shown] / np.maximum(size[shown], 1e-300)).mean(axis=0)
+    return np.where(shown[:, None], np.maximum(square, (square + share * size) / 2), square)
 
 
 def widen(modes: Modes, steadiness: Steadiness) -> Modes:
