@@ -9,7 +9,9 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.bodies.solid import CAST_IRON as IRON
+from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
 from toolpoint.machine import assemble, build
+from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.derivatives import matrix_derivatives
 from toolpoint.machine.description import (
     BodyDescription,
@@ -29,9 +31,12 @@ from toolpoint.machine.description.elastic import (
     PatchDescription,
 )
 from toolpoint.machine.parts import body_store
+from toolpoint.machine.pose.placement import place_machine
+from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies import study_sensitivity
+from toolpoint.studies.machines.machine_modes import solve_modes
 from toolpoint.vibration import frequency_response
-from toolpoint.vibration.eigen import solve_undamped
+from toolpoint.vibration.eigen import solve_damped, solve_undamped
 
 SPRINGS = {"x": 2e8, "y": 2e8, "z": 3e8, "rx": 2e6, "ry": 2e6, "rz": 1e6}
 POST = ElasticDescription(
@@ -213,3 +218,62 @@ def test_a_length_has_no_exact_derivative_and_a_missing_modulus_is_named():
     bare = replace(SPINDLE, segments={"front": BeamSegment(0.4, 0.07)}, interfaces={"back": 0.05, "seat": 0.3, "nose": 0.4})
     with pytest.raises(ToolpointError, match="modulus: not a number but NoneType"):
         spindle_machine(bare).value("bodies.shaft.beam.segments.front.modulus")
+
+
+def test_losses_are_the_damping_ratios_of_shapes_and_of_the_command():
+    eta = 0.02
+    lossy = {name: replace(m, loss_factor=eta) for name, m in POST.materials.items()}
+    machine = post_machine(replace(POST, materials=lossy))
+    both = build(replace(machine.description, joints={"foot": replace(machine.description.joints["foot"], loss_factor=eta)}))
+    assert body_shapes(both, None, 6).damping_ratio == pytest.approx(np.full(6, eta / 2), rel=1e-9)
+    # The joint alone and the materials alone add up, as their strain energies do.
+    joint = build(replace(both.description, bodies={"post": BodyDescription(elastic=replace(POST, materials={
+        name: replace(m, loss_factor=0.0) for name, m in POST.materials.items()}))}))
+    parts = body_shapes(machine, None, 6).damping_ratio, body_shapes(joint, None, 6).damping_ratio
+    assert parts[0] + parts[1] == pytest.approx(np.full(6, eta / 2), rel=1e-9)
+    assert min(parts[0].min(), parts[1].min()) > 0
+    result = solve_modes(both, count=6)
+    assert "damping %" in result.table() and "1.000" in result.table()
+    assert result.to_dict()["damping_ratio"] == pytest.approx([eta / 2] * 6)
+
+
+def test_dampers_of_joints_are_those_of_complex_modes():
+    machine = post_machine(replace(POST, materials={n: replace(m, loss_factor=0.0) for n, m in POST.materials.items()}))
+    foot = replace(machine.description.joints["foot"], damping={"x": 300.0, "ry": 5.0})
+    damped = build(replace(machine.description, joints={"foot": foot}))
+    exact = solve_damped(assemble(damped))
+    assert body_shapes(damped, None, 4).damping_ratio == pytest.approx(exact.damping_ratio[:4], rel=1e-3, abs=1e-9)
+
+
+def test_elastic_bodies_are_drawn_bent():
+    for machine, point in ((post_machine(), "head"), (spindle_machine(), "nose")):
+        scene, moved = machine_shapes(machine, None, 5)
+        at = place_machine(machine).position(machine.description.points[point])[0]
+        # Drawn nodes around a point move on average as the point does, by the machine's own equations.
+        modes = solve_undamped(assemble(machine, None, [f"{point}:+{way}" for way in "xyz"]))
+        names = np.array(scene.body_names)[scene.node_body]
+        if point == "nose":
+            around = (names == "shaft") & (np.abs(scene.nodes[:, 2] - at[2]) < 1e-9)
+            for k in range(5):
+                mean = moved.displacement[k, around].real.mean(axis=0)
+                assert np.abs(mean) == pytest.approx(np.abs(modes.shape[:, k]), abs=1e-6 * np.abs(modes.shape).max())
+        mark = names == "points"
+        for k in range(5):
+            drawn = np.abs(moved.displacement[k, mark].real.mean(axis=0))
+            assert drawn == pytest.approx(np.abs(modes.shape[:, k]), abs=1e-6 * np.abs(modes.shape).max())
+        body = ~mark
+        arms = scene.nodes[body] - scene.nodes[body].mean(axis=0)
+        rigid = np.concatenate([np.tile(np.eye(3), (body.sum(), 1)), np.cross(np.eye(3)[None], arms[:, None]).transpose(
+            0, 2, 1).reshape(-1, 3)], axis=1)
+        shape = moved.displacement[-1, body].real.ravel()
+        left = shape - rigid @ np.linalg.lstsq(rigid, shape, rcond=None)[0]
+        assert np.linalg.norm(left) > 0.05 * np.linalg.norm(shape)
+
+
+def test_a_surface_of_many_nodes_is_thinned():
+    model = replace(POST, mesh_size=0.02).model
+    used, triangles = outer_triangles(model)
+    chosen, left = thin_triangles(model.nodes[used], triangles, 80)
+    assert 20 < len(chosen) <= 80 < len(used)
+    assert len(left) < len(triangles) and left.max() < len(chosen)
+    assert np.ptp(model.nodes[used][chosen], axis=0) == pytest.approx([0.1, 0.06, 0.4])

@@ -38,12 +38,15 @@ def thin_triangles(nodes: FloatArray, triangles: IndexArray, most: int) -> tuple
     """Return at most about `most` nodes (their numbers) and the triangles left between them: one node a cell of a grid."""
     chosen, owner = np.arange(len(nodes)), np.arange(len(nodes))
     low, size = nodes.min(axis=0), float(np.ptp(nodes, axis=0).max())
+    order = np.argsort(-np.linalg.norm(nodes - nodes.mean(axis=0), axis=1), kind="stable")  # of a cell the outermost node stays
     cells = np.sqrt(most)
     while len(chosen) > most:
-        grid = np.floor((nodes - low) / size * cells).astype(np.int64)
-        _, chosen, owner = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        grid = np.floor((nodes[order] - low) / size * cells).astype(np.int64)
+        _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        chosen, owner = order[first], np.empty(len(nodes), dtype=np.int64)
+        owner[order] = inverse.ravel()
         cells *= 0.85
-    faces = owner.ravel()[triangles]
+    faces = owner[triangles]
     is_flat = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
     faces = np.unique(np.sort(faces[~is_flat], axis=1), axis=0, return_index=True)[1]
-    return chosen, owner.ravel()[triangles][~is_flat][faces]
+    return chosen, owner[triangles][~is_flat][faces]

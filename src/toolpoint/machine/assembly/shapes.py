@@ -19,19 +19,37 @@ class BodyShapes:
     """Undamped modes at one pose.
 
     place : where everything stands; frequency : (n_modes,), Hz; twists : (n_links, 6, n_modes), motion (v, w) of every
-    body in machine axes about the machine's origin, for unit modal mass.
+    body in machine axes about the machine's origin, for unit modal mass; vectors : (n, n_modes), the shapes in the tree's
+    coordinates; damping_ratio : (n_modes,), what the description states for every mode, or the dampers at work in the undamped
+    shape, and the structural losses of joints and materials: phi^T C phi/(2 w) + phi^T D phi/(2 w^2), exact for small ones.
     """
 
     place: Placement
     frequency: FloatArray
     twists: FloatArray
+    vectors: FloatArray
+    damping_ratio: FloatArray
+
+    def bending(self, link: int) -> FloatArray:
+        """Return the amplitudes (n_modal, n_modes) of an elastic body's own coordinates."""
+        return self.vectors[list(self.place.machine.modal_columns[link])]
 
 
 def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = None) -> BodyShapes:
     """Return the lowest undamped modes at one pose as motions of the bodies; all modes where `modes` is left out."""
     place = place_machine(machine, pose)
-    mass, stiffness, _, _, basis = equations(place)
-    squares, vectors = mass_normalised(mass[0], stiffness[0])
-    vectors = vectors[:, :modes] if basis is None else basis[0] @ vectors[:, :modes]
-    frequency = natural_omega(squares, mass[0], stiffness[0])[:modes] / (2 * np.pi)
-    return BodyShapes(place, frequency, place.jacobians[0] @ vectors)
+    mass, stiffness, viscous, structural, basis = equations(place)
+    squares, shapes = mass_normalised(mass[0], stiffness[0])
+    omega, shapes = natural_omega(squares, mass[0], stiffness[0])[:modes], shapes[:, :modes]
+    ratio = machine.description.damping_ratio
+    lost = _work(shapes, structural[0], 2 * omega**2)
+    lost = lost + (_work(shapes, viscous[0], 2 * omega) if ratio is None else np.full(omega.shape, ratio))
+    vectors = shapes if basis is None else basis[0] @ shapes
+    return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, lost)
+
+
+def _work(shapes: FloatArray, matrix: FloatArray, over: FloatArray) -> FloatArray:
+    """Return phi^T A phi over a size, 0 where that vanishes: a motion without stiffness has no ratio."""
+    work = np.einsum("im,ij,jm->m", shapes, matrix, shapes)
+    still = over <= 1e-9 * over.max(initial=1e-300)
+    return np.where(still, 0.0, work / np.where(still, 1.0, over))

@@ -1,4 +1,4 @@
-"""Scenes and animated shapes of machines: bodies drawn as described, moved as rigid bodies in each mode."""
+"""Scenes and animated shapes of machines: bodies drawn as described, or by their surface, moved and bent in each mode."""
 
 from __future__ import annotations
 
@@ -9,11 +9,10 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.bodies import mesh
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.description import BodyDescription, ShapeDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.machine.parts.model import Machine
-from toolpoint.machine.pose.placement import Placement
 from toolpoint.plot.shape_view.animated_shapes import AnimatedShapes
 from toolpoint.plot.shape_view.round_shapes import cylinder_scene, sphere_scene
 from toolpoint.plot.shape_view.scene import Box, Scene
@@ -23,29 +22,33 @@ POINTS = "points"
 
 
 def machine_shapes(machine: Machine, pose: Pose | None = None, modes: int = 6) -> tuple[Scene, AnimatedShapes]:
-    """Return the scene at one pose and the lowest undamped modes on its nodes."""
+    """Return the scene at one pose and the lowest undamped modes on its nodes; elastic bodies bend as their coordinates say."""
     shapes = body_shapes(machine, pose, modes)
-    scene, links = _scene(shapes.place)
-    moved = np.zeros((shapes.frequency.size, len(scene.nodes), 3))
+    parts, moves = [], []
     for link in range(len(machine.bodies)):
-        at = links == link
-        velocity = tf.point_velocity(scene.nodes[at]) @ shapes.twists[link]
-        moved[:, at] = np.moveaxis(velocity, -1, 0)
-    ratio = machine.description.damping_ratio
-    return scene, AnimatedShapes(shapes.frequency, np.full(shapes.frequency.size, ratio or 0.0), moved.astype(complex))
-
-
-def _scene(place: Placement) -> tuple[Scene, np.ndarray]:
-    machine, parts, links = place.machine, [], []
-    for link, name in enumerate(machine.body_names):
-        part = _body(name, machine.description.bodies[name], machine.bodies[link].mass, place.frames[0, link])
+        part, moved = _part(shapes, link)
         parts.append(part)
-        links.append(np.full(len(part.nodes), link))
+        moves.append(moved)
     size = 0.015 * Scene.joined(parts).size
-    for point in machine.description.points.values():
-        parts.append(Scene.of_boxes([Box(POINTS, place.position(point)[0], (size,) * 3)]))
-        links.append(np.full(8, machine.link(point.body)))
-    return Scene.joined(parts), np.concatenate(links)
+    for name, point in machine.description.points.items():
+        mark = Scene.of_boxes([Box(POINTS, shapes.place.position(point)[0], (size,) * 3)])
+        parts.append(mark)
+        moved = shapes.place.point_jacobian(name)[0, :3] @ shapes.vectors
+        moves.append(np.broadcast_to(moved, (len(mark.nodes), *moved.shape)))
+    displacement = np.moveaxis(np.concatenate(moves), -1, 0)
+    return Scene.joined(parts), AnimatedShapes(shapes.frequency, shapes.damping_ratio, displacement.astype(complex))
+
+
+def _part(shapes: BodyShapes, link: int) -> tuple[Scene, FloatArray]:
+    """Return the drawing of a body and the displacement (nodes, 3, modes) of its nodes in every mode, machine axes."""
+    place, machine = shapes.place, shapes.place.machine
+    body, frame, name = machine.bodies[link], place.frames[0, link], machine.body_names[link]
+    if body.surface is None:
+        scene = _body(name, machine.description.bodies[name], body.mass, frame)
+        return scene, tf.point_velocity(scene.nodes) @ shapes.twists[link]
+    scene = Scene.of_mesh(name, tf.move(frame, body.surface.nodes), body.surface.triangles)
+    bent = frame[:3, :3] @ (body.surface.motion @ shapes.bending(link))
+    return scene, tf.point_velocity(scene.nodes) @ shapes.twists[link] + bent
 
 
 def _body(name: str, body: BodyDescription, mass: FloatArray, frame: FloatArray) -> Scene:

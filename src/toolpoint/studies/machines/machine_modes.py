@@ -22,7 +22,7 @@ class MachineModes(NotebookText):
     """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
 
     spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance; notes : what the
-    reduction of elastic bodies does at this pose.
+    reduction of elastic bodies does at this pose; damping_ratio : (n_modes,) by the losses stated, None where bodies spin.
     """
 
     machine: Machine
@@ -30,6 +30,7 @@ class MachineModes(NotebookText):
     frequency: FloatArray
     spread: AnswerSpread | None = None
     notes: tuple[str, ...] = ()
+    damping_ratio: FloatArray | None = None
 
     def table(self) -> str:
         """Return the frequencies as text, with their 95 % intervals and the joint that these mostly come from."""
@@ -37,6 +38,9 @@ class MachineModes(NotebookText):
         spin = fastest_spin(self.machine.description)
         title = self.machine.name + (f", bodies spinning at up to {spin * 30 / 3.141592653589793:.6g} rev/min" if spin else "")
         header = ["mode", "frequency Hz"]
+        if self.damping_ratio is not None and self.damping_ratio.any():
+            header.append("damping %")
+            rows = [[*row, f"{100 * ratio:.3f}"] for row, ratio in zip(rows, self.damping_ratio, strict=True)]
         if self.spread is not None:
             header += ["+- Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
@@ -47,6 +51,7 @@ class MachineModes(NotebookText):
         spread = self.spread
         return {"frequency_hz": self.frequency.tolist(),
                 "interval_hz": None if spread is None else spread.interval.tolist(),
+                "damping_ratio": None if self.damping_ratio is None else self.damping_ratio.tolist(),
                 "notes": list(self.notes),
                 "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 
@@ -57,7 +62,10 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     uncertainty = machine_uncertainty(machine)
     spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
     note = "" if fastest_spin(machine.description) else reduction_note(machine, at, min(count, 10))
-    return MachineModes(machine, at, _frequencies(machine, at, count), spread, (note,) if note else ())
+    if fastest_spin(machine.description):
+        return MachineModes(machine, at, _frequencies(machine, at, count), spread, (note,) if note else ())
+    shapes = body_shapes(machine, at, count)
+    return MachineModes(machine, at, shapes.frequency, spread, (note,) if note else (), shapes.damping_ratio)
 
 
 def _frequencies(machine: Machine, pose: Mapping[str, float], count: int) -> FloatArray:
