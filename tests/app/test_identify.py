@@ -36,7 +36,7 @@ def test_table_modes_and_page(measured_file, tmp_path, capsys):
     main(["identify", str(measured_file), "--geometry", str(measured_file), "-m", str(tmp_path / "modes.h5"),
           "-o", str(tmp_path / "page")])
     shown = capsys.readouterr().out
-    assert "+- Hz" in shown and "3 modes" in shown
+    assert "± Hz" in shown and "3 modes" in shown
     modes = hdf5.read(tmp_path / "modes.h5", Modes)
     np.testing.assert_allclose(modes.frequency, FREQUENCY, rtol=1e-3)
     assert (np.abs(modes.frequency - FREQUENCY) < 3 * modes.frequency_interval).all()

@@ -136,6 +136,6 @@ def test_the_command_maps_responses(tmp_path):
     args = ["map", name, "--axis", "X=-0.1:0.1:3", "-o", str(tmp_path / "m")]
     done = CliRunner().invoke(cli, [*args, "--quantity", "response", "--lines", "10:200:50"])
     assert done.exit_code == 0, done.output
-    assert "greatest um/N" in done.output
+    assert "greatest µm/N" in done.output
     wrong = CliRunner().invoke(cli, [*args, "--lines", "10:200:50"])
     assert wrong.exit_code == 2 and "--quantity response" in wrong.output

@@ -163,7 +163,7 @@ def test_modes_are_selected_with_all_they_carry():
     np.testing.assert_allclose(part.frequency, [3, 1])
     np.testing.assert_allclose(part.shape, [[8, 6]])
     np.testing.assert_allclose(part.frequency_interval, 1.959964 * np.array([3, 1]))
-    assert "+- Hz" in part.table()
+    assert "± Hz" in part.table()
     assert modes.between(1.5, 2.5).count == 1
     with pytest.raises(ValueError, match="interval"):
         _ = Modes([1.0], 0.1, np.eye(1), ("a:x",)).frequency_interval

@@ -125,7 +125,7 @@ def screen(plan: Path, workers: int, scheduler: str | None, folder: Path | None,
 @click.option("--answer", type=click.Choice(["response peak", "static compliance", "depth limit", "position error"]),
               required=True,
               help="What is to be improved, at the pose of the plan.")
-@click.option("--goal", type=float, required=True, help="What it shall become: m/N, or mm for a depth limit, um for an error.")
+@click.option("--goal", type=float, required=True, help="What it shall become: m/N, or mm for a depth limit, µm for an error.")
 @JSON
 def improve(plan: Path, answer: str, goal: float, as_json: bool) -> None:
     """The cheapest changes (factors of a plan with their costs) that bring the tool point to a goal, from exact slopes."""

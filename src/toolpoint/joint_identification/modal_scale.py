@@ -68,14 +68,14 @@ class MassScale:
             return ""
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
         return (f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the masses as "
-                f"stated let them, so that masses are {1 / self.factor:.3g} +- {1.96 * self.deviation / self.factor:.1g} times "
+                f"stated let them, so that masses are {1 / self.factor:.3g} ± {1.96 * self.deviation / self.factor:.1g} times "
                 f"those, beyond the calibration of force and response{assumed}: stiffnesses go with the masses; check "
                 "masses, units, sensitivities")
 
     @property
     def note(self) -> str:
         """What it means for the numbers."""
-        known = f"{1 / self.factor:.4g} +- {1.96 * self.deviation / self.factor:.1g}"
+        known = f"{1 / self.factor:.4g} ± {1.96 * self.deviation / self.factor:.1g}"
         if self.calibration is None:
             return (f"by the driving points all masses are {known} times those stated if force and response are calibrated "
                     "exactly; calibration_deviation in the component file lets them tell")

@@ -63,7 +63,7 @@ class ScrewAxis(NotebookText):
 
     def __repr__(self) -> str:
         angle = np.degrees(np.linalg.norm(self.direction_deviation))
-        return f"ScrewAxis({self.screw!r}, +- {angle:.2g} deg, +- {np.linalg.norm(self.point_deviation):.2g} m)"
+        return f"ScrewAxis({self.screw!r}, ± {angle:.2g} deg, ± {np.linalg.norm(self.point_deviation):.2g} m)"
 
 
 def screw_axis(twist: FloatArray, covariance: FloatArray) -> ScrewAxis:

@@ -121,7 +121,7 @@ def _variables(fit: ParameterFit) -> list[str]:
         value, error = fit.values[parameter.name], fit.standard_error[parameter.name]
         relative = f"{100 * error / abs(value):.2f}%" if value else "-"
         bound = "  AT A BOUND" if parameter.name in fit.at_bounds else ""
-        lines.append(f"    {parameter.name + ':':{width + 1}} {value:.8g} +/- {error:.4g} ({relative}) "
+        lines.append(f"    {parameter.name + ':':{width + 1}} {value:.8g} ± {error:.4g} ({relative}) "
                      f"(init = {parameter.value:.6g}, bounds {parameter.low:.4g} .. {parameter.high:.4g}){bound}")
         lines += [f"    {'':{width + 1}} = {name} / {factor:g}" for name, factor in parameter.links.items()]
     if fit.scaled:

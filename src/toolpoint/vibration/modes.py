@@ -242,7 +242,7 @@ class Modes(NotebookText):
         """Return frequency, damping and their 95 % intervals as text, one line a mode (one pose)."""
         if self.frequency.ndim > 1:
             fail("table", f"{self.frequency.shape[0]} poses", "must be one pose", "use at_pose(i) first")
-        lines = [" mode   frequency Hz   damping %" + ("      +- Hz      +- %" if self.covariance is not None else "")]
+        lines = [" mode   frequency Hz   damping %" + ("       ± Hz       ± %" if self.covariance is not None else "")]
         for i in range(self.count):
             line = f"{i + 1:5d} {self.frequency[i]:14.4f} {100 * self.damping_ratio[i]:11.4f}"
             if self.covariance is not None:

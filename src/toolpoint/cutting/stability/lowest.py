@@ -34,7 +34,7 @@ class LowestLimit:
     def __str__(self) -> str:
         if not np.isfinite(self.depth):
             return "no limit below the depths looked at"
-        return f"{1e3 * self.depth:.4f} mm +- {1e3 * self.error:.1g} mm at {self.speed:.0f} rev/min"
+        return f"{1e3 * self.depth:.4f} mm ± {1e3 * self.error:.1g} mm at {self.speed:.0f} rev/min"
 
 
 def lowest_limit(problem: Problem, chart: StabilityChart, method: StabilityMethod | None = None) -> LowestLimit:

@@ -37,7 +37,7 @@ class ContourError(NotebookText):
 
     def __repr__(self) -> str:
         e = self.length
-        return f"ContourError(largest {1e6 * e.max():.4g} um, root mean square {1e6 * np.sqrt((e**2).mean()):.4g} um)"
+        return f"ContourError(largest {1e6 * e.max():.4g} µm, root mean square {1e6 * np.sqrt((e**2).mean()):.4g} µm)"
 
 
 def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, window: float | FloatArray

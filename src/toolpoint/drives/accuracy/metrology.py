@@ -23,8 +23,8 @@ class CircularTest(NotebookText):
     method: str
 
     def __repr__(self) -> str:
-        return (f"CircularTest(G {1e6 * self.deviation:.4g} um, F_max {1e6 * self.radial_max:.4g} um, "
-                f"F_min {1e6 * self.radial_min:.4g} um; {self.method})")
+        return (f"CircularTest(G {1e6 * self.deviation:.4g} µm, F_max {1e6 * self.radial_max:.4g} µm, "
+                f"F_min {1e6 * self.radial_min:.4g} µm; {self.method})")
 
 
 def circular_test(points: FloatArray, radius: float, center: tuple[float, float] = (0.0, 0.0),
@@ -114,7 +114,7 @@ class Positioning(NotebookText):
                 ("E", self.systematic), ("E+", self.systematic_forward), ("E-", self.systematic_backward),
                 ("R", self.repeatability), ("R+", self.repeatability_forward), ("R-", self.repeatability_backward),
                 ("B", self.reversal), ("mean B", self.mean_reversal), ("M", self.mean_deviation)]
-        return "\n".join(f"{name:7s} {1e6 * value:9.3f} um" for name, value in rows)
+        return "\n".join(f"{name:7s} {1e6 * value:9.3f} µm" for name, value in rows)
 
 
 def positioning(forward: FloatArray, backward: FloatArray) -> Positioning:

@@ -169,7 +169,7 @@ class MillingAccuracy(NotebookText):
         rows = [[side.name, f"{1e6 * side.position_error:.4g}", f"{1e6 * side.rotation_error:.4g}",
                  " ".join(f"{1e6 * v:.3g}" for v in side.error.std(axis=0)),
                  f"{100 * side.halving:.2g} %"] for side in self.sides]
-        return "\n".join([text_table(repr(self), ["side", "position um", "rotation urad", "rms x y z um, rotations urad",
+        return "\n".join([text_table(repr(self), ["side", "position µm", "rotation µrad", "rms x y z µm, rotations µrad",
                                                   "halving"], rows),
                           f"loads: {self.loads}", self.status,
                           *dict.fromkeys(note for side in self.sides for note in side.notes)])

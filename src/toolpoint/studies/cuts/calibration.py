@@ -33,7 +33,7 @@ from toolpoint.vibration import Record
 HEADER = ("parameter", "value", "95 % interval", "unit")
 SHOWN = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
          "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
-         "runout": ("run-out", 1e6, "um"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
+         "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
 FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tangential", "edge_n": "edge_normal",
           "edge_a": "edge_axial"}
 BLIND = "Mean forces know no run-out: where it lifts an edge out of the work, they are off by more than their intervals."

@@ -41,7 +41,7 @@ class CutStability:
         """Return rows (quantity, value)."""
         if self.multiplier is None or self.limit is None:
             return [("stability chart", self.reason)]
-        limit = f"{1e3 * self.limit:.4f} mm +- {1e3 * (self.limit_error or 0.0):.1e}" if np.isfinite(self.limit) else "none"
+        limit = f"{1e3 * self.limit:.4f} mm ± {1e3 * (self.limit_error or 0.0):.1e}" if np.isfinite(self.limit) else "none"
         return [("largest multiplier", f"{self.multiplier:.5f} a period (stable below 1)"), ("stability limit", limit),
                 ("stability chart", "stable" if self.stable else "unstable")]
 

@@ -48,12 +48,12 @@ class SimulatedCut(NotebookText):
                 ("force x, mean / peak", f"{tail[:, 0].mean():.1f} / {np.abs(tail[:, 0]).max():.1f} N"),
                 ("force y, mean / peak", f"{tail[:, 1].mean():.1f} / {np.abs(tail[:, 1]).max():.1f} N"),
                 ("torque, mean", f"{run.torque.mean():.3f} N m"), ("power, mean", f"{run.power.mean():.1f} W"),
-                ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} um"),
-                ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} um")]
+                ("vibration x, peak to peak", f"{1e6 * moved[0]:.2f} µm"),
+                ("vibration y, peak to peak", f"{1e6 * moved[1]:.2f} µm")]
 
     def _growth(self) -> list[tuple[str, str]]:
         v = self.verdict
-        return [] if np.isnan(v.growth) else [("growth in the simulation", f"{v.growth:.5f} +- {v.error:.1e} a period")]
+        return [] if np.isnan(v.growth) else [("growth in the simulation", f"{v.growth:.5f} ± {v.error:.1e} a period")]
 
     def table(self) -> str:
         """Return state, growth, multiplier and limit, forces, power and vibration as text."""

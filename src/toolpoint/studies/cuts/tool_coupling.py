@@ -25,8 +25,8 @@ PEAKS = 3
 WIDE = 30.0  # half-width of the 95 % interval of the largest peak, percent of it, above which the result is doubtful
 NamedProgress = Callable[[str, int, int], None]
 NEAR = 0.08  # share of a peak's frequency within which every draw has its peak
-HEADER = ("", "Hz", "95 %", "|G| um/N", "95 %")
-STICK_OUT = ("length mm", "largest peak Hz", "95 %", "|G| um/N", "95 %", "stable at every charted speed mm", "best rev/min",
+HEADER = ("", "Hz", "95 %", "|G| µm/N", "95 %")
+STICK_OUT = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm", "best rev/min",
              "depth mm")
 
 
@@ -59,7 +59,7 @@ class ToolCoupling(NotebookText):
         return tip_frf(self.tips, self.notes)
 
     def rows(self) -> list[list[str]]:
-        """Return rows (plane, Hz, um/N, each with its 95 % interval) of the largest peaks."""
+        """Return rows (plane, Hz, µm/N, each with its 95 % interval) of the largest peaks."""
         return [[f"{tip.plane}, peak {k + 1}", *_peak_words(tip, line)]
                 for tip in self.tips for k, line in enumerate(peaks_of(tip))]
 
@@ -236,7 +236,7 @@ def _doubts(tips: Sequence[PlaneReceptance]) -> list[str]:
             lines.append(f"doubt: the noise of the spindle's response along {tip.plane} is not known, so the prediction has no "
                          "interval; give responses with variance, or `noise`")
         elif (half := 50 * (known[1][1] - known[1][0]) / abs(tip.values[at, 0, 0])) > WIDE:
-            lines.append(f"doubt: the largest peak along {tip.plane}, {tip.frequency[at]:.0f} Hz, is known to +-{half:.0f} %: "
+            lines.append(f"doubt: the largest peak along {tip.plane}, {tip.frequency[at]:.0f} Hz, is known to ±{half:.0f} %: "
                          "its tilt is seen too weakly; use a longer gauge, stations farther apart, less noise")
     return lines
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine
 from toolpoint.machine.description import JointDescription, MachineDescription
 from toolpoint.machine.parts.laws import driven_ways
@@ -11,21 +12,22 @@ from toolpoint.machine.parts.laws import driven_ways
 APART = 0.02  # of the spin's speed
 
 
-def question_laws(machine: Machine) -> list[str]:
+def question_laws(machine: Machine) -> list[Doubt]:
     """Return doubts about screws that do not follow the axis along them, and bearings at another speed than their shaft."""
-    description, lines = machine.description, []
+    description = machine.description
+    lines: list[Doubt] = []
     for name, joint in description.joints.items():
         if joint.law is None:
             continue
         screw = joint.law.ball_screw
         if screw is not None and not screw.follows and screw.along in driven_ways(description, name):
-            lines.append(f"joints.{name}.law.ball_screw: an axis drives it along {screw.along}, but its stiffness is that of "
-                         f"nut_at {1e3 * screw.nut_at:.4g} mm at every position; write 'follows: away' (or towards) the thrust "
-                         "bearing")
+            lines.append(Doubt(f"joints.{name}.law.ball_screw", f"an axis drives it along {screw.along}, but its stiffness is "
+                               f"that of nut_at {1e3 * screw.nut_at:.4g} mm at every position", "write 'follows: away' (or "
+                               "towards) the thrust bearing"))
         bearing, spin = joint.law.bearing, _speed(description, joint)
         if bearing is not None and not bearing.follows and spin and abs(bearing.speed - spin) > APART * spin:
-            lines.append(f"joints.{name}.law.bearing: its shaft spins at {spin:.4g} rev/min, it is computed at "
-                         f"{bearing.speed:.4g} rev/min; write 'follows: spin' in place of its speed")
+            lines.append(Doubt(f"joints.{name}.law.bearing", f"its shaft spins at {spin:.4g} rev/min, it is computed at "
+                               f"{bearing.speed:.4g} rev/min", "write 'follows: spin' in place of its speed"))
     return lines
 
 

@@ -55,7 +55,7 @@ def _springs(machine: Machine) -> list[str]:
     for name, joint in machine.description.joints.items():
         along = {way: value for way, value in joint.stiffness.items() if "r" not in way}
         about = {way: value for way, value in joint.stiffness.items() if "r" in way}
-        lines += [f"joints.{name}.stiffness.{way}: {value:.3g} N/m, {word}; check its unit (N/um is 1e6 N/m)"
+        lines += [f"joints.{name}.stiffness.{way}: {value:.3g} N/m, {word}; check its unit (N/µm is 1e6 N/m)"
                   for way, value in along.items()
                   for word in ("stiffer than any joint of a machine tool",) * (value > STIFFEST)
                   + ("softer than a mounting of rubber",) * (value < SOFTEST)]

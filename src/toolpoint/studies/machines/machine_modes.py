@@ -42,7 +42,7 @@ class MachineModes(NotebookText):
             header.append("damping %")
             rows = [[*row, f"{100 * ratio:.3f}"] for row, ratio in zip(rows, self.damping_ratio, strict=True)]
         if self.spread is not None:
-            header += ["+- Hz (95 %)", "mostly of"]
+            header += ["± Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
         return "\n".join([text_table(title, header, rows), *self.notes])
 

@@ -21,7 +21,7 @@ from toolpoint.studies.machines.tool_point import seen_along, tool_axes
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof, Frf, frequency_response
 
-HEADER = ("pose", "response", "greatest um/N", "at Hz", "95 % interval", "mostly of")
+HEADER = ("pose", "response", "greatest µm/N", "at Hz", "95 % interval", "mostly of")
 Progress = Callable[[int, int], None]
 
 

@@ -54,7 +54,7 @@ class NextTest(NotebookText):
             self.names[:most], self.after[:most], strict=True)]
         share = self.random / max(self.today, 1e-300)
         rows.append(["(a random one of these)", f"{100 * self.random:.3g}", f"{100 * share:.3g} %"])
-        return text_table(f"{self.answer}: +- {100 * self.today:.3g} % today (95 %)", HEADER, rows)
+        return text_table(f"{self.answer}: ± {100 * self.today:.3g} % today (95 %)", HEADER, rows)
 
     def to_dict(self) -> dict[str, Any]:
         """Return all candidates with what they would leave (relative half widths, 95 %) as plain data."""

@@ -80,7 +80,7 @@ class PoseMap(NotebookText):
         for mode in range(self.frequency.shape[-1]):
             half = self.uncertainty.interval[..., mode]
             place = tuple(int(i) for i in np.unravel_index(int(np.argmax(half)), half.shape))
-            lines.append(f"mode {mode + 1}: at most +- {float(half.max()):.2g} Hz (95 %), at {self.grid.words(place)}, mostly "
+            lines.append(f"mode {mode + 1}: at most ± {float(half.max()):.2g} Hz (95 %), at {self.grid.words(place)}, mostly "
                          f"of {self.uncertainty.main_part(*place, mode)}")
         return lines
 

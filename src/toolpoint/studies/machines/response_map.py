@@ -58,7 +58,7 @@ class ResponseMap(NotebookText):
 
     def extremes(self) -> list[str]:
         """Return a line on every direction: where its greatest receptance is lowest and highest."""
-        return self.grid.extreme_lines(_MICRON * self.greatest(), NAMES, "um/N")
+        return self.grid.extreme_lines(_MICRON * self.greatest(), NAMES, "µm/N")
 
     def table(self) -> str:
         """Return each direction's greatest receptance with its place and frequency as text."""
@@ -69,7 +69,7 @@ class ResponseMap(NotebookText):
                 place = np.unravel_index(int(np.nanargmax(size)), size.shape)
                 rows.append([name, f"{_MICRON * size[place]:.4g}", f"{self.frequency[place[-1]]:.5g}",
                              self.grid.words([int(i) for i in place[:-1]])])
-        return "\n".join([text_table(repr(self), ["direction", "greatest um/N", "at Hz", "at"], rows), *self.extremes()])
+        return "\n".join([text_table(repr(self), ["direction", "greatest µm/N", "at Hz", "at"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, m/N."""

@@ -58,14 +58,14 @@ class StiffnessMap(NotebookText):
 
     def extremes(self) -> list[str]:
         """Return a line on every direction: where the stiffness is least and greatest."""
-        return self.grid.extreme_lines(self.stiffness / _MICRON, NAMES, "N/um")
+        return self.grid.extreme_lines(self.stiffness / _MICRON, NAMES, "N/µm")
 
     def table(self) -> str:
         """Return the range of every direction and where the ends lie as text."""
         flat = self.stiffness.reshape(-1, len(NAMES)) / _MICRON
         rows = [[name, f"{np.nanmin(column):.4g}", f"{np.nanmax(column):.4g}"]
                 for name, column in zip(NAMES, flat.T, strict=True) if not np.isnan(column).all()]
-        return "\n".join([text_table(repr(self), ["direction", "least N/um", "greatest N/um"], rows), *self.extremes()])
+        return "\n".join([text_table(repr(self), ["direction", "least N/µm", "greatest N/µm"], rows), *self.extremes()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad, N/m."""

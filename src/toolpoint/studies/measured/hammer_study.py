@@ -81,7 +81,7 @@ class HammerStudy(NotebookText):
             inside = (test.frf.frequency >= self.band.low) & (test.frf.frequency <= self.band.high)
             loud = inside[:, None, None] & (size > 0.3 * size[inside].max(axis=0))
             shares.append(np.asarray(radius)[loud] / size[loud])
-        return f"; they scatter by +-{100 * float(np.median(np.concatenate(shares))):.2g} % where they are large (95 %)"
+        return f"; they scatter by ±{100 * float(np.median(np.concatenate(shares))):.2g} % where they are large (95 %)"
 
     def rows(self) -> list[list[str]]:
         """Return a row for every hit."""

@@ -20,7 +20,7 @@ from toolpoint.studies.machines.stiffness_map import NAMES, stiffness_rows
 from toolpoint.studies.machines.tool_point import batch_of, tool_point
 from toolpoint.studies.text_table import text_table
 
-QUANTITIES = {"frequency": "Hz", "static": "N/um", "dynamic": "N/um", "depth": "mm"}
+QUANTITIES = {"frequency": "Hz", "static": "N/µm", "dynamic": "N/µm", "depth": "mm"}
 _UNITS = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 

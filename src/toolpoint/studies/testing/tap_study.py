@@ -26,7 +26,7 @@ COLOURS = ("green", "amber", "red")
 ENOUGH = 3  # hits from which their scatter can be told
 PASSIVE = 0.9
 WIDE = 1.6  # upper over lower end of the interval of the least limit
-MODES = ("direction", "mode", "frequency Hz", "+- Hz (95 %)", "damping %", "+- % (95 %)", "")
+MODES = ("direction", "mode", "frequency Hz", "± Hz (95 %)", "damping %", "± % (95 %)", "")
 SPEEDS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
 
 

@@ -29,7 +29,7 @@ from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_line
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
 from toolpoint.vision.view import View
 
-HEADER = ("mode", "frequency Hz", "+- Hz", "damping %", "+- %", "largest motion px", "seen", "if aliased Hz", "remark")
+HEADER = ("mode", "frequency Hz", "± Hz", "damping %", "± %", "largest motion px", "seen", "if aliased Hz", "remark")
 # Advice of an identification of measured responses that does not hold for the transforms of a decay.
 _OF_RESPONSES = ("half-power width", "no driving point", "responses fit below", "stated variance")
 CYCLES = 0.9
