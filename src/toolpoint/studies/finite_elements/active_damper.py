@@ -131,6 +131,12 @@ def open_loop(at: FittingPlace, actuator: ProofMassActuator) -> ComplexArray:
     return actuator.active(at.omega) * at.itself / (1 + passive * at.itself)
 
 
+def loop_lines(lines: FloatArray, actuator: ProofMassActuator) -> FloatArray:
+    """Return lines with more below and above them, so that a loop is small at both ends, Hz."""
+    low, high = 0.01 * min(actuator.frequency, float(lines[0])), 40 * max(actuator.bandwidth, float(lines[-1]))
+    return np.unique(np.concatenate([np.geomspace(low, high, 4000), lines]))
+
+
 def loop_margins(loop: ComplexArray) -> LoopMargins:
     """Return the margins of a loop on lines from where it is small to where it is small again, (n,).
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import ComplexArray, FloatArray, fail
 from toolpoint.studies.finite_elements.machine_cut import PLANE
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 
@@ -43,9 +43,21 @@ class FittingPlace:
 def fitting_place(modes: Modes, place: Dof | str, lines: FloatArray) -> FittingPlace:
     """Return the receptances about a place and direction, from modes that hold it and the tool against the work."""
     p = place if isinstance(place, Dof) else Dof.parse(place)
+    _check_lines(modes, lines)
     labels = [*PLANE, p]
     values = frequency_response.modal(modes, lines, outputs=labels, inputs=labels).values
     return FittingPlace(np.asarray(lines, float), values[:, :2, :2], values[:, :2, 2], values[:, 2, :2], values[:, 2, 2])
+
+
+def _check_lines(modes: Modes, lines: FloatArray) -> None:
+    """Refuse lines between which a resonance could be missed: less than two within a half-power width."""
+    inside = np.flatnonzero((modes.frequency > lines[0]) & (modes.frequency < lines[-1]))
+    upper = np.searchsorted(lines, modes.frequency[inside])
+    gap, width = lines[upper] - lines[upper - 1], 2 * (modes.damping_ratio * modes.frequency)[inside]
+    worst = int(np.argmax(gap / np.maximum(width, 1e-300))) if inside.size else 0
+    if inside.size and gap[worst] > 0.5 * width[worst]:
+        fail("lines", f"{gap[worst]:.3g} Hz apart at mode {inside[worst] + 1}, whose half-power width is {width[worst]:.3g} Hz",
+             "must be two within it, or more", "take closer lines about the modes")
 
 
 def damper_stiffness(omega: FloatArray, mass: float, natural: float, ratio: float) -> ComplexArray:

@@ -51,9 +51,11 @@ class CutLimit(NotebookText):
         return f"CutLimit(least {1e3 * self.least:.3g} mm, chatter at {self.frequency:.4g} Hz, mean {1e3 * self.mean:.3g} mm)"
 
 
-def response_lines(frequency: FloatArray) -> FloatArray:
-    """Return lines (Hz) about modes with damping of a percent or more, from well below the first to above the last."""
-    return np.geomspace(0.3 * float(frequency[0]), 1.5 * float(frequency[-1]), _LINES)
+def response_lines(frequency: FloatArray, cut: CuttingDescription) -> FloatArray:
+    """Return lines (Hz) about modes with damping of a percent or more: to a tooth frequency above the last, as lobes need."""
+    tooth = cut.tool.teeth * cut.speeds[1] / 60
+    top = float(frequency[-1]) + max(1.05 * tooth, 0.5 * float(frequency[-1]))
+    return np.geomspace(0.3 * float(frequency[0]), top, _LINES)
 
 
 def plane_response(modes: Modes, lines: FloatArray) -> Frf:

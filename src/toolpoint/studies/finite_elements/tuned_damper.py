@@ -131,9 +131,8 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
     def cost(values: FloatArray) -> float:
         return -float(np.log(least_depth(response(values), factors, at.lines)[0]))
 
-    # A cut may be limited by another mode than the peak: the search also starts at its own chatter frequency.
-    chatter = least_depth(at.cut, factors, at.lines)[1]
-    starts = [*first, (chatter, first[0][1])] if np.isfinite(chatter) else first
+    # A cut is often limited by another mode than that of the peak: the search starts at every mode.
+    starts = [*first, *((float(f), first[0][1]) for f in modes.frequency if f < at.lines[-1])]
     x, status = _searched(cost, starts)
     depths = tuple(least_depth(values, factors, at.lines)[0] for values in (at.cut, response(x)))
     frequency, ratio = float(np.exp(x[0]) / (2 * np.pi)), float(np.exp(x[1]))
