@@ -50,7 +50,7 @@ def test_a_device_is_exactly_the_assembled_system():
 
 
 def test_velocity_feedback_damps_like_a_damper_to_the_ground():
-    """Own frequency far below, no delay: the loop adds g to the damper of the mode, so the peak is 1 / (w (2 z w / phi^2 + g))."""
+    """Own frequency far below, no delay: g adds to the damper of the mode, so the peak is 1 / (w (2 z w / phi^2 + g))."""
     modes = one_mode()
     at = fitting_place(modes, HEAD, LINES)
     ideal = ProofMassActuator(20.0, 0.2, 0.5, delay=0.0, bandwidth=1e6, high_pass=0.0)

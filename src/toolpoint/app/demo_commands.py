@@ -174,19 +174,24 @@ def run_milling_robot(output: Path, *, whole: bool = False) -> None:
 
 
 def run_finite_element_mill(output: Path) -> None:
-    """Show an example mill by finite elements: modes, seats of energy, what walls and ribs of its column do, a tuned damper."""
+    """Show an example mill by finite elements: modes, a virtual hammer test beside them, sensitivities, what helps the cut."""
     from toolpoint.app import console
     from toolpoint.pages.machines.finite_elements import finite_element_page
-    from toolpoint.studies.finite_elements.example_mill import example_mill
+    from toolpoint.studies.finite_elements.example_mill import (
+        FINE_MESH,
+        example_mill,
+        example_tested_mill,
+        example_variants,
+    )
     from toolpoint.studies.finite_elements.machine_study import study_finite_elements
 
-    with frame(output, False, steps=7) as run:
+    with frame(output, False, steps=13) as run:
         run.step("meshes")
-        variants = {"column walls 20 mm": example_mill(0.020), "column walls 30 mm": example_mill(0.030),
-                    "column with 4 plates": example_mill(ribs=4)}
-        result = study_finite_elements(example_mill(), variants, step=run.step)
+        mill, variants = example_mill(), example_variants()
+        result = study_finite_elements(mill, variants, tested=example_tested_mill(mill),
+                                       finer=example_mill(mesh_size=FINE_MESH), step=run.step)
         run.step("page")
-        run.save(finite_element_page(result))
+        run.save(finite_element_page(result, warnings=run.warnings))
     console.text(result.table())
     run.show_rest(result.notes)
 
@@ -198,7 +203,7 @@ DEMOS: dict[str, Demo] = {
                            run_three_rps_head),
     "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
                           run_milling_robot, partial(run_milling_robot, whole=True)),
-    "finite-element-mill": Demo("mill of castings by finite elements: modes, sensitivity of elements, walls, a damper",
+    "finite-element-mill": Demo("mill of castings by finite elements: hammer test, sensitivities, layers, dampers",
                                 run_finite_element_mill),
     "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", run_gantry),
 }

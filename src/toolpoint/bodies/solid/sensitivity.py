@@ -79,6 +79,13 @@ def element_sets(model: SolidModel) -> tuple[str, ...]:
     return tuple(block.name for block in model.blocks for _ in range(len(block)))
 
 
+def element_masses(model: SolidModel) -> FloatArray:
+    """Return the mass of every element, (e,), kg."""
+    moved = np.zeros((model.size, 1))
+    moved[::3] = 1.0
+    return element_energies(model, moved, moved)[1][0]
+
+
 def element_energies(model: SolidModel, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
     r"""Return :math:`a_k^T K_e b_k` and :math:`a_k^T M_e b_k` of every element for paired columns, (k, e) each.
 

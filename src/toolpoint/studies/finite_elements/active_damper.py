@@ -114,7 +114,7 @@ class ActiveDamper(NotebookText):
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data."""
         return {"mass_kg": self.actuator.mass, "own_frequency_hz": self.actuator.frequency, "gain_n_s_m": self.gain,
-                "largest_gain_n_s_m": self.largest_gain, "stable": self.margins.is_stable,
+                "largest_gain_n_s_m": self.largest_gain, "stable": bool(self.margins.is_stable),
                 "gain_margin_db": float(20 * np.log10(self.margins.gain)),
                 "phase_margin_deg": float(np.degrees(self.margins.phase)),
                 "distance_from_minus_one": self.margins.distance, "least_depths_m": list(self.depths),
@@ -162,8 +162,8 @@ def loop_margins(loop: ComplexArray) -> LoopMargins:
     return LoopMargins(abs(turns) < 0.5, float(np.abs(1 + loop).min()), gain, phase)
 
 
-def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatArray, least_distance: float = 0.5
-              ) -> ActiveDamper:
+def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatArray, least_distance: float = 0.5,
+              most_force: float = 2.0) -> ActiveDamper:
     """Return the actuator with the gain that allows the deepest cut while its loop keeps a distance from -1.
 
     Parameters
@@ -175,12 +175,17 @@ def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatAr
         Mean directional matrix of the cut, see `machine_cut.mean_factors`.
     least_distance : float
         Least |1 + L|; 0.5 keeps 6 dB of gain and 29 degrees of phase.
+    most_force : float
+        Largest force of the actuator for a force at the tool, N/N, at any line: what it can give over what the cut does.
     """
     positive("least_distance", least_distance)
+    positive("most_force", most_force)
     loop = open_loop(at, actuator)
     passive, active = actuator.passive(at.omega), actuator.active(at.omega)
     largest = _largest_gain(loop)
-    allowed = _largest_allowed(loop, largest, least_distance)
+    bounds = {"that its distance from -1 sets": _largest_allowed(loop, largest, least_distance),
+              "of the actuator's force": _largest_driven(at, actuator, largest, most_force)}
+    allowed = min(bounds.values())
 
     def depth(gain: float) -> float:
         return least_depth(at.with_device(passive + gain * active), factors, at.lines)[0]
@@ -188,7 +193,7 @@ def tune_gain(at: FittingPlace, actuator: ProofMassActuator, *, factors: FloatAr
     best = minimize_scalar(lambda g: -depth(g), bounds=(0.0, allowed), method="bounded", options={"xatol": 1e-5 * allowed})
     gain = max((0.0, float(best.x), allowed), key=depth)
     values = at.with_device(passive + gain * active)
-    status = ("the gain is at the bound that its distance from -1 sets" if gain > 0.999 * allowed
+    status = (f"the gain is at the bound {min(bounds, key=lambda name: bounds[name])}" if gain > 0.999 * allowed
               else "no gain helps this cut: feedback is left off" if gain == 0 else "least depth is the largest at this gain")
     depths = least_depth(at.cut, factors, at.lines)[0], depth(0.0), depth(gain)
     peaks = tuple(float(np.abs(v[:, 0, 0]).max()) for v in (at.cut, at.with_device(passive), values))
@@ -218,6 +223,19 @@ def _largest_allowed(loop: ComplexArray, largest: float, distance: float) -> flo
     for gain in np.linspace(0, largest, 400)[1:]:
         if gap(gain) < 0:
             return float(brentq(gap, low, gain, xtol=1e-6 * largest))
+        low = float(gain)
+    return low
+
+
+def _largest_driven(at: FittingPlace, actuator: ProofMassActuator, largest: float, most: float) -> float:
+    """Return the gain at which the actuator's force for a newton at the tool reaches its bound."""
+    def excess(gain: float) -> float:
+        return _efforts(at, actuator, gain)[0] - most
+
+    low = 0.0
+    for gain in np.linspace(0, largest, 60)[1:]:
+        if excess(gain) > 0:
+            return float(brentq(excess, low, gain, xtol=1e-6 * largest))
         low = float(gain)
     return low
 

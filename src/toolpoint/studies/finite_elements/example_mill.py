@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import dataclass
+
 import numpy as np
 
 from toolpoint._check import count, positive
-from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Patch, SolidModel
+from toolpoint.bodies.solid import CAST_IRON, STEEL, Casting, Cuboid, Material, Patch, SolidModel
 from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElementMachine, PatchJoint
 
 X, Y, Z = np.eye(3)
+Place = Sequence[float]
+# Sides of elements, m: of the example, and to see what the mesh does.
+MESH, FINE_MESH = 0.17, 0.13
 # Chosen: a carriage group, a bolted flange, a levelling foot; N/m and N m/rad along and about x, y, z of the machine.
 _FOOT = np.array([1.35e8, 1.35e8, 4.0e8, 4e5, 4e5, 4e5])
 _FLANGE = np.array([4e9, 4e9, 6e9, 3e8, 3e8, 3e8])
@@ -17,15 +23,34 @@ _Y_GUIDE = np.array([8e8, 1.5e8, 1.2e9, 6e7, 9e7, 9e7])
 _Z_GUIDE = np.array([9e8, 1.0e9, 1.6e8, 7e7, 5e7, 7e7])
 
 
-def example_mill(wall: float = 0.025, ribs: int = 2, *, mesh_size: float = 0.13) -> FiniteElementMachine:
-    """Return the machine; `wall` is the thickness of the column's walls (m), `ribs` the number of its inner plates.
+# Chosen: what castings are filled with, a damping layer with the plate that constrains it, and plates that stiffen.
+MINERAL_CAST = Material(35e9, 0.25, 2350.0, 0.03)
+VISCOELASTIC = Material(20e6, 0.45, 1200.0, 0.8)
+
+
+@dataclass(frozen=True)
+class Layer:
+    """A layer on the sides and the back of the column: its name (a set of elements), thickness in m, material."""
+
+    name: str
+    thickness: float
+    material: Material
+
+
+STIFFENING = (Layer("plate", 0.015, STEEL),)
+DAMPING = (Layer("damping", 0.003, VISCOELASTIC), Layer("plate", 0.010, STEEL))
+
+
+def example_mill(wall: float = 0.025, ribs: int = 2, *, filling: Material | None = None, layers: Sequence[Layer] = (),
+                 bed_wall: float = 0.03, mesh_size: float = MESH) -> FiniteElementMachine:
+    """Return the machine; `wall` is the thickness of the column's walls (m), `ribs` the number of its inner plates; its hollow
+    may hold a `filling`, and its sides and back may carry `layers`, the first on the casting. `bed_wall` is that of the bed.
 
     Axes: x along the table, y away from the operator, z up. Nothing is published but the first frequency of such a machine
     (31.87 Hz, thesis of the University of Huddersfield, 2006), which the feet are chosen for.
     """
-    parts = {"bed": _hollow([0, 0, 0], [1.0, 1.6, 0.40], 0.03, 2, 2, mesh_size),
-             "column": _hollow([0.2, 1.05, 0.40], [0.8, 1.55, 1.75], positive("wall", wall), 2, count("ribs", ribs, 0),
-                               mesh_size),
+    parts = {"bed": _hollow([0, 0, 0], [1.0, 1.6, 0.40], positive("bed_wall", bed_wall), 2, 2, mesh_size),
+             "column": _column(positive("wall", wall), count("ribs", ribs, 0), filling, layers=layers, mesh_size=mesh_size),
              "saddle": _hollow([0.15, 0.15, 0.40], [0.85, 0.75, 0.53], 0.025, 0, 1, mesh_size),
              "table": _hollow([0.0, 0.2, 0.53], [1.0, 0.70, 0.63], 0.03, 2, 0, mesh_size),
              "head": _hollow([0.3, 0.45, 1.05], [0.7, 1.05, 1.45], 0.03, 1, 1, mesh_size)}
@@ -48,12 +73,48 @@ def _level(at: list[float], length: float, width: float, *, down: bool = False) 
     return Patch(np.array(at), X, -Y if down else Y, length, width)
 
 
-def _hollow(low: list[float], high: list[float], wall: float, upright: int, level: int, mesh_size: float) -> SolidModel:
-    """Return a hollow box with a number of upright plates along y and of level plates."""
+def _column(wall: float, ribs: int, filling: Material | None, *, layers: Sequence[Layer], mesh_size: float) -> SolidModel:
+    low, high = (0.2, 1.05, 0.40), (0.8, 1.55, 1.75)
+    boxes = _boxes(low, high, wall, upright=2, level=ribs, filling="" if filling is None else "filling")
+    materials = {"body": CAST_IRON} | ({} if filling is None else {"filling": filling})
+    near = 0.0
+    for layer in layers:
+        far = near + positive("Layer.thickness", layer.thickness)
+        sides = [(low[0] - far, low[0] - near), (high[0] + near, high[0] + far)]
+        boxes += [Cuboid(np.array([a, low[1], low[2]]), np.array([b, high[1] + near, high[2]]), layer.name) for a, b in sides]
+        boxes.append(Cuboid(np.array([low[0] - far, high[1] + near, low[2]]), np.array([high[0] + far, high[1] + far, high[2]]),
+                            layer.name))
+        materials[layer.name], near = layer.material, far
+    return Casting(tuple(boxes), materials).meshed(mesh_size)
+
+
+def _hollow(low: Place, high: Place, wall: float, upright: int, level: int, mesh_size: float) -> SolidModel:
+    boxes = _boxes(low, high, wall, upright=upright, level=level)
+    return Casting(tuple(boxes), {"body": CAST_IRON}).meshed(mesh_size)
+
+
+def _boxes(low: Place, high: Place, wall: float, *, upright: int, level: int, filling: str = "") -> list[Cuboid]:
+    """Return a hollow (or filled) box with a number of upright plates along y and of level plates."""
     a, b = np.array(low), np.array(high)
-    boxes = [Cuboid(a, b), Cuboid(a + wall, b - wall, is_window=True)]
+    inside = Cuboid(a + wall, b - wall, filling) if filling else Cuboid(a + wall, b - wall, is_window=True)
+    boxes = [Cuboid(a, b), inside]
     for x in np.linspace(a[0], b[0], upright + 2)[1:-1]:
         boxes.append(Cuboid(np.array([x - wall / 2, *(a[1:] + wall)]), np.array([x + wall / 2, *(b[1:] - wall)])))
     for z in np.linspace(a[2], b[2], level + 2)[1:-1]:
         boxes.append(Cuboid(np.array([*(a[:2] + wall), z - wall / 2]), np.array([*(b[:2] - wall), z + wall / 2])))
-    return Casting(tuple(boxes), {"body": CAST_IRON}).meshed(mesh_size)
+    return boxes
+
+
+def example_variants(mesh_size: float = MESH) -> dict[str, FiniteElementMachine]:
+    """Return machines of other sizes, with a filling, and with layers on the column, by name."""
+    return {"column walls 20 mm": example_mill(0.020, mesh_size=mesh_size),
+            "column with 4 plates": example_mill(ribs=4, mesh_size=mesh_size),
+            "bed walls 40 mm": example_mill(bed_wall=0.04, mesh_size=mesh_size),
+            "column filled with mineral cast": example_mill(filling=MINERAL_CAST, mesh_size=mesh_size),
+            "15 mm steel plates on the column": example_mill(layers=STIFFENING, mesh_size=mesh_size),
+            "damping layer and 10 mm plates": example_mill(layers=DAMPING, mesh_size=mesh_size)}
+
+
+def example_tested_mill(machine: FiniteElementMachine) -> FiniteElementMachine:
+    """Return the mill that a virtual test strikes: chosen changes that the model does not know."""
+    return machine.scaled(modulus={"column": 0.93, "bed": 1.04}, joints={"y guide": 0.8, "foot 3": 1.2})

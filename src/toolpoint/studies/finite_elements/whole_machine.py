@@ -187,6 +187,16 @@ class FiniteElementMachine:
         momentum = (self.matrices[1] @ pairs.vectors).reshape(-1, 3, pairs.count).sum(axis=0)
         return np.asarray((momentum**2).sum(axis=0))
 
+    def material_damping(self, pairs: EigenPairs) -> FloatArray:
+        """Return half the loss factors of all sets by their shares in the strain energy, (n_modes,): the materials' part of
+        the damping ratio (modal strain energy; Johnson, Kienholz, AIAA J. 20 (1982)). First order: a layer that carries most of
+        a mode's energy and turns its shape needs a complex solution."""
+        total = np.zeros(pairs.count)
+        for name, slopes in self.sensitivities(pairs).items():
+            for group, (modulus, _) in slopes.by_set().items():
+                total += self.parts[name].materials[group].loss_factor * modulus
+        return total
+
     def point_modes(self, pairs: EigenPairs, damping_ratio: float | FloatArray) -> Modes:
         """Return the modes at the named points, in all six directions, with this damping ratio.
 

@@ -1,0 +1,185 @@
+"""Parts of the page of a machine by finite elements: test, slopes, grams, the part alone, options and dampers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint.plot import Chart, Notes, ShapeView, Table
+from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.theme import COLOURS, figure
+from toolpoint.plot.shape_view.solid_values import values_on_part
+from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest
+from toolpoint.studies.finite_elements.machine_options import HEADER as OPTION_HEADER
+from toolpoint.studies.finite_elements.machine_options import option_rows
+from toolpoint.studies.finite_elements.machine_study import FiniteElementStudy, damper_lines
+from toolpoint.studies.finite_elements.nodal_correlation import HEADER as PAIR_HEADER
+from toolpoint.studies.finite_elements.nodal_correlation import FiniteElementCorrelation
+from toolpoint.studies.finite_elements.part_sensitivity import HEADER as PART_HEADER
+from toolpoint.studies.finite_elements.part_sensitivity import PartSensitivity
+from toolpoint.studies.finite_elements.shape_sensitivity import accumulate
+
+Parts = list[Chart | Table | Notes | ShapeView | str]
+
+
+def hammer_parts(correlation: FiniteElementCorrelation, test: FiniteElementTest) -> Parts:
+    """Return the pairs with their coefficients, the MAC matrix, the coherence, and what costs MAC."""
+    now = correlation.correlation
+    c = now.coefficients
+    points = now.points
+    distance = 1e3 * np.array(list(points.distance.values()))
+    parts: Parts = [
+        f"Struck: {', '.join(map(str, test.struck))}; {len(points.pairs)} points of three directions in a frame of the test's "
+        f"own; nodes were found by registration, {distance.mean():.1f} mm off in the mean. Modes were identified with nobody "
+        "choosing.",
+        Table(list(PAIR_HEADER), correlation.rows(), "Paired modes: MAC alone, MAC with the best mix of neighbouring shapes of "
+              "the model, and the correlation coefficients")]
+    if c is not None:
+        moved, alike = float(c.weight @ c.displacement), float(c.weight @ c.mac)
+        parts.append(Table(["frequency, mean", "mass", "displacement", "MAC", "total"],
+                           [[f"{v:.4f}" for v in (c.mean, c.mass, moved, alike, c.total)]], "Over all pairs, weighted by mass"))
+    matrix = mac_matrix(now.mac, now.measured, now.predicted, row_title="Measured mode", column_title="Mode of the model",
+                        pairs=now.pairs.pairs, title="MAC")
+    parts.append(Chart(matrix, "Paired modes are framed."))
+    parts.append(Chart(_coherence(test), "Median coherence of all responses; it falls where little moves."))
+    lines = [*correlation.mixed_modes(), *(f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}"
+                                           for name, pair, gain in correlation.worst_points(3) if gain > 1e-3)]
+    return [*parts, Notes(lines, "note", "Where MAC is lost")] if lines else parts
+
+
+def _coherence(test: FiniteElementTest) -> object:
+    chart = figure("", 300)
+    chart.add_scatter(x=np.round(test.frf.frequency, 3), y=np.round(test.coherence, 4), line={"color": COLOURS[0]})
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="coherence", range=[0, 1.02])
+    return chart
+
+
+def slope_parts(whole: PartSensitivity, part: str) -> Parts:
+    """Return the effects of parts on frequencies, how few elements hold most, and what would raise the worst MAC."""
+    parts: Parts = [Table(list(PART_HEADER), whole.rows(), "Relative change of a frequency per relative change of a part's E "
+                          "or density; the share of elements, and of the part's mass, that hold 80 % of its effect on mode 1"),
+                    Chart(_accumulated(whole), "Elements from the one with the largest effect of E on mode 1 to the least.")]
+    slopes = 100 * whole.frequency[part].modulus[0] / _volumes(whole, part)
+    parts.append(values_on_part(whole.machine.parts[part], slopes, name="stiffness", unit="% a dm³",
+                                title=f"Mode 1 by E, on the {part}"))
+    if whole.mac is not None and len(whole.mac.values):
+        k = int(np.argmin(whole.mac.values))
+        levers = "; ".join(whole.mac_levers(k, 6))
+        parts.append(f"{whole.mac.names[k]} is the lowest, {whole.mac.values[k]:.3f}. It moves most with {levers}: a list of "
+                     "what to look at, not a proof of what is wrong.")
+        parts.append(Chart(_mac_slopes(whole), "All of a part's E, all of its density, or all stiffness of a joint by 1 %."))
+        values = whole.mac.parts[part].modulus[k] / _volumes(whole, part)
+        parts.append(values_on_part(whole.machine.parts[part], values, name="mac", unit="per dm³ and relative change of E",
+                                    title=f"{whole.mac.names[k]} by E, on the {part}"))
+    return parts
+
+
+def _volumes(sensitivity: PartSensitivity, part: str) -> FloatArray:
+    """Return the volume of each element, dm^3."""
+    model = sensitivity.machine.parts[part]
+    corners = [model.nodes[block.nodes[:, :block.kind.corner_count]] for block in model.blocks]
+    return np.concatenate([np.prod(np.ptp(c, axis=1), axis=1) for c in corners]) * 1e3
+
+
+def _accumulated(whole: PartSensitivity) -> object:
+    chart = figure("", 360)
+    for i, (name, slopes) in enumerate(whole.frequency.items()):
+        values = accumulate(slopes.modulus[0])
+        share = 100 * np.arange(1, len(values) + 1) / len(values)
+        step = max(len(values) // 80, 1)
+        chart.add_scatter(x=np.round(share[::step], 2), y=np.round(values[::step], 6), name=name, line={"color": COLOURS[i]})
+    chart.update_xaxes(title_text="share of the part's elements, %")
+    chart.update_yaxes(title_text="relative change of f1 per that of E")
+    return chart
+
+
+def _mac_slopes(whole: PartSensitivity) -> object:
+    assert whole.mac is not None
+    chart = figure("", 420, barmode="group")
+    modes = [f"mode {i + 1}" for i in whole.mac.modes]
+    rows = {f"E of {p}": m for p, (m, _) in whole.mac.by_part().items()}
+    rows |= {f"density of {p}": d for p, (_, d) in whole.mac.by_part().items()}
+    rows |= {f"stiffness of {j}": v for j, v in whole.mac.joints.items()}
+    largest = sorted(rows, key=lambda name: -float(np.abs(rows[name]).max()))[:7]
+    for i, name in enumerate(largest):
+        chart.add_bar(x=modes, y=np.round(0.01 * rows[name], 6), name=name, marker={"color": COLOURS[i % len(COLOURS)]})
+    chart.update_yaxes(title_text="change of MAC for +1 %")
+    return chart
+
+
+def gram_parts(study: FiniteElementStudy, part: str) -> Parts:
+    """Return what a kilogram of wall does at each element of a part, and the best and worst places of every part."""
+    gains = 1e3 * study.whole.hertz_a_kilogram(part)[0]
+    rows = [[name, f"{1e3 * best:+.1f}", f"{1e3 * worst:+.1f}"]
+            for name, best, worst in study.whole.best_grams(0, len(study.machine.parts))]
+    return [Table(["part", "best element, mHz/kg", "worst element, mHz/kg"], rows,
+                  "Mode 1 for a kilogram that makes a wall thicker there: stiffness and mass together"),
+            values_on_part(study.machine.parts[part], gains, name="grams", unit="mHz/kg", title=f"Mode 1, on the {part}")]
+
+
+def alone_parts(alone: PartSensitivity, part: str) -> Parts:
+    """Return the modes of a part alone with what its E, density and foot do to them, to its motion, and to MAC."""
+    e, rho = alone.motion.by_part()[part]
+    motion = 100 * np.array([e, rho]) / np.where(alone.motion.values == 0, np.inf, alone.motion.values)
+    moves = np.abs(alone.motion.values) > 0.05 * np.abs(alone.motion.values).max()
+    rows = []
+    for i in range(len(alone.motion.values)):
+        slopes = alone.frequency[part]
+        stiff, heavy = slopes.modulus[i].sum(), slopes.density[i].sum()
+        row = [str(i + 1), f"{alone.pairs.frequency[i]:.2f}", f"{stiff:+.3f}", f"{heavy:+.3f}",
+               *((f"{motion[0, i]:+.1f}", f"{motion[1, i]:+.1f}") if moves[i] else ("", ""))]
+        if alone.mac is not None:
+            k = alone.mac.modes.tolist().index(i) if i in alone.mac.modes else None
+            row += ["", ""] if k is None else [f"{alone.mac.values[k]:.4f}", f"{alone.mac.by_part()[part][0][k]:+.4f}"]
+        rows.append(row)
+    header = ["mode", "Hz", "f by E", "f by density", f"{alone.motion.names[0].split(' in mode')[0]} by E, %", "by density, %"]
+    header += ["MAC", "MAC by E"] if alone.mac is not None else []
+    share = alone.holders(part, 0)
+    slopes = 100 * alone.frequency[part].modulus[0] / _volumes(alone, part)
+    return [f"On the springs of its foot, the rest of the machine gone; {100 * share[0]:.0f} % of its elements, "
+            f"{100 * share[1]:.0f} % of its mass, hold 80 % of what E does to its first mode.",
+            Table(header, rows, "Per relative change of all E or all density of the part; the motion is at unit modal mass, "
+                  "left out where a mode hardly moves there"),
+            values_on_part(alone.machine.parts[part], slopes, name="alone", unit="% a dm³", title="Its mode 1 by E")]
+
+
+def option_parts(study: FiniteElementStudy) -> Parts:
+    """Return options with their depths, and the lobes of the best of them."""
+    cut = study.cut
+    words = (f"{1e3 * cut.tool.diameter:.0f} mm, {cut.tool.teeth} teeth, {cut.engagement.direction}-milling at "
+             f"{cut.engagement.immersion:g} of the diameter, feed {cut.feed}")
+    rows = option_rows(study.base, study.every_option)
+    return [f"Judged by the lobes of a face mill ({words}; {cut.coefficients.tangential or 0:.3g} N/m²).",
+            Table(list(OPTION_HEADER), rows, "Changes against the machine as it is; least depth: stable at any speed; mean "
+                  "depth: over the charted speeds"), Chart(_lobes(study))]
+
+
+def _lobes(study: FiniteElementStudy) -> object:
+    chart = figure("Stable depth", 440)
+    best = sorted(study.every_option, key=lambda option: -option.limit.mean)[:3]
+    for i, option in enumerate((study.base, *best)):
+        limit = option.limit.chart
+        depth = 1e3 * np.minimum(limit.limit, limit.depth_max)
+        chart.add_scatter(x=np.round(limit.speeds, 2), y=np.round(depth, 4), name=option.name, line={"color": COLOURS[i]})
+    chart.update_xaxes(title_text="Spindle speed, rev/min")
+    chart.update_yaxes(title_text="depth of cut, mm", rangemode="tozero")
+    chart.update_layout(legend={"orientation": "h", "y": -0.2})
+    return chart
+
+
+def damper_parts(study: FiniteElementStudy) -> Parts:
+    """Return the responses with both dampers, and what each is."""
+    return [Chart(_responses(study), "Both are tuned for the least depth of the cut, not for the peak."),
+            Notes(damper_lines(study.dampers), "note")]
+
+
+def _responses(study: FiniteElementStudy) -> object:
+    chart = figure("Tool against work along x", 420)
+    for i, option in enumerate((study.base, *study.dampers.options)):
+        values = 1e6 * np.abs(option.response.values[::2, 0, 0])
+        chart.add_scatter(x=option.response.frequency[::2], y=values, name=option.name, line={"color": COLOURS[i]})
+    chart.update_xaxes(title_text="Frequency, Hz")
+    chart.update_yaxes(title_text="response, µm/N", type="log")
+    chart.update_layout(legend={"orientation": "h", "y": -0.2})
+    return chart

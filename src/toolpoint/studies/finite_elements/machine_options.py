@@ -1,0 +1,118 @@
+"""What may be done about a machine's vibration, each judged by what the lobes of a cut become: other sizes, layers, dampers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._notebook import NotebookText
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.studies.finite_elements.active_damper import ActiveDamper, ProofMassActuator, loop_lines, tune_gain
+from toolpoint.studies.finite_elements.attached import fitting_place
+from toolpoint.studies.finite_elements.machine_cut import (
+    CutLimit,
+    cut_limit,
+    face_problem,
+    mean_factors,
+    plane_response,
+)
+from toolpoint.studies.finite_elements.tuned_damper import TunedDamper, tune_damper_for_cut
+from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
+from toolpoint.vibration import Frf, Modes
+
+HEADER = ("option", "kg", "f1 Hz", "f2 Hz", "f3 Hz", "f1 mHz/kg", "peak x", "least depth mm", "x", "mean depth x",
+          "chatter Hz")
+
+
+@dataclass(frozen=True, eq=False)
+class MachineOption(NotebookText):
+    """A machine with something done about it: name, mass (kg), first frequencies (Hz; empty where not solved again), response
+    of the tool against the work, and what it allows the cut."""
+
+    name: str
+    mass: float
+    frequency: FloatArray
+    response: Frf
+    limit: CutLimit
+
+    @property
+    def peak(self) -> float:
+        """Largest response in the plane, m/N."""
+        return float(np.linalg.norm(self.response.values, ord=2, axis=(1, 2)).max())
+
+    def __repr__(self) -> str:
+        return f"MachineOption({self.name}, {self.mass:.1f} kg, {self.limit!r})"
+
+
+def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[list[str]]:
+    """Return a row for every option against the machine as it is, see `HEADER`."""
+    rows = [[base.name, f"{base.mass:.0f}", *(f"{f:.2f}" for f in base.frequency[:3]), "", "1", f"{1e3 * base.limit.least:.3f}",
+             "1", "1", f"{base.limit.frequency:.1f}"]]
+    for option in options:
+        change = [f - g for f, g in zip(option.frequency[:3], base.frequency[:3], strict=False)]
+        kilograms = option.mass - base.mass
+        each = f"{1e3 * change[0] / kilograms:+.2f}" if change and abs(kilograms) > 1e-6 else ""
+        rows.append([option.name, f"{kilograms:+.1f}", *([f"{c:+.2f}" for c in change] or [""] * 3), each,
+                     f"{option.peak / base.peak:.2f}", f"{1e3 * option.limit.least:.3f}",
+                     f"{option.limit.least / base.limit.least:.2f}", f"{option.limit.mean / base.limit.mean:.2f}",
+                     f"{option.limit.frequency:.1f}"])
+    return rows
+
+
+def judge_machine(name: str, machine: FiniteElementMachine, modes: Modes, cut: CuttingDescription, *, lines: FloatArray,
+                  depth: float | None = None) -> MachineOption:
+    """Return a machine as an option, its modes with damping at tool and work; `depth`: of the chart, m."""
+    response = plane_response(modes, lines)
+    limit = cut_limit(response, cut, depth=depth)
+    return MachineOption(name, sum(machine.part_mass.values()), modes.frequency, response, limit)
+
+
+def solve_with_damping(machine: FiniteElementMachine, number: int, joints: float) -> Modes:
+    """Return modes with a damping ratio of the joints and, on top, that of the materials."""
+    pairs = machine.solve(number)
+    return machine.point_modes(pairs, joints + machine.material_damping(pairs))
+
+
+@dataclass(frozen=True, eq=False)
+class FittedDampers(NotebookText):
+    """A tuned damper and an actuator at one place, each tuned for the depth of the cut, with their options."""
+
+    tuned: TunedDamper
+    active: ActiveDamper
+    options: tuple[MachineOption, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return both as plain data."""
+        return {"tuned": self.tuned.to_dict(), "active": self.active.to_dict()}
+
+
+def fit_dampers(base: MachineOption, modes: Modes, place: str, mass: float, *, cut: CuttingDescription,
+                actuator: ProofMassActuator | None = None) -> FittedDampers:
+    """Return a tuned damper and an active one of the same moving mass (kg) at a place, each judged by the cut."""
+    lines = np.asarray(base.response.frequency)
+    factors = mean_factors(face_problem(base.response, cut))
+    tuned = tune_damper_for_cut(modes, place, mass, lines=lines, factors=factors)
+    device = actuator or ProofMassActuator(mass)
+    every = loop_lines(lines, device)
+    active = tune_gain(fitting_place(modes, place, every), device, factors=factors)
+    inside = np.isin(every, lines)
+    seen = Frf(every[inside], active.response.values[inside], active.response.outputs, active.response.inputs)
+    assert tuned.response is not None
+    depth = base.limit.chart.depth_max
+    options = []
+    for name, kilograms, response in ((f"tuned damper, {mass:g} kg at {place}", mass, tuned.response),
+                                      (f"active damper, {device.mass:g} kg moving at {place}", device.mass, seen)):
+        options.append(MachineOption(name, base.mass + kilograms, np.zeros(0), response, cut_limit(response, cut, depth=depth)))
+    return FittedDampers(tuned, active, tuple(options))
+
+
+def judge_variants(variants: Mapping[str, FiniteElementMachine], base: MachineOption, cut: CuttingDescription, *, number: int,
+                   joints: float) -> tuple[MachineOption, ...]:
+    """Return options of machines with other sizes, fillings or layers, solved anew, on the lines and depth of the base."""
+    lines = np.asarray(base.response.frequency)
+    return tuple(judge_machine(name, machine, solve_with_damping(machine, number, joints), cut, lines=lines,
+                               depth=base.limit.chart.depth_max) for name, machine in variants.items())

@@ -1,0 +1,134 @@
+"""All sensitivities of a machine, or of a part of it alone: frequencies, motions, MAC by element, by set, added up; grams."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray
+from toolpoint._notebook import NotebookText
+from toolpoint.bodies.solid.sensitivity import ElementSensitivity, element_masses
+from toolpoint.studies.finite_elements.shape_sensitivity import ShapeSensitivity, mac_sensitivity, motion_sensitivity
+from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Dof
+from toolpoint.vibration.sparse import EigenPairs
+
+# Share of the whole that "most of it" stands for.
+_MOST = 0.8
+
+
+@dataclass(frozen=True, eq=False)
+class PartSensitivity(NotebookText):
+    """Sensitivities of a machine or of a part alone.
+
+    name; machine; pairs : its modes; frequency : part to the relative change of every frequency; motion : of a named motion in
+    every mode at unit modal mass; mac : of the MAC with measured shapes, None without a test.
+    """
+
+    name: str
+    machine: FiniteElementMachine
+    pairs: EigenPairs
+    frequency: Mapping[str, ElementSensitivity]
+    motion: ShapeSensitivity
+    mac: ShapeSensitivity | None = None
+
+    def hertz_a_kilogram(self, part: str) -> FloatArray:
+        """Return what every frequency gains by a kilogram that thickens an element, E and mass together, (k, e), Hz/kg."""
+        slopes = self.frequency[part]
+        masses = element_masses(self.machine.parts[part])
+        return slopes.frequency[:, None] * (slopes.modulus + slopes.density) / masses
+
+    def holders(self, part: str, mode: int) -> tuple[float, float]:
+        """Return the share of a part's elements, and of its mass, that hold 80 % of its effect by E on a mode (from 0)."""
+        values = self.frequency[part].modulus[mode]
+        order = np.argsort(-values)
+        many = int(np.searchsorted(np.cumsum(values[order]), _MOST * values.sum())) + 1
+        masses = element_masses(self.machine.parts[part])
+        return many / len(values), float(masses[order[:many]].sum() / masses.sum())
+
+    def rows(self, modes: int = 3) -> list[list[str]]:
+        """Return a row for every part: its relative effect by E and by density on the first modes, and where 80 % sit."""
+        rows = []
+        for part, slopes in self.frequency.items():
+            elements, mass = self.holders(part, 0)
+            effects = (*slopes.modulus.sum(axis=1)[:modes], *slopes.density.sum(axis=1)[:modes])
+            rows.append([part, *(f"{v:+.3f}" for v in effects), f"{100 * elements:.0f} %", f"{100 * mass:.0f} %"])
+        return rows
+
+    def best_grams(self, mode: int = 0, number: int = 3) -> list[tuple[str, float, float]]:
+        """Return for every part the best and the worst element of a mode: part, Hz/kg, Hz/kg; the best part first."""
+        ends = []
+        for part in self.machine.parts:
+            gains = self.hertz_a_kilogram(part)[mode]
+            ends.append((part, float(gains.max()), float(gains.min())))
+        return sorted(ends, key=lambda entry: -entry[1])[:number]
+
+    def table(self) -> str:
+        """Return effects by part on the first modes, on the motion, and on the least MAC as text."""
+        title = f"{self.name}: relative change of a frequency per relative change of E, of density"
+        text = text_table(title, HEADER, self.rows())
+        gram = "; ".join(f"{part} {best:+.3g} .. {worst:+.3g}" for part, best, worst in self.best_grams())
+        text += f"\nHz of mode 1 for a kilogram of wall, best and worst element: {gram}"
+        if self.mac is not None and len(self.mac.values):
+            k = int(np.argmin(self.mac.values))
+            text += f"\n{self.mac.names[k]} {self.mac.values[k]:.3f}: raised most by {', '.join(self.mac_levers(k))}"
+        return text
+
+    def mac_levers(self, pair: int, number: int = 4) -> list[str]:
+        """Return what raises (or by its sign lowers) a MAC most: joints by stiffness, parts by E or density, per 10 %."""
+        assert self.mac is not None
+        effects = {f"stiffness of {name}": float(v[pair]) for name, v in self.mac.joints.items()}
+        for part, (modulus, density) in self.mac.by_part().items():
+            effects |= {f"E of {part}": float(modulus[pair]), f"density of {part}": float(density[pair])}
+        order = sorted(effects, key=lambda name: -abs(effects[name]))[:number]
+        return [f"{name} ({0.1 * effects[name]:+.3f} for +10 %)" for name in order]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return sums over parts as plain data; elements are in the arrays."""
+        sums = (lambda slopes: {} if slopes is None else {
+            "functions": list(slopes.names), "values": slopes.values.tolist(),
+            "parts": {p: {"modulus": m.tolist(), "density": d.tolist()} for p, (m, d) in slopes.by_part().items()},
+            "joints": {j: v.tolist() for j, v in slopes.joints.items()}, "notes": list(slopes.notes)})
+        return {"name": self.name, "frequency_hz": self.pairs.frequency.tolist(), "motion": sums(self.motion),
+                "mac": sums(self.mac),
+                "frequency": {p: {"modulus": s.modulus.sum(axis=1).tolist(), "density": s.density.sum(axis=1).tolist()}
+                              for p, s in self.frequency.items()}}
+
+    def __repr__(self) -> str:
+        elements = sum(model.element_count for model in self.machine.parts.values())
+        return f"PartSensitivity({self.name}, {self.pairs.count} modes, {elements} elements)"
+
+
+HEADER = ("part", "E, f1", "E, f2", "E, f3", "density, f1", "density, f2", "density, f3", "elements of 80 %", "their mass")
+
+
+def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPairs, *, dof: Dof, shown: int = 10,
+                      measured: tuple[tuple[Dof, ...], Array, tuple[int, ...]] | None = None) -> PartSensitivity:
+    """Return all sensitivities of a machine.
+
+    Parameters
+    ----------
+    name : str
+    machine, pairs
+        Some more modes than `shown`.
+    dof : Dof
+        At a node (a number from 1): the motion whose slopes are given.
+    shown : int
+        Lowest modes that are studied.
+    measured : (Dofs, shapes (n_dofs, k), modes (k,)), optional
+        Of a test, and the mode of the model that each shape belongs to.
+    """
+    count = min(shown, pairs.count - 1)
+    slopes = machine.sensitivities(pairs)
+    motion = motion_sensitivity(machine, pairs, {f"{machine.part_of_node[int(dof.point) - 1]} {dof.direction}":
+                                                 machine.motion_of([dof])}, range(count))
+    mac = None
+    if measured is not None:
+        dofs, shapes, which = measured
+        kept = [k for k, mode in enumerate(which) if mode < count]
+        mac = mac_sensitivity(machine, pairs, dofs, shapes[:, kept], [which[k] for k in kept])
+    return PartSensitivity(name, machine, pairs, slopes, motion, mac)
