@@ -127,7 +127,7 @@ def test_damper_for_a_cut_is_no_worse_than_those_for_other_goals():
     best = tune_damper_for_cut(MODES, HEAD, 20.0, lines=lines, factors=factors)
     assert best.goal == "lobes" and best.depths is not None and best.depth_ratio > 1.1
     for goal in ("peak", "depth"):
-        other = tune_damper(MODES, str(PLANE[0]), HEAD, 20.0, lines=lines, goal=goal)
+        other = tune_damper(MODES, str(PLANE[0]), HEAD, mass=20.0, lines=lines, goal=goal)
         z = damper_stiffness(at.omega, 20.0, 2 * np.pi * other.frequency, other.damping_ratio)
         assert best.depths[1] >= least_depth(at.with_device(z), factors, lines)[0] * (1 - 1e-9)
     for f, ratio in ((1.02, 1), (0.98, 1), (1, 1.05), (1, 0.95)):

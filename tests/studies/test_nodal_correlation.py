@@ -32,7 +32,7 @@ def tower():
 def tested():
     model = tower()
     pairs = model.solve(9)
-    planned = plan_nodes(model, pairs, 14, 3)
+    planned = plan_nodes(model, pairs, 14, struck=3)
     true = model.scaled(modulus={"column": 0.9}, joints={"flange": 0.8})
     c, s = np.cos(np.radians(3)), np.sin(np.radians(3))
     turn = np.array([[0, 1, 0], [-1, 0, 0], [0, 0, 1.0]]) @ np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]])

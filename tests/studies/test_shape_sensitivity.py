@@ -57,7 +57,7 @@ def slope(value, h=2e-3):
                                             ("density", "low"), ("joints", "flange")])
 def test_mac_against_differences(measured, kind, name):
     machine, pairs, shapes = measured
-    result = mac_sensitivity(machine, pairs, DOFS, shapes, MODES)
+    result = mac_sensitivity(machine, pairs, DOFS, measured=shapes, which=MODES)
     assert np.allclose(result.values, macs(machine, shapes), atol=1e-9) and result.values.min() < 0.95
     expected = slope(lambda factor: macs(machine.scaled(**{kind: {name: factor}}), shapes))
     part, _, group = name.partition(".")
@@ -71,7 +71,7 @@ def test_mac_against_differences(measured, kind, name):
 
 def test_mac_does_not_change_where_all_stiffness_or_all_density_does(measured):
     machine, pairs, shapes = measured
-    result = mac_sensitivity(machine, pairs, DOFS, shapes, MODES)
+    result = mac_sensitivity(machine, pairs, DOFS, measured=shapes, which=MODES)
     size = sum(np.abs(p.modulus).sum(axis=1) for p in result.parts.values())
     stiff = sum(m for m, _ in result.by_part().values()) + sum(result.joints.values())
     assert (size > 1e-3).all()
@@ -84,7 +84,7 @@ def test_shapes_at_unit_modal_mass(measured):
     machine, pairs, _ = measured
     weights = machine.motion_of(DOFS[:2])
     motions = {"first": weights[:, [0]], "second": weights[:, [1]]}
-    result = motion_sensitivity(machine, pairs, motions, MODES)
+    result = motion_sensitivity(machine, pairs, motions, which=MODES)
     assert result.names[:3] == ("first in mode 1", "second in mode 1", "first in mode 2")
     total, size = sum(d for _, d in result.by_part().values()), np.abs(result.values).max()
     assert np.allclose(total, -result.values / 2, atol=1e-9 * size)
@@ -106,7 +106,7 @@ def test_cumulated_values_end_at_the_sum():
 def test_one_mode_more_than_is_studied(measured):
     machine, pairs, shapes = measured
     with pytest.raises(ToolpointError, match="10 modes; must be at least 11"):
-        mac_sensitivity(machine, pairs, DOFS, shapes[:, :1], [9])
+        mac_sensitivity(machine, pairs, DOFS, measured=shapes[:, :1], which=[9])
 
 
 def test_a_part_alone_keeps_what_carries_it():

@@ -21,7 +21,8 @@ _TOLERANCE, _STEPS, _POLISH = 1e-12, 60, 3
 REPEATED = 1e-6
 
 
-def polish(stiffness: csc_array, mass: csc_array, pairs: EigenPairs, inverse: Factorisation) -> tuple[FloatArray, FloatArray]:
+def polish(stiffness: csc_array, mass: csc_array, pairs: EigenPairs, *, inverse: Factorisation
+           ) -> tuple[FloatArray, FloatArray]:
     """Return squares and vectors after some steps of inverse iteration with all pairs at once.
 
     The modes of a search end at an error that frequencies do not show, being of second order in it; slopes of shapes do.

@@ -71,7 +71,7 @@ class FiniteElementTest(NotebookText):
                 f"{self.modes.frequency.max():.4g} Hz)")
 
 
-def plan_nodes(machine: FiniteElementMachine, pairs: EigenPairs, number: int = 24, struck: int = 3) -> PlannedNodes:
+def plan_nodes(machine: FiniteElementMachine, pairs: EigenPairs, number: int = 24, *, struck: int = 3) -> PlannedNodes:
     """Return where to measure and strike so that the modes of the model are told apart best (effective independence).
 
     Nodes on the boxes of the parts are taken that no other part covers and that do not stand on the floor.

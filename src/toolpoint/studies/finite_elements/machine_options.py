@@ -63,7 +63,7 @@ def option_rows(base: MachineOption, options: Sequence[MachineOption]) -> list[l
     return rows
 
 
-def judge_machine(name: str, machine: FiniteElementMachine, modes: Modes, cut: CuttingDescription, *, lines: FloatArray,
+def judge_machine(name: str, machine: FiniteElementMachine, modes: Modes, *, cut: CuttingDescription, lines: FloatArray,
                   depth: float | None = None) -> MachineOption:
     """Return a machine as an option, its modes with damping at tool and work; `depth`: of the chart, m."""
     response = plane_response(modes, lines)
@@ -114,5 +114,5 @@ def judge_variants(variants: Mapping[str, FiniteElementMachine], base: MachineOp
                    joints: float) -> tuple[MachineOption, ...]:
     """Return options of machines with other sizes, fillings or layers, solved anew, on the lines and depth of the base."""
     lines = np.asarray(base.response.frequency)
-    return tuple(judge_machine(name, machine, solve_with_damping(machine, number, joints), cut, lines=lines,
+    return tuple(judge_machine(name, machine, solve_with_damping(machine, number, joints), cut=cut, lines=lines,
                                depth=base.limit.chart.depth_max) for name, machine in variants.items())

@@ -202,7 +202,7 @@ def study_finite_elements(
         step("finer mesh")
     fine = np.zeros(0) if finer is None else finer.solve(_MODES).frequency[:_MODES]
     step("the cut")
-    base = judge_machine("as it is", machine, modes, cut, lines=response_lines(pairs.frequency, cut))
+    base = judge_machine("as it is", machine, modes, cut=cut, lines=response_lines(pairs.frequency, cut))
     dampers = fit_dampers(base, modes, damper_place, damper_mass, cut=cut)
     options: list[MachineOption] = []
     for name, variant in (variants or {}).items():
@@ -214,7 +214,7 @@ def study_finite_elements(
 
 def _tested(machine: FiniteElementMachine, pairs: EigenPairs, tested: FiniteElementMachine, other: EigenPairs,
             rng: np.random.Generator) -> tuple[FiniteElementTest, FiniteElementCorrelation]:
-    planned = plan_nodes(machine, pairs, _POINTS, _STRUCK)
+    planned = plan_nodes(machine, pairs, _POINTS, struck=_STRUCK)
     c, s = np.cos(_TEST_TURN), np.sin(_TEST_TURN)
     frame = tf.transform(np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]), np.array(_TEST_ORIGIN))
     ratio = _DAMPING * rng.uniform(0.5, 1.5, other.count)

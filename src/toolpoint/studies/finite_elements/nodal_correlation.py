@@ -125,7 +125,8 @@ def correlate_finite_elements(
     measured = points.renamed(test.modes)
     nodes = list(dict.fromkeys(int(dof.point) for dof in measured.dofs))
     predicted = machine.modes_at(pairs, measured.dofs, 0.0)
-    result = correlate_modes(points, measured, predicted, lambda: machine.effective_mass(pairs), lowest_mac=lowest_mac)
+    result = correlate_modes(points, measured, predicted, mass=lambda: machine.effective_mass(pairs),
+                             lowest_mac=lowest_mac)
     ratio = result.predicted.frequency[None, :] / result.measured.frequency[:, None]
     factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= near)
     doubts = tuple(line for line in (doubt, *result.doubts) if line)

@@ -125,10 +125,10 @@ def study_sensitivity(name: str, machine: FiniteElementMachine, pairs: EigenPair
     count = min(shown, pairs.count - 1)
     slopes = machine.sensitivities(pairs)
     motion = motion_sensitivity(machine, pairs, {f"{machine.part_of_node[int(dof.point) - 1]} {dof.direction}":
-                                                 machine.motion_of([dof])}, range(count))
+                                                 machine.motion_of([dof])}, which=range(count))
     mac = None
     if measured is not None:
         dofs, shapes, which = measured
         kept = [k for k, mode in enumerate(which) if mode < count]
-        mac = mac_sensitivity(machine, pairs, dofs, shapes[:, kept], [which[k] for k in kept])
+        mac = mac_sensitivity(machine, pairs, dofs, measured=shapes[:, kept], which=[which[k] for k in kept])
     return PartSensitivity(name, machine, pairs, slopes, motion, mac)

@@ -69,7 +69,7 @@ def accumulate(values: FloatArray) -> FloatArray:
     return np.cumsum(np.take_along_axis(values, order, axis=-1), axis=-1)
 
 
-def mac_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, dofs: Sequence[Dof], measured: Array,
+def mac_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, dofs: Sequence[Dof], *, measured: Array,
                     which: Sequence[int]) -> ShapeSensitivity:
     """Return the slopes of the MAC of modes with measured shapes.
 
@@ -101,7 +101,7 @@ def mac_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, dofs: Sequ
     return _sensitivity(machine, pairs, tuple(f"MAC of mode {i + 1}" for i in at), at, functions)
 
 
-def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions: Mapping[str, csc_array],
+def motion_sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, motions: Mapping[str, csc_array], *,
                        which: Sequence[int]) -> ShapeSensitivity:
     """Return the slopes of motions in modes at unit modal mass.
 
@@ -126,7 +126,7 @@ def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[
              "solve for some more; it converges faster too")
     stiffness, mass = machine.matrices
     inverse = factorise(stiffness, coordinates=machine.dof_places)
-    squares, vectors = polish(stiffness, mass, pairs, inverse)
+    squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
     adjoint = adjoint_shapes(stiffness, mass, squares, vectors, which=at, gradients=gradients, inverse=inverse)
     shapes, level = vectors[:, at], squares[at]

@@ -124,14 +124,14 @@ def correlate(
                                                if str(p) in machine.description.points])
     measured = pairing.renamed(modes)
     everything = eigen.solve_undamped(assemble(machine, pose, measured.dofs))
-    result = correlate_modes(pairing, measured, everything, lambda: effective_mass(machine, pose), lowest_mac=lowest_mac,
-                             frequency_shift=frequency_shift)
+    result = correlate_modes(pairing, measured, everything, mass=lambda: effective_mass(machine, pose),
+                             lowest_mac=lowest_mac, frequency_shift=frequency_shift)
     edges = _bands(measured.frequency, frf) if bands is None else np.array(bands, float).reshape(-1, 2)
     result = replace(result, bands=edges)
     return result if frf is None else _with_responses(result, machine, pairing.renamed_frf(frf), pose)
 
 
-def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, mass: Callable[[], FloatArray], *,
+def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, *, mass: Callable[[], FloatArray],
                     lowest_mac: float = 0.5, frequency_shift: float = np.inf) -> ModelCorrelation:
     """Return how modes agree with measured ones at the same Dofs, without responses.
 
