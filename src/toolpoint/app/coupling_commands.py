@@ -10,7 +10,7 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import coefficient_options, in_si, tool_options
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE, QUANTITY, REPLACE, lines_of
 from toolpoint.app.speeds import SPEEDS
 
 if TYPE_CHECKING:
@@ -53,7 +53,8 @@ def _schema(ctx: click.Context, parameter: click.Parameter, value: bool) -> None
 @QUANTITY
 @tool_options
 @coefficient_options
-@click.option("--save", type=PATH, help="Save the tool-point responses here: universal (.uff) or HDF5 (.h5) file.")
+@click.option("--save", type=NEW_FILE, help="Save the tool-point responses here: universal (.uff) or HDF5 (.h5) file.")
+@REPLACE
 @OUTPUT
 @JSON
 def rcsa(tool: Path, stick_out: str | None, lobes: bool, speeds: Any, save: Path | None, output: Path, as_json: bool,

@@ -13,7 +13,7 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import coefficient_options, in_si, numbers, tool_options
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, PATH, REPLACE
 from toolpoint.app.source import Source, dynamics_options
 from toolpoint.app.speeds import speeds_of
 
@@ -291,7 +291,8 @@ def map_chatter(machine: Path, axes: tuple[str, ...], feed_directions: Any, spee
 @click.option("--angle", type=float, help="Angle of tooth 0 at the first sample, degrees clockwise from y, the same in all "
               "files (a trigger); found for each record where left out.")
 @click.option("--no-runout", is_flag=True, help="Do not fit run-out.")
-@click.option("--yaml", "yaml_file", type=PATH, help="Write the 'cutting' section for a machine file.")
+@click.option("--yaml", "yaml_file", type=NEW_FILE, help="Write the 'cutting' section for a machine file.")
+@REPLACE
 @OUTPUT
 @JSON
 def calibrate(forces: tuple[Path, ...], speed: float, depth: float, feed: tuple[float, ...] | None, force_on: str,

@@ -9,7 +9,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE, REPLACE
 
 Pose = dict[str, float] | None
 Circle = tuple[float, float] | None
@@ -39,9 +39,10 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
               "without error; without it such an axis may only position.")
 @click.option("--feed", type=click.FloatRange(0, min_open=True), metavar="MM/MIN",
               help="Feed of cuts before the program's first F.")
-@click.option("--fmu", type=PATH, help="Write the servo as a co-simulation unit (FMI 2.0) here.")
+@click.option("--fmu", type=NEW_FILE, help="Write the servo as a co-simulation unit (FMI 2.0) here.")
 @click.option("--fmu-sources", is_flag=True, help="The unit with its C sources only: no compiler needed here.")
 @click.option("--schema", is_flag=True, help="Print the JSON schema of drive files, for editors.")
+@REPLACE
 @OUTPUT
 @JSON
 def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, grid: tuple[str, ...],

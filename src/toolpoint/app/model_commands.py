@@ -11,7 +11,7 @@ import click
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
 from toolpoint.app.naming import naming_options
-from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, OUTPUT, PATH, POSE, POSES, QUANTITY
+from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, NEW_FILE, OUTPUT, POSE, POSES, QUANTITY, REPLACE
 from toolpoint.app.pole_choice import Choice, CommandOfChoice, choice_options
 
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
@@ -36,8 +36,9 @@ def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str])
 @BAND
 @QUANTITY
 @naming_options
-@click.option("-m", "--modes", "modes_file", type=PATH, help="Save the modes here (HDF5).")
+@click.option("-m", "--modes", "modes_file", type=NEW_FILE, help="Save the modes here (HDF5).")
 @choice_options
+@REPLACE
 @OUTPUT
 @JSON
 def identify(files: Sequence[Path], geometry: Path | None, drawn: Path | None, method: str, band: tuple[float, float] | None,
@@ -87,10 +88,11 @@ def identify(files: Sequence[Path], geometry: Path | None, drawn: Path | None, m
 @click.option("--geometry", required=True, type=FILE, help=GEOMETRY)
 @click.option("--components", required=True, type=FILE,
               help="YAML: which points belong to which component, the chain, masses where known.")
-@click.option("--machine", "written", type=PATH, help="Write the identified machine here.")
+@click.option("--machine", "written", type=NEW_FILE, help="Write the identified machine here.")
 @click.option("--coordinate-deviation", type=float,
               help="Standard deviation of the points' coordinates, mm, in place of that of the component file.")
 @BAND
+@REPLACE
 @OUTPUT
 @JSON
 def joints(files: Sequence[Path], geometry: Path, components: Path, written: Path | None, coordinate_deviation: float | None,
@@ -150,7 +152,8 @@ def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> tuple[
 @click.option("--samples", default=0, metavar="STEPS", show_default="none", type=click.IntRange(min=0),
               help="Sample the posterior by so many steps of every walker, for example 2000 (extra 'bayes').")
 @click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@click.option("--machine", "written", type=PATH, help="Write the updated machine here.")
+@click.option("--machine", "written", type=NEW_FILE, help="Write the updated machine here.")
+@REPLACE
 @OUTPUT
 @JSON
 def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths: tuple[str, ...],

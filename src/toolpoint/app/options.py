@@ -71,8 +71,24 @@ class _Source(click.Path):
         return path
 
 
+class _NewFile(click.Path):
+    """A file to write: one that is there is refused before anything is computed, unless --replace is given."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Path:
+        path = Path(value)
+        if path.exists() and not (ctx is not None and ctx.meta.get(_REPLACE)):
+            can_replace = ctx is not None and any(option.name == "replace" for option in ctx.command.params)
+            raise ToolpointError(f"{path}: exists already; nothing was written; choose another name"
+                                 + (", or add --replace" if can_replace else ""))
+        return path
+
+
+_REPLACE = "toolpoint.replace"
 PATH = click.Path(path_type=Path)  # to be written
+NEW_FILE = _NewFile(path_type=Path)  # to be written, and not there yet; `REPLACE` allows it
 FILE = _Source(path_type=Path)  # to be read
+REPLACE = click.option("--replace", is_flag=True, is_eager=True, expose_value=False, help="Write over existing files.",
+                       callback=lambda ctx, option, value: ctx.meta.update({_REPLACE: value}))
 OUTPUT = click.option("-o", "--output", default="toolpoint-report", show_default=True, type=PATH,
                        help="Folder (or .html file) of the page.")
 POSE = click.option("--pose", callback=pose, metavar="X=0.1,Y=200mm", help="Axis positions; m or rad where no unit is written.")

@@ -7,9 +7,8 @@ from typing import Any
 
 import click
 
-from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE
 
 
 @click.command()
@@ -24,8 +23,8 @@ from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
 @click.option("--hits", default=3, show_default=True, type=click.IntRange(1), help="Blows at every set-up.")
 @click.option("--seed", default=1, show_default=True, help="Seed of the points that could be measured, and of the virtual "
                                                            "tests.")
-@click.option("--test", type=PATH, help="Write the test file for `toolpoint frf` here (YAML).")
-@click.option("--geometry", type=PATH, help="Write the points here (CSV).")
+@click.option("--test", type=NEW_FILE, help="Write the test file for `toolpoint frf` here (YAML).")
+@click.option("--geometry", type=NEW_FILE, help="Write the points here (CSV).")
 @OUTPUT
 @JSON
 def plan(machine: Path, pose: dict[str, float] | None, number: int, highest: float | None, struck: int, noise: float, hits: int,
@@ -38,9 +37,6 @@ def plan(machine: Path, pose: dict[str, float] | None, number: int, highest: flo
     from toolpoint.app.poses import machine_at
     from toolpoint.io.yaml import plan_writing
 
-    for path in (test, geometry):
-        if path is not None and path.exists():
-            raise ToolpointError(f"{path}: exists already; nothing was written; choose another name")
     built = machine_at(machine, pose)
     with frame(output, as_json) as run, run.progress_of_parts() as progress:
         import numpy as np

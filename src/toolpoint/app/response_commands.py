@@ -10,7 +10,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE, POSES, lines_of
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE, POSES, REPLACE, lines_of
 from toolpoint.app.record_commands import RecordOptions, measure, record_options
 
 
@@ -23,8 +23,9 @@ from toolpoint.app.record_commands import RecordOptions, measure, record_options
               help="Force here; where it is seen, where left out.")
 @click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER",
               help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
-@click.option("--save", type=PATH, help="Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one pose.")
+@click.option("--save", type=NEW_FILE, help="Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one pose.")
 @record_options
+@REPLACE
 @OUTPUT
 @JSON
 def frf(files: Sequence[Path], poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: Any,

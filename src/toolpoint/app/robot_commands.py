@@ -8,12 +8,13 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, OUTPUT, PATH, POSE
+from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE, REPLACE
 
 
 @click.command()
 @click.argument("datasheet", type=FILE)
-@click.option("--machine", "written", type=PATH, help="Write the machine here.")
+@click.option("--machine", "written", type=NEW_FILE, help="Write the machine here.")
+@REPLACE
 @OUTPUT
 @JSON
 def robot(datasheet: Path, written: Path | None, output: Path, as_json: bool) -> None:
@@ -160,8 +161,9 @@ def region(machine: Path, lines: tuple[str, ...], origin: str, quantity: str, co
 
 @click.command()
 @click.argument("machine", type=FILE)
-@click.argument("target", type=PATH)
+@click.argument("target", type=NEW_FILE)
 @POSE
+@REPLACE
 def export(machine: Path, target: Path, pose: dict[str, float] | None) -> None:
     """A machine at a pose for multibody programs: MuJoCo (target.xml) or a script for Exudyn (target.py)."""
     from toolpoint.app import console

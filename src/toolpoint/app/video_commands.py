@@ -10,7 +10,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Frame, frame
-from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, band_of
+from toolpoint.app.options import BAND, FILE, JSON, NEW_FILE, OUTPUT, REPLACE, band_of
 
 
 @click.command()
@@ -37,16 +37,17 @@ from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, band_of
 @click.option("--record", type=FILE,
               help="Hammer or accelerometer record, FRFs or modes from beside the video: gives the poles.")
 @click.option("--machine", type=FILE, help="Machine file: interfaces are ranked by the videos.")
-@click.option("--update", "written", type=PATH, help="Update the machine to the videos and write it here.")
-@click.option("--magnify", type=PATH, help="Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).")
+@click.option("--update", "written", type=NEW_FILE, help="Update the machine to the videos and write it here.")
+@click.option("--magnify", type=NEW_FILE, help="Write a magnified clip here (.mp4, .gif, .webp, or a folder of images).")
 @click.option("--mode", "which", type=click.IntRange(1), default=1, show_default=True, help="Mode to magnify.")
 @click.option("--factor", type=float, default=20.0, show_default=True, help="Of magnification.")
 @click.option("--attenuation", type=click.FloatRange(0, 1), default=0.5, show_default=True,
               help="Of noise in the magnified clip.")
 @click.option("--magnify-band", metavar="LOW:HIGH", callback=band_of,
               help="Magnify this band (Hz) by phase instead of a mode by its shape; patents are on record for that method.")
-@click.option("-m", "--modes", "modes_file", type=PATH,
+@click.option("-m", "--modes", "modes_file", type=NEW_FILE,
               help="Save the modes of the first video (HDF5): at the machine's points where there is one, else at the windows.")
+@REPLACE
 @OUTPUT
 @JSON
 def video(files: Sequence[Path], output: Path, as_json: bool, machine: Path | None, written: Path | None, magnify: Path | None,
