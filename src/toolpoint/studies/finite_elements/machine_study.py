@@ -151,7 +151,7 @@ def damper_lines(dampers: FittedDampers) -> list[str]:
             f"{tuned.start[0]:.2f} Hz, {tuned.start[1]:.3f}); least depth x {tuned.depth_ratio:.2f}; {tuned.status}",
             f"active damper, {active.actuator.mass:.3g} kg moving: gain {active.gain:.3g} N s/m of at most "
             f"{active.largest_gain:.3g}; {active.margins}; least depth x {on:.2f} (x {off:.2f} switched off); "
-            f"{active.force:.2g} N and {1e6 * active.stroke:.2g} um of stroke a newton at the tool; {active.status}"]
+            f"{active.force:.2g} N and {1e6 * active.stroke:.2g} µm of stroke a newton at the tool; {active.status}"]
 
 
 def study_finite_elements(

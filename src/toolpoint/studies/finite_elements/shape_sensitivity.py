@@ -1,7 +1,8 @@
 r"""What E and density of every element, and every joint, do to mode shapes and to their MAC with a test.
 
 :math:`MAC = |\psi^H \phi_S|^2 / (\psi^H \psi\ \phi_S^T \phi_S)` is a function of the shape at the measured Dofs; so is the
-motion of any Dof at unit modal mass. Each has one adjoint a mode (`bodies.solid.adjoint`), and every element its share of it.
+motion of any Dof at unit modal mass. Each has one adjoint a mode (`vibration.sparse.beside_mode`), and every element its
+share of it.
 """
 
 from __future__ import annotations
@@ -14,11 +15,11 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import Array, FloatArray, IndexArray, fail
 from toolpoint._notebook import NotebookText
-from toolpoint.bodies.solid.adjoint import REPEATED, adjoint_shapes, polish
 from toolpoint.bodies.solid.sensitivity import element_energies, element_sets
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import EigenPairs, factorise
+from toolpoint.vibration.sparse.beside_mode import REPEATED, polish, solve_beside
 
 # From all shapes to the values of functions (k,) and their gradients by the shape of their mode (size, k).
 Functions = Callable[[FloatArray], tuple[FloatArray, FloatArray]]
@@ -128,7 +129,7 @@ def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[
     inverse = factorise(stiffness, coordinates=machine.dof_places)
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
-    adjoint = adjoint_shapes(stiffness, mass, squares, vectors, which=at, gradients=gradients, inverse=inverse)
+    adjoint = solve_beside(stiffness, mass, squares, vectors, which=at, right=gradients, inverse=inverse)
     shapes, level = vectors[:, at], squares[at]
     along = (gradients * shapes).sum(axis=0)
     parts = {}

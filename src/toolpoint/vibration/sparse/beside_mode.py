@@ -1,10 +1,11 @@
-r"""Adjoint shapes: what any function of a mode shape gains by every element, from one solution a mode.
+r"""Solutions beside a mode: what derivatives of shapes, and the adjoints of functions of shapes, are made of.
 
-For a function :math:`h(\phi_r)` with gradient g, :math:`\phi_r^T M \phi_r = 1`, the adjoint a solves :math:`(K - \lambda_r M)
-a = g - M \phi_r (\phi_r^T g)` with :math:`\phi_r^T M a = 0`; then :math:`dh = -a^T (dK - \lambda_r dM) \phi_r - \tfrac12
-(\phi_r^T g) \phi_r^T dM \phi_r`. Along the modes that are known a is their sum; what is left is positive definite and solved
-by conjugate gradients, preconditioned by the factors of K. Source: Nelson, AIAA J. 14 (1976), with the adjoint in place of
-the derivative.
+For a mode :math:`K \phi_r = \lambda_r M \phi_r` of unit modal mass and any f, the x of :math:`(K - \lambda_r M) x = f - M
+\phi_r (\phi_r^T f)` with :math:`\phi_r^T M x = 0`. With :math:`f = -(K' - \lambda_r M') \phi_r` it is the derivative of the
+shape but for its scale; with the gradient g of a function h of the shape it is the adjoint a: :math:`dh = -a^T (dK - \lambda_r
+dM) \phi_r - \tfrac12 (\phi_r^T g) \phi_r^T dM \phi_r` for any dK, dM. Along the modes that are known x is their sum; what is
+left is positive definite and solved by conjugate gradients, preconditioned by the factors of K, for all right sides at once.
+Source: Nelson, AIAA J. 14 (1976), by iteration in place of a factorisation for every mode.
 """
 
 from __future__ import annotations
@@ -14,7 +15,8 @@ from scipy.linalg import eigh
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.vibration.sparse import EigenPairs, Factorisation
+from toolpoint.vibration.sparse.eigenpairs import EigenPairs
+from toolpoint.vibration.sparse.factorisation import Factorisation
 
 _TOLERANCE, _STEPS, _POLISH = 1e-12, 60, 3
 # Squares nearer to each other than this share have no shapes of their own.
@@ -37,11 +39,11 @@ def polish(stiffness: csc_array, mass: csc_array, pairs: EigenPairs, *, inverse:
     return squares, vectors * np.where(signs == 0, 1.0, signs)
 
 
-def adjoint_shapes(
-    stiffness: csc_array, mass: csc_array, squares: FloatArray, vectors: FloatArray, *, which: np.ndarray,
-    gradients: FloatArray, inverse: Factorisation,
+def solve_beside(
+    stiffness: csc_array, mass: csc_array, squares: FloatArray, vectors: FloatArray, *, which: np.ndarray, right: FloatArray,
+    inverse: Factorisation,
 ) -> FloatArray:
-    """Return the adjoint of a function of each shape, (n, k).
+    """Return the solutions beside modes, (n, k).
 
     Parameters
     ----------
@@ -50,19 +52,19 @@ def adjoint_shapes(
     squares, vectors : (m,), (n, m)
         The lowest modes, all of them, unit modal mass; more than those that are asked for, so that it converges fast.
     which : (k,) ints
-        Mode of every function.
-    gradients : (n, k)
-        Of each function by the shape of its mode.
+        Mode of every right side.
+    right : (n, k)
+        f.
     inverse : Factorisation
         Of the stiffness.
     """
     moved = mass @ vectors
-    projections = vectors.T @ gradients
+    projections = vectors.T @ right
     gaps = squares[:, None] - squares[which][None, :]
     same = np.abs(gaps) <= REPEATED * squares[which][None, :]
     known = vectors @ np.where(same, 0.0, projections / np.where(same, 1.0, gaps))
-    rest = gradients - moved @ projections
-    scale = np.linalg.norm(gradients, axis=0)
+    rest = right - moved @ projections
+    scale = np.linalg.norm(right, axis=0)
     if not (np.linalg.norm(rest, axis=0) > _TOLERANCE * scale).any():
         return known
     return known + _complement(stiffness, mass, squares[which], rest, vectors=vectors, moved=moved, inverse=inverse)
@@ -92,5 +94,5 @@ def _complement(stiffness: csc_array, mass: csc_array, shift: FloatArray, right:
         new = (residual * step).sum(axis=0)
         direction = step + direction * np.where(power > 0, new / np.where(power > 0, power, 1.0), 0.0)
         power = new
-    fail("vectors", f"the adjoint did not converge in {_STEPS} steps", "must hold enough of the lowest modes",
+    fail("vectors", f"solutions beside modes did not converge in {_STEPS} steps", "must hold enough of the lowest modes",
          "ask for more modes than those whose shapes are studied")
