@@ -234,3 +234,18 @@ def test_a_ball_end_mill_with_feed_has_lobes(folder, tmp_path):
     ball = ["--corner-radius", "6", "--feed", "0.1", "-o", str(tmp_path)]
     main(["lobes", "--modes", str(folder / "modes.h5"), *CUT, *SLOT, *ball])
     assert "Surface location error" not in (tmp_path / "index.html").read_text()
+
+
+def test_names_of_files_by_a_pattern_serve_lobes_and_report(folder, tmp_path, capsys):
+    """The same file under a shop's own name gives the same limits, by --name, as under the name of its label."""
+    odd = tmp_path / "Halter_Punkt_7_links.txt"
+    odd.write_text((folder / "tip.txt").read_text())
+    quick = [*CUT, *SLOT, "--method", "zero-order"]
+    by_name = run(capsys, "lobes", "--frf", str(odd), "--name", "Halter_Punkt_{output}_*", *quick, "-o", str(tmp_path / "a"))
+    plain = run(capsys, "lobes", "--frf", str(folder / "tip.txt"), *quick, "-o", str(tmp_path / "b"))
+    assert by_name["stable_intervals_m"] == plain["stable_intervals_m"]
+    assert main(["report", "--frf", str(odd), "--name", "Halter_Punkt_{output}_*", "-o", str(tmp_path / "c")]) is None
+    assert "7:+x" in (tmp_path / "c" / "index.html").read_text()
+    with pytest.raises(SystemExit):
+        main(["lobes", "--modes", str(folder / "modes.h5"), "--name", "Punkt_{output}", *CUT, *SLOT])
+    assert "is for measured FRFs" in capsys.readouterr().err

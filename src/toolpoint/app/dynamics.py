@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.source import Source
@@ -21,7 +21,7 @@ def read_dynamics(source: Source) -> ToolDynamics:
     for read in (_of_machine, _of_modes, _of_directions):
         if (dynamics := read(source)) is not None:
             return dynamics
-    measured = read_responses(source.frf, source.quantity)
+    measured = read_responses(source.frf, source.quantity, source.naming)
 
     from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 
@@ -56,7 +56,7 @@ def _of_directions(source: Source) -> ToolDynamics | None:
     if source.frf_x is None:
         return None
     paths = {"x": source.frf_x, "y": source.frf_y, "xy": source.frf_xy}
-    parts = {way: read_responses([path], source.quantity) for way, path in paths.items() if path is not None}
+    parts = {way: read_responses([path], source.quantity, source.naming) for way, path in paths.items() if path is not None}
 
     from toolpoint.studies.cuts.tool_dynamics import separate_dynamics
 
@@ -78,7 +78,8 @@ def _check(source: Source) -> None:
         raise ToolpointError("--frf-xy: given without --frf-y; the cross FRF needs both directions")
     if source.pose and source.machine is None:
         raise ToolpointError("--pose: needs a machine file to be applied to")
-    for name, value in (("--band", source.band), ("--quantity", source.quantity)):
+    named = source.naming and "--name, --struck, --variables"
+    for name, value in (("--band", source.band), ("--quantity", source.quantity), (named or "", source.naming or None)):
         if value is not None and (source.machine or source.modes):
             raise ToolpointError(f"{name}: is for measured FRFs; {given[0]} has none")
     for name, label in (("--x", source.x), ("--y", source.y)):
@@ -102,11 +103,12 @@ def _read_modes(path: Path) -> Modes:
         raise ToolpointError(f"{error} ({remedy})" if "needs one Modes" in str(error) else str(error)) from None
 
 
-def read_responses(paths: Sequence[Path], quantity: str | None) -> Frf:
+def read_responses(paths: Sequence[Path], quantity: str | None, naming: Mapping[str, Any] | None = None) -> Frf:
+    """Return the responses that files hold; `naming` : what their names and variables say, keywords of `frf_files.read`."""
     from toolpoint.io import frf_files
 
     try:
-        return frf_files.read(paths, quantity=quantity)
+        return frf_files.read(paths, quantity=quantity, **(naming or {}))
     except ToolpointError as error:
         remedy = (" (give it with --modes)" if "needs one Frf" in str(error) else
                   "; the directions apart are given with --frf-x FILE --frf-y FILE" if "its direction" in str(error) else "")

@@ -11,6 +11,7 @@ import click
 
 from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Result, frame
+from toolpoint.app.naming import naming_options
 from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
 
 
@@ -21,10 +22,11 @@ from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, POSE, QUANTITY
               help="Measured FRFs: universal, HDF5, MATLAB, NumPy, or text (Hz, real, imaginary); several text files, driving "
                    "point first.")
 @QUANTITY
+@naming_options
 @BAND
 @OUTPUT
 def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Path], quantity: str | None,
-           band: tuple[float, float] | None, output: Path) -> None:
+           naming: dict[str, Any], band: tuple[float, float] | None, output: Path) -> None:
     """The page of your machine (YAML) and of your measured FRFs; either may be left out."""
     from toolpoint.app import console
     from toolpoint.app.dynamics import read_responses
@@ -43,7 +45,7 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 
             built = machine_at(machine, pose)
         before = len(run.warnings)
-        responses = read_responses(frf, quantity) if frf else None
+        responses = read_responses(frf, quantity, naming) if frf else None
         of_responses = run.warnings[before:]
 
         from toolpoint.pages.machines.machine import machine_page

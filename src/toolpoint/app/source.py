@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, field, fields
 from functools import wraps
 from pathlib import Path
 from typing import Any
 
 import click
 
+from toolpoint.app.naming import naming_options
 from toolpoint.app.options import BAND, FILE, POSE, QUANTITY
 
 
@@ -17,7 +18,8 @@ from toolpoint.app.options import BAND, FILE, POSE, QUANTITY
 class Source:
     """Where the dynamics of a cut come from: a machine file at a pose, FRF files, an FRF for each direction, or saved modes.
 
-    x, y : labels of the directions in the cutting plane where the data hold several; y may be ``same`` or ``rigid``.
+    x, y : labels of the directions in the cutting plane where the data hold several; y may be ``same`` or ``rigid``;
+    naming : what names of files and variables say, keywords of `frf_files.read`.
     """
 
     machine: Path | None = None
@@ -31,13 +33,14 @@ class Source:
     quantity: str | None = None
     x: str | None = None
     y: str | None = None
+    naming: Mapping[str, Any] = field(default_factory=dict)
 
 
 def dynamics_options(command: Any) -> Any:
     """Add the options of the dynamics; the command receives them as `source`."""
     @wraps(command)
     def gathered(**values: Any) -> Any:
-        source = Source(**{field.name: values.pop(field.name) for field in fields(Source)})
+        source = Source(**{part.name: values.pop(part.name) for part in fields(Source)})
         return command(source=source, **values)
 
     for option in reversed((
@@ -54,4 +57,4 @@ def dynamics_options(command: Any) -> Any:
             click.option("--y", metavar="POINT:DIRECTION", help="Label of y, or same (as along x), or rigid; that of x's "
                                                                 "point where left out."))):
         gathered = option(gathered)
-    return gathered
+    return naming_options(gathered)

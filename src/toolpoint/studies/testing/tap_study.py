@@ -120,10 +120,11 @@ class TapStudy(NotebookText):
 
     def table(self) -> str:
         """Return answer, lights, modes and speeds as text."""
-        return "\n".join([self.status, text_table("Steps", ("step", "light", "what is so", "what to do"), self.light_rows()),
-                          text_table("Modes", MODES, self.mode_rows()),
-                          text_table("Speeds to use (95 % certain there and 2 % beside, a tenth of depth in hand)", SPEEDS,
-                                     self.speed_rows())])
+        speeds = self.speed_rows()
+        title = "Speeds to use (95 % certain there and 2 % beside, a tenth of depth in hand)"
+        tables = [text_table("Steps", ("step", "light", "what is so", "what to do"), self.light_rows()),
+                  text_table("Modes", MODES, self.mode_rows())]
+        return "\n".join([self.status, *tables, *([text_table(title, SPEEDS, speeds)] if speeds else [])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return plain data, SI: status, lights, modes, limits with intervals, speeds to use, what to strike again."""
@@ -274,6 +275,9 @@ def _limit_light(limits: TapLimits, values: Mapping[str, Any], sound: bool) -> L
                      "strike with a harder tip")
     if not {"material", "tangential"} & set(values):
         return Light("limits", "amber", f"{words}; the coefficients are an example's", "give --material or --kt and --kn")
+    if limits.chart.doubts:
+        doubt = limits.chart.doubts[0]
+        return Light("limits", "amber", f"{words}; {doubt.why}", doubt.remedy)
     if high > WIDE * low:
         return Light("limits", "amber", f"{words}: wide", "strike more often; calibrate the coefficients of this material")
     return Light("limits", "green", words)
