@@ -1,7 +1,7 @@
-"""Updating of a frame of 12 uncertain stiffnesses by three modes at 43 places: how many starts reach the optimum, CPU s a start.
+"""Updating of a frame of 12 uncertain stiffnesses by three modes at 43 places: starts that reach the optimum, CPU s a start.
 
-The frame is our own, after the size of the open reference (two storeys, two bays, floors; about 2300 coordinates, 12 groups of
-members, start values between 0.4 and 1.9 times the nominal stiffness): its model is not at hand. The measured modes are those of
+The frame is our own, of the size of the open reference's, whose model is not at hand: two storeys, two bays, floors; about 2200
+coordinates, 12 groups of members, start values between 0.4 and 1.9 times the nominal stiffness. The measured modes are those of
 a frame of other stiffnesses, with noise where asked for; every start must end at the same optimum, with a covariance.
 """
 
@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import argparse
 import time
+from itertools import pairwise
 
 import numpy as np
 from scipy.sparse import csc_array, csr_array
@@ -21,6 +22,7 @@ from toolpoint.vibration import Dof, Modes
 
 # Bays along x and y, storeys (m); pieces of a column, of a bay along x and along y.
 BAY_X, BAY_Y, STOREY = 7.0, 6.0, 4.0
+UP = np.array([0.0, 0.0, 1.0])
 COLUMN_PIECES, PIECES_X, PIECES_Y = 8, 6, 10
 PLACES, MEASURED = 43, 3
 # Noise: of frequencies, and of entries of shapes as share of their rms.
@@ -49,7 +51,7 @@ class Frame:
         turns = np.kron(np.eye(4), turn)
         mass, stiffness, _ = beam_element(section.slender, float(np.linalg.norm(b - a)) / pieces)
         places = [a + (b - a) * i / pieces for i in range(pieces + 1)]
-        for first, second in zip(places[:-1], places[1:], strict=True):
+        for first, second in pairwise(places):
             rows = np.concatenate([6 * self.node(p) + np.arange(6) for p in (first, second)])
             held = self.parts.setdefault(group, ([], []))
             held[0].append(rows)
@@ -81,7 +83,7 @@ def build_frame() -> Frame:
             for y in (0, 1):
                 at = np.array([x * BAY_X, y * BAY_Y, 0.0])
                 kind = "inner" if x == 1 else "outer"
-                frame.member(f"{kind} columns {storey}", (at + [0, 0, low], at + [0, 0, high]), COLUMN_PIECES, column)
+                frame.member(f"{kind} columns {storey}", (at + low * UP, at + high * UP), COLUMN_PIECES, column)
         xs, ys = np.linspace(0, 2 * BAY_X, 2 * PIECES_X + 1), np.linspace(0, BAY_Y, PIECES_Y + 1)
         for j, y in enumerate(ys):
             edge = j in (0, PIECES_Y)

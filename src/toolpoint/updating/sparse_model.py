@@ -1,8 +1,8 @@
 r"""SparseModel: a large sparse model of parts that scale, for a fit: its lowest modes with exact derivatives.
 
 :math:`K = K_0 + \sum_j p_j K_j`, :math:`M = M_0 + \sum_j p_j M_j` are never assembled anew. Derivatives of squares are
-energies of the parts; those of shapes solve :math:`(K - \lambda M) x = -(K_j - \lambda M_j) \phi` beside each mode, for all
-modes and parameters at once, with the one factorisation of K (`vibration.sparse.beside_mode`). Source: Nelson, AIAA J. 14 (1976).
+energies of the parts; those of shapes solve :math:`(K - \lambda M) x = -(K_j - \lambda M_j) \phi` beside each mode, all at
+once, with the one factorisation of K (`vibration.sparse.beside_mode`). Source: Nelson, AIAA J. 14 (1976).
 """
 
 from __future__ import annotations

@@ -40,7 +40,7 @@ def hammer_parts(correlation: FiniteElementCorrelation, test: FiniteElementTest)
                            [[f"{v:.4f}" for v in (c.mean, c.mass, moved, alike, c.total)]], "Over all pairs, weighted by mass"))
     matrix = mac_matrix(now.mac, now.measured, now.predicted, row_title="Measured mode", column_title="Mode of the model",
                         pairs=now.pairs.pairs, title="MAC")
-    parts.append(Chart(matrix, "Paired modes are framed."))
+    parts.append(Chart(matrix, "Paired modes are framed.", narrowest=640))
     parts.append(Chart(_coherence(test), "Median coherence of all responses; it falls where little moves."))
     lines = [*correlation.mixed_modes(), *(f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}"
                                            for name, pair, gain in correlation.worst_points(3) if gain > 1e-3)]
@@ -164,7 +164,6 @@ def _lobes(study: FiniteElementStudy) -> object:
         chart.add_scatter(x=np.round(limit.speeds, 2), y=np.round(depth, 4), name=option.name, line={"color": COLOURS[i]})
     chart.update_xaxes(title_text="Spindle speed, rev/min")
     chart.update_yaxes(title_text="depth of cut, mm", rangemode="tozero")
-    chart.update_layout(legend={"orientation": "h", "y": -0.2})
     return chart
 
 
@@ -181,5 +180,4 @@ def _responses(study: FiniteElementStudy) -> object:
         chart.add_scatter(x=option.response.frequency[::2], y=values, name=option.name, line={"color": COLOURS[i]})
     chart.update_xaxes(title_text="Frequency, Hz")
     chart.update_yaxes(title_text="response, µm/N", type="log")
-    chart.update_layout(legend={"orientation": "h", "y": -0.2})
     return chart
