@@ -4,9 +4,11 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.sparse import block_diag, csc_array, diags_array, kron
+from scipy.sparse import random as sparse_random
 
 from toolpoint import ToolpointError
-from toolpoint.vibration.sparse import count_below, factorise, modes
+from toolpoint.vibration.sparse import count_below, factorise, modes, symbolic
+from toolpoint.vibration.sparse.factorisation import check_symmetric
 
 
 def chain(n):
@@ -108,3 +110,51 @@ def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
     assert np.allclose(matrix @ factorise(matrix, solver="multifrontal").solve(right), right)
     with pytest.raises(ToolpointError, match="no usable pivot in row"):
         factorise(csc_array(block_diag([k + m, [[0.0]]])), solver="multifrontal")
+
+
+def test_negative_eigenvalues_are_counted_without_keeping_factors():
+    """In the order of other factors of the same pattern: the closed form's count; another pattern is left to a new order."""
+    n = 12
+    k, at = grid_laplacian(n), np.arange(n)
+    square = 4 * np.sin(np.pi * at / (2 * n)) ** 2
+    three = (square[:, None, None] + square[None, :, None] + square[None, None, :]).ravel()
+    exact = np.outer(three, 3 + np.sqrt(2) * np.array([-1, 0, 1])).ravel()
+    unit = diags_array(np.ones(k.shape[0]))
+    factors = factorise(csc_array(k + 0.3 * unit), solver="multifrontal")
+    right = np.random.default_rng(0).standard_normal(k.shape[0])
+    before = factors.solve(right)
+    for shift in (0.5, 2.2345, 9.171):
+        assert factors.count_negative(csc_array(k - shift * unit)) == (exact < shift).sum()
+    assert np.array_equal(factors.solve(right), before)
+    assert factors.count_negative(csc_array(unit)) is None
+    assert factorise(csc_array(k + 0.3 * unit), solver="SuperLU").count_negative(csc_array(k)) is None
+
+
+@pytest.mark.parametrize("change", ["none", "value", "missing above", "missing below"])
+def test_symmetry_of_large_matrices_is_asked_without_copies(change):
+    n = 7000
+    rng = np.random.default_rng(1)
+    half = sparse_random(n, n, 5e-4, rng=rng, format="csc")
+    matrix = csc_array(half + half.T + diags_array(np.full(n, 10.0)))
+    matrix.sort_indices()
+    broken = matrix.copy()
+    column = next(j for j in range(n // 2, n) if matrix.indices[matrix.indptr[j]] < j)
+    above = int(matrix.indptr[column])
+    size = abs(broken.data[above])
+    if change == "value":
+        broken.data[above] += 0.25
+    elif change == "missing above":
+        broken.data[above] = 0.0
+    elif change == "missing below":
+        row = int(matrix.indices[above])
+        below = int(matrix.indptr[row] + np.searchsorted(matrix.indices[matrix.indptr[row]:matrix.indptr[row + 1]], column))
+        broken.data[below] = 0.0
+    if change.startswith("missing"):
+        broken.eliminate_zeros()
+    expected = {"none": 0.0, "value": 0.25}.get(change, size)
+    assert symbolic.asymmetry(broken.indptr, broken.indices, broken.data) == pytest.approx(expected)
+    if change == "none":
+        check_symmetric("matrix", broken)
+    else:
+        with pytest.raises(ToolpointError, match="unsymmetric by"):
+            check_symmetric("matrix", broken)

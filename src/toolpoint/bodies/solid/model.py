@@ -129,6 +129,33 @@ class SolidModel(NotebookText):
                  for block in self.blocks if block.name == name]
         return parts[0] if len(parts) == 1 else csc_array(sum(parts[1:], parts[0]))
 
+    def assembled(self) -> tuple[csc_array, csc_array]:
+        """Return stiffness (N/m) and mass (kg) without keeping their parts: for a body that is solved once."""
+        stiffness, mass = None, None
+        for name in self.set_names:
+            part = self._sum(name, 3, partial(_stiffness, self.materials[name]))
+            stiffness = part if stiffness is None else csc_array(stiffness + part)
+            scalar = self._sum(name, 1, partial(_scalar_mass, self.materials[name]))
+            mass = scalar if mass is None else csc_array(mass + scalar)
+        assert stiffness is not None and mass is not None
+        return stiffness, csc_array(kron(mass, eye_array(3), format="csc"))
+
+    def projected(self, name: str, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return stiffness and mass (m, m) of a set in the shapes `motion` (size, m), summed by elements."""
+        material, width = self.materials[name], motion.shape[1]
+        by_node = motion.reshape(len(self.nodes), 3, width)
+        total = np.zeros((2, width, width))
+        for block in self.blocks:
+            for part in chunks(len(block) if block.name == name else 0):
+                places = self.nodes[block.nodes[part]]
+                moved = by_node[block.nodes[part]]
+                flat = moved.reshape(len(moved), -1, width)
+                total[0] += np.tensordot(flat, matrices.stiffness(block.kind, places, material) @ flat, ((0, 1), (0, 1)))
+                heavy = matrices.scalar_mass(block.kind, places, material.density)
+                pushed = (heavy @ moved.reshape(len(moved), block.nodes.shape[1], -1)).reshape(flat.shape)
+                total[1] += np.tensordot(flat, pushed, ((0, 1), (0, 1)))
+        return total[0], total[1]
+
     def stiffness(self, scales: Mapping[str, float] | None = None) -> csc_array:
         """Return the stiffness, N/m, each set's Young's modulus times its scale (1 where left out)."""
         return self._scaled(self.stiffness_parts, scales)

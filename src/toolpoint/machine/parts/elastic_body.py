@@ -75,27 +75,33 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
     """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
     if not interfaces:
         fail("interfaces", "none", "must be at least one", "a body is held by its interfaces")
-    columns, repeats = [], []
-    for place in interfaces.values():
-        loads = [place.weights(model, float(z)) for z in place.positions()] if isinstance(place, SlidingPatch) else [
-            place.averages(model)]
+    columns, repeats, still = [], [], {}
+    for name, place in interfaces.items():
+        if isinstance(place, SlidingPatch):
+            loads = [place.weights(model, float(z)) for z in place.positions()]
+        else:
+            loads = [place.averages(model)]
+            still[name] = loads[0]
         columns += loads
         repeats += [float(len(loads))] * (6 * len(loads))
     rigid = model.rigid_motion()
-    body = LargeBody(model.stiffness(), model.mass(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
+    body = LargeBody(*model.assembled(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
                      coordinates=model.dof_places)
     reduction = reduce(body, method or ActingLoads(band), size)
     nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, surface=_surface(model, reduction),
-                        interfaces={name: _interface(place, model, reduction, name) for name, place in interfaces.items()})
+                        interfaces={name: Interface(place.centre, still[name].T @ reduction.vectors) if isinstance(place, Patch)
+                                    else _sliding(place, model, reduction, name) for name, place in interfaces.items()})
     return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors])))
 
 
 def _parts(model: SolidModel, nominal: Body, motion: FloatArray) -> dict[str, ReducedPart]:
     if len(model.set_names) == 1:
         return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass) for name in model.set_names}
-    elastic = motion[:, 6:]
-    return {name: ReducedPart(_numbers(model, name), _even(elastic.T @ (model.stiffness_parts[name] @ elastic)),
-                              _even(motion.T @ (model.mass_parts[name] @ motion))) for name in model.set_names}
+    result = {}
+    for name in model.set_names:
+        stiffness, mass = model.projected(name, motion)
+        result[name] = ReducedPart(_numbers(model, name), _even(stiffness[6:, 6:]), _even(mass))
+    return result
 
 
 def _even(matrix: FloatArray) -> FloatArray:
@@ -124,9 +130,7 @@ def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ..
                 interfaces=interfaces, surface=surface)
 
 
-def _interface(place: Patch | SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
-    if isinstance(place, Patch):
-        return Interface(place.centre, place.averages(model).T @ reduction.vectors)
+def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
     table: MotionTable = tabulate(reduction.vectors, lambda z: place.weights(model, z), place.low, high=place.high,
                                   step=place.step, name=name)
     return Interface(place.patch.centre, None, table, place.along)

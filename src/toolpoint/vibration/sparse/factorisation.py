@@ -6,7 +6,7 @@ of inertia; Parlett, The Symmetric Eigenvalue Problem, section 3.3).
 
 from __future__ import annotations
 
-from typing import Protocol, TypeAlias
+from typing import Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,6 +24,11 @@ class _Solver(Protocol):
     negative_pivots: int
 
     def solve(self, right: FloatArray) -> FloatArray: ...
+
+
+@runtime_checkable
+class _Counter(Protocol):
+    def count_negative(self, matrix: csc_array) -> int | None: ...
 
 
 class Factorisation:
@@ -44,6 +49,12 @@ class Factorisation:
         if values.ndim not in (1, 2) or len(values) != self.size:
             fail("right", f"shape {values.shape}", f"must be ({self.size},) or ({self.size}, any)")
         return self._solver.solve(floats("right", values))
+
+    def count_negative(self, matrix: SparseMatrix) -> int | None:
+        """Return the number of negative eigenvalues of another matrix of the same pattern, in the order of these factors and
+        without keeping its own; None where the solver or the pattern does not let it."""
+        columns = csc_array(matrix)
+        return self._solver.count_negative(columns) if isinstance(self._solver, _Counter) else None
 
     def __repr__(self) -> str:
         return f"Factorisation({self.size} rows by {self.name}, {self.negative_pivots} negative pivots)"
@@ -99,6 +110,16 @@ def _has_compiled() -> bool:
     return dense_calls.addresses() is not None
 
 
+def _asymmetry(columns: csc_array) -> float:
+    """Return the largest difference between an entry and its mirror image; of large matrices without copies of them."""
+    if columns.shape[0] < _SMALL or not columns.has_canonical_format:
+        difference = abs(columns - columns.T)
+        return float(difference.max()) if difference.nnz else 0.0
+    from toolpoint.vibration.sparse import symbolic
+
+    return float(symbolic.asymmetry(columns.indptr, columns.indices, columns.data))
+
+
 def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
     """Return the matrix as compressed columns after checking that it is square, finite and symmetric."""
     columns = csc_array(matrix, dtype=float)
@@ -107,8 +128,7 @@ def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
     if not np.isfinite(columns.data).all():
         fail(name, "values that are not finite", "must be finite")
     scale = float(np.abs(columns.data).max(initial=0.0))
-    difference = abs(columns - columns.T)
-    error = float(difference.max()) if difference.nnz else 0.0
+    error = _asymmetry(columns)
     if error > _SYMMETRY * scale:
         fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",
              "is only a triangle stored, or does it hold gyroscopic or follower terms?")

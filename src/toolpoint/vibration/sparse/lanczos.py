@@ -131,8 +131,11 @@ class _Search:
                            f"{number} modes of the band were counted, not all found: give another shift")
 
     def _count(self, mu: float) -> int:
-        return factorise(csc_array(self.k - mu * self.m), coordinates=self.coordinates, solver=self.solver,
-                         is_positive=False).negative_pivots
+        matrix = csc_array(self.k - mu * self.m)
+        counted = self.inverse.count_negative(matrix)
+        if counted is not None:
+            return counted
+        return factorise(matrix, coordinates=self.coordinates, solver=self.solver, is_positive=False).negative_pivots
 
     def _pairs(self, basis: _Basis, keep: int, counted: float, status: str) -> EigenPairs:
         squares, vectors, residual = basis.ritz(keep)

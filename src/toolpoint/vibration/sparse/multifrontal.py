@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import zlib
 from itertools import pairwise
+from typing import NoReturn
 
 import numpy as np
 from scipy.sparse import csc_array
@@ -24,10 +26,25 @@ class Multifrontal:
     def __init__(self, matrix: csc_array, coordinates: FloatArray | None = None, is_positive: bool = True) -> None:
         self._routines = dense_calls.addresses()
         self._plan(matrix, coordinates)
+        self._planned = self._pattern(matrix)
         self.is_positive = is_positive and bool((matrix.diagonal() > 0).all())
         self._factorise(matrix)
         self.negative_pivots = int((self._diagonal < 0).sum())
         self.name = f"multifrontal {'Cholesky' if self.is_positive else 'L D L^T'} ({self._ordering})"
+
+    def count_negative(self, matrix: csc_array) -> int | None:
+        """Return the negative pivots of another matrix, in the order planned here; None where its pattern is another."""
+        if self._pattern(matrix) != self._planned:
+            return None
+        diagonal, widest = np.ones(matrix.shape[0]), max(int(self._starts[b] - self._starts[a]) for a, b in self._pieces())
+        row = self._run(matrix, False, np.empty(widest), diagonal)
+        if row >= 0:
+            self._refuse(row)
+        return int((diagonal < 0).sum())
+
+    @staticmethod
+    def _pattern(matrix: csc_array) -> tuple[int, int, int]:
+        return matrix.nnz, zlib.crc32(memoryview(matrix.indptr)), zlib.crc32(memoryview(matrix.indices))
 
     def _plan(self, matrix: csc_array, coordinates: FloatArray | None) -> None:
         n = matrix.shape[0]
@@ -61,17 +78,23 @@ class Multifrontal:
         self._starts = np.concatenate([[0], np.cumsum(wide * (wide + below))])
 
     def _factorise(self, matrix: csc_array) -> None:
-        if self.is_positive and self._run(matrix, True) < 0:
+        self._factor, self._diagonal = np.empty(self._starts[-1]), np.ones(matrix.shape[0])
+        if self.is_positive and self._run(matrix, True, self._factor, self._diagonal) < 0:
             return
+        self._diagonal[:] = 1.0
         self.is_positive = False
-        row = self._run(matrix, False)
+        row = self._run(matrix, False, self._factor, self._diagonal)
         if row >= 0:
-            fail("matrix", f"no usable pivot in row {int(self._order[row])}", "must have an inverse, as its leading parts must",
-                 "hold the body, or shift a free body's stiffness: K + s M with s above zero; move a shift off an eigenvalue")
+            self._refuse(row)
 
-    def _run(self, matrix: csc_array, positive: bool) -> int:
+    def _refuse(self, row: int) -> NoReturn:
+        fail("matrix", f"no usable pivot in row {int(self._order[row])}", "must have an inverse, as its leading parts must",
+             "hold the body, or shift a free body's stiffness: K + s M with s above zero; move a shift off an eigenvalue")
+
+    def _run(self, matrix: csc_array, positive: bool, factor: FloatArray, diagonal: FloatArray) -> int:
+        """Factorise into `factor`; one that holds less than all is written over by every piece."""
         count, n = len(self._parent), matrix.shape[0]
-        self._factor, self._diagonal = np.empty(self._starts[-1]), np.ones(n)
+        is_whole = len(factor) >= self._starts[-1]
         stack = np.empty(symbolic.stack_size(self._begins, self._pointers, self._parent))
         state = np.full(1 + 3 * count, -1, dtype=np.int64)
         state[0] = 0
@@ -80,8 +103,8 @@ class Multifrontal:
         for low, high in self._pieces():
             row = kernels.factorise_groups(
                 low, high, matrix.indptr, matrix.indices, matrix.data, self._order, self._place, self._begins, self._pointers,
-                self._rows, self._parent, self._starts, self._factor, self._diagonal, stack, state, local, self._routines,
-                positive, tiny)
+                self._rows, self._parent, self._starts - (0 if is_whole else self._starts[low]), factor, diagonal, stack, state,
+                local, self._routines, positive, tiny)
             if row >= 0:
                 return int(row)
         return -1

@@ -245,3 +245,30 @@ def stack_size(begins, pointers, parent):
         if parent[s] >= 0:
             pending[parent[s]] += square
     return most
+
+
+@njit(cache=True)
+def asymmetry(indptr, indices, data):
+    """Return the largest difference between entries and their mirror images; columns sorted, without repeated entries.
+
+    Columns are walked in order; the next entry of every column that waits for its mirror image stands in `waiting`.
+    """
+    n, worst = indptr.size - 1, 0.0
+    waiting = indptr[:-1].copy()
+    for j in range(n):
+        while waiting[j] < indptr[j + 1] and indices[waiting[j]] < j:  # above the diagonal and not met from below
+            worst = max(worst, abs(data[waiting[j]]))
+            waiting[j] += 1
+        for k in range(indptr[j], indptr[j + 1]):
+            i = indices[k]
+            if i <= j:
+                continue
+            while waiting[i] < indptr[i + 1] and indices[waiting[i]] < j:
+                worst = max(worst, abs(data[waiting[i]]))
+                waiting[i] += 1
+            if waiting[i] < indptr[i + 1] and indices[waiting[i]] == j:
+                worst = max(worst, abs(data[k] - data[waiting[i]]))
+                waiting[i] += 1
+            else:
+                worst = max(worst, abs(data[k]))
+    return worst
