@@ -4,9 +4,12 @@ import importlib
 
 import pytest
 
+from toolpoint._check import ToolpointError
+from toolpoint.io.yaml.file_kinds import SCHEMAS, json_schema
 from toolpoint.io.yaml.key_meanings import FILES, meaning_of, meanings
 
-MODULES = ("machine_schema", "drive_file", "robot_file", "shaft_file", "test_file", "component_file", "plan_file")
+MODULES = ("machine_schema", "drive_file", "robot_file", "shaft_file", "test_file", "component_file", "plan_file",
+           "choice_file")
 
 
 def schema(module):
@@ -43,3 +46,11 @@ def test_nothing_is_explained_that_no_file_has():
 def test_units_and_limits_stand_beside_the_meaning():
     mass = schema("machine_schema")["$defs"]["BodyModel"]["properties"]["mass"]["description"]
     assert mass == "mass of the body; mass; a bare number is in kg; above 0"
+
+
+def test_every_kind_of_file_has_its_schema():
+    """`toolpoint schema KIND` knows every kind that has a meaning for its keys, and refuses another with the known ones."""
+    titles = {kind: json_schema(kind)["title"] for kind in SCHEMAS}
+    assert len(set(titles.values())) == len(FILES) == len(SCHEMAS) and titles["choice"] == "toolpoint choice file"
+    with pytest.raises(ToolpointError, match="choice"):
+        json_schema("choices")

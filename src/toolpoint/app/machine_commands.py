@@ -190,8 +190,12 @@ def campbell(machine: Path, speeds: str, count: int, orders: tuple[float, ...], 
 
 
 @click.command()
-def schema() -> None:
-    """The JSON schema of machine files, for editors that check YAML while it is typed."""
-    from toolpoint.io.yaml.machine_schema import json_schema
+@click.argument("kind", default="machine")
+def schema(kind: str) -> None:
+    """The JSON schema of a KIND of file, for editors that check YAML while it is typed.
 
-    click.echo(json.dumps(json_schema(), indent=2))
+    KIND is machine (the default), servo, choice (of `identify --choice`), components, test, shaft, plan or datasheet.
+    """
+    from toolpoint.io.yaml.file_kinds import json_schema
+
+    click.echo(json.dumps(json_schema(kind), indent=2))

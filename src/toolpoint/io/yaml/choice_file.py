@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 from pydantic import BaseModel
 
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, model_of
+from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import parse, validate
 from toolpoint.modal_identification import PoleChoice
 
@@ -33,6 +34,11 @@ def read(path: str | Path) -> PoleChoice:
     if document.faults or choice is None:
         raise FileFaults(str(path), document.text, document.faults)
     return choice
+
+
+def json_schema() -> dict[str, Any]:
+    """Return the JSON schema of choice files, for editors that check YAML while it is typed."""
+    return file_schema(model_of(PoleChoice, version=True), "toolpoint choice file")
 
 
 def text_of(choice: PoleChoice) -> str:

@@ -6,7 +6,7 @@ import importlib
 from pathlib import Path
 from typing import Any
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, one_of
 from toolpoint.io.door import check_regular
 from toolpoint.io.yaml.document import parse
 
@@ -18,6 +18,18 @@ KINDS: dict[str, tuple[str, str, str]] = {
     "plan": ("machine", "plan_file", "a screening plan"),
     "datasheet": ("members", "robot_file", "a robot's datasheet"),
 }
+
+
+# Kinds of files with the module that holds their JSON schema.
+SCHEMAS: dict[str, str] = {"machine": "machine_schema", "servo": "drive_file", "choice": "choice_file",
+                           **{kind: module for kind, (_, module, _) in KINDS.items()}}
+
+
+def json_schema(kind: str) -> dict[str, Any]:
+    """Return the JSON schema of a kind of file, one of `SCHEMAS`, for editors that check YAML while it is typed."""
+    module = importlib.import_module(f"toolpoint.io.yaml.{SCHEMAS[one_of('kind', kind, SCHEMAS)]}")
+    schema: dict[str, Any] = module.json_schema()
+    return schema
 
 
 def kind_of(path: str | Path) -> str:

@@ -9,7 +9,8 @@ from typing import Any
 from ruamel.yaml import YAML
 
 FILES = {"MachineModel": "MachineFile", "Drive": "ServoFile", "RobotDatasheet": "RobotFile", "Shaft": "ShaftFile",
-         "HammerTest": "TestFile", "ComponentFile": "ComponentsFile", "ScreeningPlan": "PlanFile"}
+         "HammerTest": "TestFile", "ComponentFile": "ComponentsFile", "ScreeningPlan": "PlanFile",
+         "PoleChoice": "ChoiceFile"}
 
 
 @cache
