@@ -23,6 +23,7 @@ PositiveShare = Annotated[float, Quantity("ratio", "1", above=0)]
 Gravity = Annotated[float, Quantity("acceleration", "m/s^2", least=0)]
 StopTime = Annotated[float, Quantity("time", "s", above=0)]
 ManualForce = Annotated[float, Quantity("force", "N", least=0)]
+Bending = Literal[False, True, "rigid", "beam", "finite elements"]
 ManualMoment = Annotated[float, Quantity("moment", "N*m", least=0)]
 
 
@@ -92,8 +93,9 @@ class RobotMember:
     """A part of a link (0 is the base, 1 the first that moves): a box, a cylinder or a mesh in the machine frame at rest.
 
     fill : share of the calibrated density, below 1 for a hollow casting; mass : in its place, where it is known. elastic :
-    whether it bends as a beam along `along` (a box or a cylinder, the first member of its link), hollow with a `wall` (m), of
-    a `modulus` (Pa, Poisson's ratio 0.33) and a loss factor.
+    how it bends, along `along` (the first member of its link), hollow with a `wall` (m), of a `modulus` (Pa, Poisson's ratio
+    0.33) and a loss factor: ``rigid``, ``beam`` (a box or a cylinder) or ``finite elements`` (a box); false is rigid, true
+    a beam.
     """
 
     link: int
@@ -106,13 +108,20 @@ class RobotMember:
     bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
     mesh: str = ""
     mesh_unit: PositivePlace = 1.0
-    elastic: bool = False
+    elastic: Bending = False
     wall: PositivePlace | None = None
     modulus: PositiveModulus = 70e9
     loss_factor: Annotated[float, Quantity("ratio", "1", least=0, most=0.5)] = 0.005
     fill: PositiveShare = 1.0
     mass: PositiveWeight | None = None
     source: str = ""
+
+    @property
+    def bending(self) -> str:
+        """``rigid``, ``beam`` or ``finite elements``."""
+        if isinstance(self.elastic, str):
+            return self.elastic
+        return "beam" if self.elastic else "rigid"
 
 
 @dataclass(frozen=True)
@@ -223,8 +232,10 @@ def _shape_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
         yield (*key, "size"), "a box needs three sizes"
     if member.kind == "cylinder" and (member.diameter is None or member.length is None):
         yield (*key, "diameter"), "a cylinder needs diameter and length"
-    if member.elastic and member.kind == "mesh":
-        yield (*key, "elastic"), "a mesh; only boxes and cylinders bend here"
+    if member.bending == "beam" and member.kind == "mesh":
+        yield (*key, "elastic"), "a mesh; only boxes and cylinders bend as beams"
+    if member.bending == "finite elements" and member.kind != "box":
+        yield (*key, "elastic"), f"finite elements of a {member.kind}; only boxes are meshed: a cylinder may bend as a beam"
     if member.kind == "mesh" and not member.mesh:
         yield (*key, "mesh"), "missing; the STL file beside this one"
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._check import FloatArray, ToolpointError, fail, one_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.joints import Reducer
 from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
@@ -18,15 +18,28 @@ from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 from toolpoint.machine.robot.lumped_beam import beam_springs, split
+from toolpoint.machine.robot.solid_member import FAR, NEAR, solid_member
 from toolpoint.spatial import transform as tf
 
 REDUCER_LENGTH = 0.4  # of its diameter, as a cylinder of uniform density (chosen)
 Meshes = Mapping[str, d.MeshDescription]
+Holder = tuple[str, str | None]  # a body, and its interface where it is of finite elements
 
 
 def rigid_members(sheet: RobotDatasheet) -> RobotDatasheet:
     """Return the datasheet with all members rigid."""
-    return replace(sheet, members={name: replace(part, elastic=False) for name, part in sheet.members.items()})
+    return replace(sheet, members={name: replace(part, elastic="rigid") for name, part in sheet.members.items()})
+
+
+def bending_members(sheet: RobotDatasheet, bending: str) -> RobotDatasheet:
+    """Return the datasheet with every member that bends doing so as a ``beam`` or by ``finite elements``: those that can."""
+    one_of("bending", bending, ("beam", "finite elements"))
+
+    def bends(part: RobotMember) -> bool:
+        return part.bending != "rigid" and (bending == "beam" or part.kind == "box")
+
+    return replace(sheet, members={name: replace(part, elastic=bending) if bends(part) else part  # type: ignore[arg-type]
+                                   for name, part in sheet.members.items()})
 
 
 def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None = None, meshes: Meshes | None = None,
@@ -68,8 +81,8 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
     return d.MachineDescription(
         sheet.name, parts.bodies, parts.joints, axes,
         {"tip": d.PointDescription("payload", _vector(tip)), "flange": d.PointDescription("payload", _vector(links[-1][:3, 3])),
-         "wrist": d.PointDescription(f"link{len(rows)}", _vector(joints[-1][:3, 3])),
-         "base": d.PointDescription("link0", (0.0, 0.0, sheet.floor))},
+         "wrist": d.PointDescription(f"link{len(rows)}", _vector(joints[-1][:3, 3]), parts.starts[-1][1]),
+         "base": d.PointDescription("link0", (0.0, 0.0, sheet.floor), parts.starts[0][1])},
         tool="tip", damping_ratio=sheet.damping_ratio, cutting=cutting, source=sheet.source,
         assumptions=(*sheet.assumptions,
                      f"computed: members have {density:.1f} kg/m^3 times their fill, so that the robot weighs "
@@ -123,7 +136,8 @@ class _Gathered:
 
     def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes, flange: FloatArray) -> None:
         self.sheet, self.density, self.meshes, self.flange = sheet, density, meshes, flange
-        self.ends: list[str] = []  # of every link, the body that carries the next joint
+        self.ends: list[Holder] = []  # of every link, what carries the next joint
+        self.starts: list[Holder] = []  # and what its own joint holds
         self.cuts: list[tuple[int, float, float] | None] = []  # of an elastic one: direction, sense and place of its middle
         self.bodies: dict[str, d.BodyDescription] = {}
         self.joints: dict[str, d.JointDescription] = {}
@@ -143,38 +157,49 @@ class _Gathered:
             for other, part in others:
                 self._fix(other, self._half(number, np.array(part.at)), _body(other, part, self.density, self.meshes))
             if number == 0:
-                self.joints["fixing"] = d.JointDescription("ground", link, source="chosen: rigid floor")
+                self.joints["fixing"] = d.JointDescription("ground", link, child_interface=self.starts[0][1],
+                                                           source="chosen: rigid floor")
             else:
                 axis = self.sheet.axes[number - 1]
                 self.joints[f"joint_{axis.name}"] = _reducer_joint(
-                    self.ends[number - 1], link, frames[number - 1], reducers[axis.name], loads.get(axis.name, 0.0))
+                    self.ends[number - 1], self.starts[number], frames[number - 1], reducer=reducers[axis.name],
+                    load=loads.get(axis.name, 0.0))
 
     def _add_link(self, link: str, name: str, member: RobotMember, outward: FloatArray) -> None:
-        """Add the body of a link, or its two halves on the springs of a beam."""
-        if not member.elastic:
+        """Add the body of a link, rigid or by finite elements, or its two halves on the springs of a beam."""
+        if member.bending == "rigid":
             self.bodies[link] = replace(_body(name, member, self.density, self.meshes), source=f"{name}: {member.source}")
-            self.ends.append(link)
-            self.cuts.append(None)
+            self._hold((link, None), (link, None), None)
             return
         along = "xyz".index(member.along)
         sense = 1.0 if outward[along] >= 0 else -1.0
+        cut = (along, sense, member.at[along])
+        if member.bending == "finite elements":
+            mass = mass_properties(_body(name, member, self.density, self.meshes)).mass
+            self.bodies[link] = solid_member(name, member, mass, sense)
+            self._hold((link, NEAR), (link, FAR), cut)
+            return
         for body, part in zip((link, f"{link}_end"), split(member, sense), strict=True):
             self.bodies[body] = replace(_body(name, part, self.density, self.meshes), source=f"half of {name}: {member.source}")
         self.joints[f"member_{name}"] = d.JointDescription(
             link, f"{link}_end", d.FrameDescription(_vector(np.array(member.at))), beam_springs(name, member),
             loss_factor=member.loss_factor, source=f"computed: a beam of {member.modulus / 1e9:g} GPa")
-        self.ends.append(f"{link}_end")
-        self.cuts.append((along, sense, member.at[along]))
+        self._hold((link, None), (f"{link}_end", None), cut)
 
-    def _half(self, number: int, at: FloatArray) -> str:
-        """The body of a link that holds something at a place: the half on whose side it is."""
+    def _hold(self, start: Holder, end: Holder, cut: tuple[int, float, float] | None) -> None:
+        self.starts.append(start)
+        self.ends.append(end)
+        self.cuts.append(cut)
+
+    def _half(self, number: int, at: FloatArray) -> Holder:
+        """What of a link holds something at a place: the half, or the end of finite elements, on whose side it is."""
         cut = self.cuts[number]
         beyond = cut is not None and (at[cut[0]] - cut[2]) * cut[1] > 0
-        return self.ends[number] if beyond else f"link{number}"
+        return self.ends[number] if beyond else self.starts[number]
 
-    def _fix(self, name: str, link: str, body: d.BodyDescription) -> None:
+    def _fix(self, name: str, holder: Holder, body: d.BodyDescription) -> None:
         self.bodies[name] = body
-        self.joints[f"fixing_{name}"] = d.JointDescription(link, name, source="fixed")
+        self.joints[f"fixing_{name}"] = d.JointDescription(holder[0], name, parent_interface=holder[1], source="fixed")
 
     def add_masses(self, frames: FloatArray) -> None:
         """Add motors where they are placed and reducers around their axes, on the link before."""
@@ -212,13 +237,14 @@ def _in_machine_frame(body: d.BodyDescription) -> d.BodyDescription:
     return d.BodyDescription(mass=seen.mass, centre=_vector(seen.centre), inertia=inertia, source=body.source)
 
 
-def _reducer_joint(parent: str, child: str, place: FloatArray, reducer: Reducer, load: float) -> d.JointDescription:
+def _reducer_joint(parent: Holder, child: Holder, place: FloatArray, *, reducer: Reducer, load: float) -> d.JointDescription:
     torsion = reducer.linearise(load)
     assert reducer.bending is not None
     dampers = {"rx": reducer.bending_damping, "ry": reducer.bending_damping, "rz": reducer.damping}
-    return d.JointDescription(parent, child, describe_frame(place),
+    return d.JointDescription(parent[0], child[0], describe_frame(place),
                               {"rx": reducer.bending, "ry": reducer.bending, "rz": torsion.stiffness},
-                              {way: value for way, value in dampers.items() if value > 0}, source=reducer.source)
+                              {way: value for way, value in dampers.items() if value > 0},
+                              parent_interface=parent[1], child_interface=child[1], source=reducer.source)
 
 
 def _vector(values: FloatArray) -> d.Vector:

@@ -21,9 +21,8 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
     base = Table(["case", "M_v, N m", "F_v, N", "M_h, N m", "F_h, N"],
                  [[load.name, load.vertical_moment, load.vertical_force, load.horizontal_moment, load.horizontal_force]
                   for load in loads], f"Axes stop from their largest speed in {1e3 * result.sheet.stop_time:.0f} ms")
-    modes = Table(["mode", "Hz", "members rigid, Hz", "%"], [
-        [i + 1, float(f), float(r), f"{100 * (r / f - 1):+.1f}"]
-        for i, (f, r) in enumerate(zip(result.frequency, result.rigid, strict=True))], "At the reference pose, undamped")
+    modes = Table(["mode", "as in the file, Hz", *(f"{name}, Hz" for name in result.ways)], result.mode_rows(),
+                  f"At the reference pose, undamped; in brackets the error against {list(result.ways)[-1]}")
     origins = Table(["part", "numbers", "origin"], [[part, what, Cell(origin, origin.split()[0].rstrip(";:"))]
                                                     for part, what, origin in result.origins])
     report = report.with_doubts(*result.differences)

@@ -18,10 +18,11 @@ from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
-from toolpoint.machine.robot.model import rigid_members, robot_machine
+from toolpoint.machine.robot.model import bending_members, rigid_members, robot_machine
 from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretch_arm
 from toolpoint.studies.text_table import text_table
 
+RIGID, BEAMS, ELEMENTS = "members rigid", "members as beams", "boxes by finite elements"
 _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 
 
@@ -31,8 +32,8 @@ class DatasheetStudy(NotebookText):
 
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
-    rigid : the same with all members rigid; differences : what does not follow or does not agree, a line each; origins : what
-    every number rests on.
+    ways : the same with all members rigid, as beams, and (boxes) by finite elements; differences : what does not follow or
+    does not agree, a line each; origins : what every number rests on.
     """
 
     sheet: RobotDatasheet
@@ -44,9 +45,21 @@ class DatasheetStudy(NotebookText):
     holding: FloatArray
     inertia: FloatArray
     frequency: FloatArray
-    rigid: FloatArray
+    ways: Mapping[str, FloatArray]
     differences: tuple[str, ...]
     origins: tuple[tuple[str, str, str], ...]
+
+    @property
+    def rigid(self) -> FloatArray:
+        """Natural frequencies with all members rigid, Hz."""
+        return self.ways[RIGID]
+
+    def mode_rows(self) -> list[list[str]]:
+        """Return a row for every mode: its frequency, and those with members of other ways with their error against the most
+        detailed of them."""
+        best = list(self.ways.values())[-1]
+        return [[str(i + 1), f"{f:.2f}", *(f"{v[i]:.2f} ({100 * (v[i] / best[i] - 1):+.1f} %)" for v in self.ways.values())]
+                for i, f in enumerate(self.frequency)]
 
     def table(self) -> str:
         """Return gearing, base reactions, differences and origins as text."""
@@ -62,9 +75,9 @@ class DatasheetStudy(NotebookText):
                                                  f"{p.horizontal_moment:.1f}", f"{p.horizontal_force:.1f}"]
                                                 for name, p in self._manual()), *(load.row() for load in self.stops)])
         origins = text_table("What the numbers rest on", ["part", "numbers", "origin"], [list(row) for row in self.origins])
-        modes = "Natural frequencies at the reference pose: " + ", ".join(
-            f"{f:.2f} ({100 * (r / f - 1):+.1f} % with rigid members)" for f, r in zip(self.frequency, self.rigid,
-                                                                                       strict=True)) + " Hz"
+        best = list(self.ways)[-1]
+        modes = text_table(f"Natural frequencies at the reference pose, Hz; in brackets the error against {best}",
+                           ["mode", "as in the file", *self.ways], self.mode_rows())
         return "\n".join([gearing, loads, modes, "Differences:", *(f"- {line}" for line in self.differences), origins])
 
     def _manual(self) -> list[tuple[str, Any]]:
@@ -79,26 +92,38 @@ class DatasheetStudy(NotebookText):
                 "still": vars(self.still), "stops": [vars(load) for load in self.stops], "pose": dict(self.pose),
                 "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
                 "frequency_hz": self.frequency.tolist(), "rigid_frequency_hz": self.rigid.tolist(),
+                "frequency_by_members_hz": {name: values.tolist() for name, values in self.ways.items()},
                 "differences": list(self.differences), "origins": [list(row) for row in self.origins]}
 
     def __repr__(self) -> str:
         return f"DatasheetStudy({self.sheet.name!r}, {len(self.gearing)} axes, {len(self.differences)} differences)"
 
 
-def study_datasheet(sheet: RobotDatasheet, description: MachineDescription) -> DatasheetStudy:
-    """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it."""
+def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, finite_elements: bool = True) -> DatasheetStudy:
+    """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it.
+
+    With `finite_elements` the members that bend are also reduced from finite elements where they are boxes, to say what rigid
+    members and beams are worth (some seconds).
+    """
     machine = build(description)
-    rigid = build(robot_machine(rigid_members(sheet), meshes={
-        name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}))
     gearing = compute_gearing(sheet)
     pose = stretch_arm(machine)
     still = base_load(machine, "at rest", pose, sheet=sheet)
     stops = tuple(stop_loads(machine, sheet, pose))
     inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])
     return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(machine, sheet, pose), inertia,
-                          natural_frequencies(machine, {}, 4)[0], natural_frequencies(rigid, {}, 4)[0],
+                          natural_frequencies(machine, {}, 4)[0], _by_members(sheet, description, finite_elements),
                           tuple(_differences(sheet, machine, gearing, pose, still)),
                           tuple(_origins(sheet, description)))
+
+
+def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool) -> dict[str, FloatArray]:
+    """Return the first natural frequencies with members rigid, as beams, and by finite elements where they can."""
+    meshes = {name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}
+    sheets = {RIGID: rigid_members(sheet), BEAMS: bending_members(sheet, "beam")}
+    if finite_elements:
+        sheets[ELEMENTS] = bending_members(sheet, "finite elements")
+    return {name: natural_frequencies(build(robot_machine(part, meshes=meshes)), {}, 4)[0] for name, part in sheets.items()}
 
 
 def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGearing, ...], pose: Mapping[str, float],

@@ -1,0 +1,92 @@
+"""Members of a robot: rigid, a beam, or finite elements, chosen for each in one file."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.io.yaml import robot_file
+from toolpoint.machine import build
+from toolpoint.machine.description import machine as d
+from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.robot.datasheet import RobotMember
+from toolpoint.machine.robot.model import bending_members, rigid_members, robot_machine
+from toolpoint.machine.robot.solid_member import solid_member
+from toolpoint.studies.robots.datasheet_study import study_datasheet
+
+SHEET = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot_datasheet.yaml"
+
+
+@pytest.fixture(scope="module")
+def sheet():
+    return robot_file.read(SHEET)
+
+
+def bar(wall=None):
+    return RobotMember(1, "box", (0.4, 0.0, 0.0), (0.8, 0.04, 0.04), along="x", wall=wall, modulus=70e9,
+                       elastic="finite elements")
+
+
+@pytest.mark.parametrize(("wall", "share"), [(None, 0.01), (0.006, 0.02)])
+def test_a_slender_member_is_a_cantilever(wall, share):
+    """3.516 / (2 pi) sqrt(EI / (m L^3)), Euler-Bernoulli; the far end of a hollow one is thicker: heavier at the tip."""
+    mass = 3.0
+    body = solid_member("bar", bar(wall), mass, 1.0)
+    foot = d.JointDescription("ground", "bar", child_interface="near")
+    tip = d.PointDescription("bar", interface="far")
+    machine = build(d.MachineDescription("bar", {"bar": body}, {"foot": foot}, {}, {"tip": tip}))
+    inner = 0.0 if wall is None else 0.04 - 2 * wall
+    bending = 70e9 * (0.04**4 - inner**4) / 12
+    found = natural_frequencies(machine, {}, 2)[0]
+    expected = 3.516 / (2 * np.pi) * np.sqrt(bending / (mass * 0.8**3))
+    assert found[0] == pytest.approx(expected, rel=share) and found[1] == pytest.approx(found[0], rel=1e-6)
+    assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(mass, rel=1e-9)
+
+
+def test_one_file_may_hold_all_three(sheet, tmp_path):
+    text = SHEET.read_text(encoding="utf-8")
+    old = "size: [120 mm, 110 mm, 360 mm], elastic: true"
+    assert old in text
+    text = text.replace(old, old.replace("true", "finite elements")).replace(
+        "size: [230 mm, 180 mm, 160 mm], elastic: true", "size: [230 mm, 180 mm, 160 mm], elastic: rigid")
+    path = tmp_path / "robot.yaml"
+    path.write_text(text, encoding="utf-8")
+    mixed = robot_file.read(path)
+    assert [mixed.members[name].bending for name in ("base", "turret", "upper_arm")] == ["beam", "rigid", "finite elements"]
+    machine = build(robot_file.read_robot_machine(path))
+    assert machine.description.bodies["link2"].elastic is not None and "link1_end" not in machine.description.bodies
+    assert machine.description.joints["joint_q2"].child_interface == "near"
+    assert machine.description.joints["joint_q3"].parent_interface == "far"
+    assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(32.0, rel=1e-9)
+    lowest = natural_frequencies(machine, {}, 1)[0, 0]
+    assert lowest < natural_frequencies(build(robot_machine(rigid_members(mixed))), {}, 1)[0, 0]
+
+
+def test_only_the_first_member_of_a_link_bends_and_stiff_material_is_rigid(sheet):
+    stiff = replace(sheet, members={name: replace(part, modulus=70e11) for name, part in sheet.members.items()})
+    one = replace(stiff, members=stiff.members | {"upper_arm": replace(stiff.members["upper_arm"], elastic="finite elements")})
+    found = natural_frequencies(build(robot_machine(bending_members(one, "beam"))), {}, 4)[0]
+    solid = natural_frequencies(build(robot_machine(one)), {}, 4)[0]
+    # The walls hold the mass, so the inertia differs a little from that of the even block.
+    assert np.allclose(solid, found, rtol=8e-3)
+
+
+@pytest.mark.slow
+def test_the_error_of_rigid_members_and_of_beams_is_told(sheet):
+    result = study_datasheet(sheet, robot_file.read_robot_machine(SHEET))
+    rigid, beams, elements = result.ways.values()
+    assert (elements < beams).all() and (beams < rigid).all()
+    assert "boxes by finite elements" in result.table() and set(result.to_dict()["frequency_by_members_hz"]) == set(result.ways)
+
+
+def test_a_cylinder_is_not_meshed(sheet):
+    wrong = replace(sheet, members=sheet.members | {"forearm": replace(sheet.members["forearm"], elastic="finite elements")})
+    with pytest.raises(ToolpointError, match=r"members.forearm.elastic: finite elements of a cylinder; only boxes are meshed"):
+        robot_machine(wrong)
+
+
+def test_a_wall_that_leaves_no_hollow():
+    with pytest.raises(ToolpointError, match=r"members.bar.wall: 20 mm; must leave it hollow"):
+        solid_member("bar", bar(0.02), 1.0, 1.0)
