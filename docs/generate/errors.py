@@ -14,7 +14,8 @@ INTRODUCTION = """# Errors and doubts
 toolpoint refuses what is wrong (an **error**: it names the argument or the file and line, the value, the limit and the
 remedy, and ends with code 2) and marks what is doubtful (a **doubt** or warning: the result says it first, in table, page and
 JSON). Nothing is repaired silently. Below is a page for the messages of every room of the package; … stands for what the
-program puts in.
+program puts in. Each message stands with what the program says of it; where it says no more than what it saw, the cause
+and the cure of the room hold.
 
 ```{{toctree}}
 :maxdepth: 1
@@ -45,12 +46,19 @@ def write_errors(folder: Path) -> None:
 def _page(entry: dict[str, str], room: list[Site]) -> str:
     lines = [f"# {entry['title']}", "", f"**Cause.** {entry['cause']}", "", f"**Cure.** {entry['cure']}", ""]
     for title, is_doubt in (("Errors", False), ("Doubts", True)):
-        messages = sorted({(site.words, site.module) for site in room if site.is_doubt == is_doubt})
+        messages = sorted({(site.seen, site.cure, site.module) for site in room if site.is_doubt == is_doubt})
         if messages:
-            lines += [f"## {title}", ""]
-            lines += [f"- ``{_code(words)}`` ({module})" for words, module in messages] + [""]
+            lines += [f"## {title}", "", "| message | what must be, and what to do | where |", "|---|---|---|"]
+            lines += [f"| ``{_code(seen)}`` | {_words(cure) or 'as above'} | {module} |" for seen, cure, module in messages] + [""]
     return "\n".join(lines)
 
 
 def _code(words: str) -> str:
-    return words.replace("``", "'").replace("`", "'").strip()
+    return words.replace("``", "'").replace("`", "'").replace("|", "\\|").strip()
+
+
+def _words(text: str) -> str:
+    """Return plain words for a cell of a table: nothing in them is markup."""
+    for mark in "\\|*_<>[]$`":
+        text = text.replace(mark, "\\" + mark)
+    return text

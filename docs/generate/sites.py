@@ -15,12 +15,14 @@ REFUSALS = ("fail", "ToolpointError", "UnitError", "UsageError", "BadParameter",
 
 @dataclass(frozen=True)
 class Site:
-    """A message: where it is raised, whether it is a doubt, and its words; `…` stands for what the program puts in."""
+    """A message: where it is raised, whether it is a doubt, what it says was seen, and what it says must be or is to be done
+    (empty where it does not); `…` stands for what the program puts in."""
 
     module: str
     line: int
     is_doubt: bool
-    words: str
+    seen: str
+    cure: str = ""
 
     @property
     def room(self) -> str:
@@ -43,15 +45,25 @@ def text_of(node: ast.expr | None) -> str:
     return "…"
 
 
-def _message(call: ast.Call, name: str) -> str:
+def _message(call: ast.Call, name: str) -> tuple[str, str]:
+    """Return what a call says was seen, and what must be or is to be done."""
     parts = [text_of(argument) for argument in call.args]
-    if name == "fail":
-        parts += [text_of(keyword.value) for keyword in call.keywords]
-        subject, value, limit, *remedy = [*parts, "", ""][:4] if len(parts) < 4 else parts[:4]
-        return f"{subject}: {value}; {limit}" + (f" ({remedy[0]})" if remedy and remedy[0] else "")
-    if name in ("fault", "Fault"):
-        return parts[-1] if parts else ""
-    return parts[0] if parts else ""
+    if name in ("fail", "Doubt"):
+        parts += [text_of(keyword.value) for keyword in call.keywords if keyword.arg in ("limit", "remedy", "why")]
+        subject, value, *rest = [*parts, "", ""][:4] if len(parts) < 2 else parts[:4]
+        return f"{subject}: {value}", "; ".join(word for word in rest if word)
+    words = (parts[-1] if name in ("fault", "Fault") else parts[0]) if parts else ""
+    return _parted(words)
+
+
+def _parted(words: str) -> tuple[str, str]:
+    """Part a sentence at its first stop, behind which it says what must be or is to be done; none within brackets."""
+    depth = 0
+    for at, letter in enumerate(words):
+        depth += (letter in "([{") - (letter in ")]}")
+        if letter == ";" and depth == 0:
+            return words[:at], words[at + 1:]
+    return words, ""
 
 
 def _called(call: ast.Call) -> str:
@@ -70,11 +82,11 @@ def sites() -> Iterator[Site]:
         for node in ast.walk(tree):
             if not isinstance(node, ast.Call):
                 continue
-            doubt = _is_doubt(node)
+            doubt = _is_doubt(node) or _called(node) == "Doubt"
             if doubt or _called(node) in REFUSALS:
-                words = " ".join(_message(node, _called(node)).split())
-                if words.strip("… :;()"):
-                    yield Site(module, node.lineno, doubt, words)
+                seen, cure = (" ".join(words.split()) for words in _message(node, _called(node)))
+                if seen.strip("… :;()"):
+                    yield Site(module, node.lineno, doubt, seen, cure)
 
 
 def _spoken(tree: ast.Module, module: str) -> Iterator[Site]:
@@ -84,8 +96,10 @@ def _spoken(tree: ast.Module, module: str) -> Iterator[Site]:
              and isinstance(node.body[0], ast.Expr)}
     inner = {id(part) for node in ast.walk(tree) if isinstance(node, ast.JoinedStr | ast.BinOp) for part in ast.walk(node)
              if part is not node}
+    inner |= {id(part) for node in ast.walk(tree) if isinstance(node, ast.Call) and _called(node) == "Doubt"
+              for part in ast.walk(node)}
     for node in ast.walk(tree):
         if isinstance(node, ast.Constant | ast.JoinedStr) and id(node) not in notes | inner:
             words = " ".join(text_of(node).split())
             if words.count(" ") >= 5:
-                yield Site(module, node.lineno, True, words)
+                yield Site(module, node.lineno, True, *(part.strip() for part in _parted(words)))
