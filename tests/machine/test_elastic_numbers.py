@@ -277,3 +277,13 @@ def test_a_surface_of_many_nodes_is_thinned():
     assert 20 < len(chosen) <= 80 < len(used)
     assert len(left) < len(triangles) and left.max() < len(chosen)
     assert np.ptp(model.nodes[used][chosen], axis=0) == pytest.approx([0.1, 0.06, 0.4])
+
+
+def test_a_mechanism_left_free_is_named():
+    hinged = replace(post_machine().description.joints["foot"], stiffness={k: v for k, v in SPRINGS.items() if k != "ry"},
+                     free=("ry",))
+    machine = build(replace(post_machine().description, joints={"foot": hinged}))
+    result = solve_modes(machine, count=4)
+    assert result.frequency[0] < 1e-3 * result.frequency[1]
+    assert result.notes[0].startswith("modes at 0 Hz: nothing holds foot.ry")
+    assert not any("0 Hz" in note for note in solve_modes(post_machine(), count=4).notes)

@@ -8,7 +8,7 @@ from scipy.sparse import random as sparse_random
 
 from toolpoint import ToolpointError
 from toolpoint.vibration.sparse import count_below, factorise, modes, symbolic
-from toolpoint.vibration.sparse.factorisation import check_symmetric
+from toolpoint.vibration.sparse.factorisation import add_mass, check_symmetric
 
 
 def chain(n):
@@ -158,3 +158,16 @@ def test_symmetry_of_large_matrices_is_asked_without_copies(change):
     else:
         with pytest.raises(ToolpointError, match="unsymmetric by"):
             check_symmetric("matrix", broken)
+
+
+def test_shifted_matrices_share_the_pattern_of_the_stiffness():
+    n = 20
+    k = csc_array(grid_laplacian(n))
+    k.sort_indices()
+    m = csc_array(kron(kron(kron(chain(n)[1], chain(n)[1]), chain(n)[1]), np.eye(3)))
+    m.sort_indices()
+    shifted = add_mass(k, m, -0.7)
+    assert abs(shifted - (k - 0.7 * m)).max() == 0
+    assert shifted.indices is k.indices or np.shares_memory(shifted.indices, k.indices)
+    other = csc_array(([1.0, 1.0], ([0, 3 * n**3 - 1], [3 * n**3 - 1, 0])), shape=k.shape)  # outside the pattern
+    assert abs(add_mass(k, other, 2.0) - (k + 2 * other)).max() == 0

@@ -9,7 +9,7 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
-from toolpoint.vibration.sparse.factorisation import check_symmetric
+from toolpoint.vibration.sparse.factorisation import add_mass, check_symmetric
 
 STRAINED = 1e-8
 
@@ -123,8 +123,8 @@ class Preparation:
 
 def prepare(body: LargeBody, shift: float) -> Preparation:
     """Factorise K + shift M once, and solve for all loads."""
-    matrix = body.stiffness if shift == 0 else csc_array(body.stiffness + shift * body.mass)
-    inverse = factorise(matrix, coordinates=body.coordinates)
+    inverse = factorise(body.stiffness if shift == 0 else add_mass(body.stiffness, body.mass, shift),
+                        coordinates=body.coordinates)
     if inverse.negative_pivots:
         fail("stiffness", f"{inverse.negative_pivots} negative eigenvalues", "must be positive semidefinite",
              "an element of negative stiffness, or a load beyond buckling?")

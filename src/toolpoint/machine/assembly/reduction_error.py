@@ -6,8 +6,10 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import TypeVar
 
+import numpy as np
+
 from toolpoint._check import FloatArray
-from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
 from toolpoint.machine.parts.model import Machine
@@ -37,7 +39,8 @@ def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, m
     richer = machine.rebuild(replace(machine.description, bodies=bodies))
     here, there = (body_shapes(each, dict(pose or {}), modes).frequency for each in (machine, richer))
     count = min(len(here), len(there))
-    return here[:count] / there[:count] - 1
+    held = there[:count] > STILL * there[:count].max(initial=0.0)  # what nothing holds is at 0 Hz in both
+    return np.where(held, here[:count] / np.where(held, there[:count], 1.0) - 1, 0.0)
 
 
 def _enriched(elastic: Described) -> Described:

@@ -8,10 +8,12 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.kinematics import Pose
-from toolpoint.machine.assembly.system import equations
+from toolpoint.machine.assembly.system import equations, mass_matrix
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
+
+STILL = 1e-6  # of the highest frequency: below, a mode is a motion without stiffness
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,6 +31,16 @@ class BodyShapes:
     twists: FloatArray
     vectors: FloatArray
     damping_ratio: FloatArray
+
+    def mechanisms(self) -> tuple[str, ...]:
+        """Return the coordinate that moves most (by its inertia) in every mode at 0 Hz: what nothing holds."""
+        machine = self.place.machine
+        names = np.array(machine.coordinates)
+        inertia = np.sqrt(np.diagonal(mass_matrix(self.place)[0]))[:, None]
+        still = self.frequency <= STILL * max(float(self.frequency.max(initial=0.0)), 1.0)
+        share = np.abs(self.vectors[:, still]) * inertia
+        joints = np.array([".mode" not in name for name in names])
+        return tuple(dict.fromkeys(names[joints][share[joints].argmax(axis=0)].tolist())) if still.any() and joints.any() else ()
 
     def bending(self, link: int) -> FloatArray:
         """Return the amplitudes (n_modal, n_modes) of an elastic body's own coordinates."""

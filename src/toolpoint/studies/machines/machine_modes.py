@@ -7,11 +7,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
 from toolpoint.machine.assembly.reduction_error import reduction_note
-from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
 from toolpoint.studies.text_table import text_table
@@ -65,7 +66,17 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     if fastest_spin(machine.description):
         return MachineModes(machine, at, _frequencies(machine, at, count), spread, (note,) if note else ())
     shapes = body_shapes(machine, at, count)
-    return MachineModes(machine, at, shapes.frequency, spread, (note,) if note else (), shapes.damping_ratio)
+    notes = (*_mechanism_notes(shapes), *([note] if note else []))
+    return MachineModes(machine, at, shapes.frequency, spread, notes, shapes.damping_ratio)
+
+
+def _mechanism_notes(shapes: BodyShapes) -> tuple[Doubt, ...]:
+    """Return a doubt about modes at 0 Hz: a mechanism left free, named by what moves."""
+    free = shapes.mechanisms()
+    if not free:
+        return ()
+    return (Doubt("modes at 0 Hz", f"nothing holds {', '.join(free)}", "give the joint stiffness there, or a drive; leave it "
+                  "where it is meant to be free"),)
 
 
 def _frequencies(machine: Machine, pose: Mapping[str, float], count: int) -> FloatArray:

@@ -110,6 +110,19 @@ def _has_compiled() -> bool:
     return dense_calls.addresses() is not None
 
 
+def add_mass(stiffness: csc_array, mass: csc_array, factor: float) -> csc_array:
+    """Return K + factor M; of large matrices on the pattern of K, whose arrays it shares."""
+    if stiffness.shape[0] < _SMALL or not (stiffness.has_canonical_format and mass.has_canonical_format):
+        return csc_array(stiffness + factor * mass)
+    from toolpoint.vibration.sparse import symbolic
+
+    data = np.empty_like(stiffness.data)
+    if not symbolic.add_scaled(stiffness.indptr, stiffness.indices, stiffness.data, mass.indptr, mass.indices, mass.data,
+                               factor, data):
+        return csc_array(stiffness + factor * mass)
+    return csc_array((data, stiffness.indices, stiffness.indptr), shape=stiffness.shape)
+
+
 def _asymmetry(columns: csc_array) -> float:
     """Return the largest difference between an entry and its mirror image; of large matrices without copies of them."""
     if columns.shape[0] < _SMALL or not columns.has_canonical_format:

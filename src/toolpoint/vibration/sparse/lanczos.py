@@ -16,7 +16,7 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.vibration.sparse.eigenpairs import EigenPairs
-from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
+from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, add_mass, check_symmetric, factorise
 
 # Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
 # million nodes, far above rounding.
@@ -57,7 +57,7 @@ def modes(
         fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
     s = shift if inverse is not None and shift == 0 else positive("shift", shift) if shift is not None else default_shift(k, m)
     if inverse is None:
-        inverse = factorise(csc_array(k + s * m), coordinates=coordinates, solver=solver)
+        inverse = factorise(add_mass(k, m, s), coordinates=coordinates, solver=solver)
     search = _Search(k, m, s, inverse, coordinates, solver)
     if search.inverse.negative_pivots:
         fail("stiffness", f"{search.inverse.negative_pivots} negative eigenvalues below {-s:.3g} rad^2/s^2",
@@ -131,7 +131,7 @@ class _Search:
                            f"{number} modes of the band were counted, not all found: give another shift")
 
     def _count(self, mu: float) -> int:
-        matrix = csc_array(self.k - mu * self.m)
+        matrix = add_mass(self.k, self.m, -mu)
         counted = self.inverse.count_negative(matrix)
         if counted is not None:
             return counted

@@ -272,3 +272,22 @@ def asymmetry(indptr, indices, data):
             else:
                 worst = max(worst, abs(data[k]))
     return worst
+
+
+@njit(cache=True)
+def add_scaled(indptr, indices, data, other_indptr, other_indices, other_data, factor, result):
+    """Write data + factor * other into `result` (on the first pattern); return whether the other pattern lies in the first.
+
+    Columns of both are sorted.
+    """
+    for j in range(indptr.size - 1):
+        at = other_indptr[j]
+        last = other_indptr[j + 1]
+        for k in range(indptr[j], indptr[j + 1]):
+            result[k] = data[k]
+            if at < last and other_indices[at] == indices[k]:
+                result[k] += factor * other_data[at]
+                at += 1
+        if at < last:
+            return False
+    return True
