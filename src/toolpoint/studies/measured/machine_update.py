@@ -28,6 +28,7 @@ from toolpoint.updating import (
 from toolpoint.updating.line_choice import on_chosen_lines
 from toolpoint.updating.low_rank import factor_matrices
 from toolpoint.updating.residuals import silent_responses, track_modes
+from toolpoint.updating.second_look import look_again
 from toolpoint.updating.system_model import Factors, Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
@@ -255,8 +256,9 @@ def update(
     task = problem(machine, parameters, targets, pose=pose)
     _say_silent(task)
     start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)
-    result = fit_on_all_lines(task, _on_few_lines(machine, parameters, task, pose), method, limit=limit, least=least_influence,
-                           restarts=restarts, start=start)
+    few = _on_few_lines(machine, parameters, task, pose)
+    result = fit_on_all_lines(task, few, method, limit=limit, least=least_influence, restarts=restarts, start=start)
+    result = look_again(task, result, method, few=few)
     updated = machine.with_values(result.values)
     return MachineUpdate(updated, result, task, agreements(task, task.start), agreements(task, result.x))
 

@@ -19,6 +19,7 @@ from toolpoint.studies.measured.channel_doubts import question_responses, questi
 from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
+from toolpoint.updating.left_alone import name_effects
 from toolpoint.updating.sampler import Samples, require_emcee, sample
 from toolpoint.vibration import Frf, Modes, eigen
 
@@ -40,13 +41,14 @@ class Measurement:
 @dataclass(frozen=True, eq=False)
 class MeasuredUpdate(NotebookText):
     """The machine before, its update to the measurements, samples of the posterior where they were asked for, and what the
-    updated machine makes doubtful about channels of the test."""
+    updated machine makes doubtful about channels of the test; `notes` : what the intervals do not hold."""
 
     before: Machine
     update: MachineUpdate
     measured: tuple[Measurement, ...]
     samples: Samples | None = None
     doubts: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     @property
     def machine(self) -> Machine:
@@ -55,13 +57,15 @@ class MeasuredUpdate(NotebookText):
 
     def table(self) -> str:
         """Return the doubts first, identifiability, fit report, agreement, and the samples, as text."""
-        lines = [*(f"doubt: {line}" for line in self.doubts), self.update.report()]
+        lines = [*(f"doubt: {line}" for line in self.doubts), self.update.report(),
+                 *(f"note: {line}" for line in self.notes)]
         return "\n".join(lines) + ("" if self.samples is None else "\n\n" + self.samples.table())
 
     def to_dict(self) -> dict[str, Any]:
         """Return the fitted values (SI) as plain data, with the intervals of the samples where there are any."""
         fit, drawn = self.update.fit, self.samples
-        return {"values": fit.values, "status": fit.status, "doubts": list(self.doubts)} | ({} if drawn is None else {
+        return {"values": fit.values, "status": fit.status, "doubts": list(self.doubts),
+                "notes": list(self.notes)} | ({} if drawn is None else {
             "samples": drawn.status, "intervals": {name: drawn.interval(name) for name in drawn.names}})
 
 
@@ -91,7 +95,8 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     targets = [default_targets(names, part.modes, part.frf) for part in known]
     result = update(machine, names, targets=targets, pose=[part.pose for part in known],
                     lead=[_leading(machine, part) for part in known])
-    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known))
+    return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known),
+                         name_effects(result.problem, result.fit))
 
 
 def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[str, ...]:
