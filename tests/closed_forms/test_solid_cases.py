@@ -71,8 +71,9 @@ def timoshenko_cantilever(length, height, material):
 def test_plate_of_nafems_fv52():
     """10 x 10 x 1 m, u_z = 0 at all nodes along the lower edges.
 
-    NAFEMS' finite-element targets are those of 4 x 4 x 1 quadratic bricks; a support along a line softens as the mesh gets finer
-    (8 x 8 x 1: 44.05, 106.7 Hz), so no mesh is the limit. Finer ones hold the in-plane modes, in closed form 193.59 and 206.19 Hz.
+    NAFEMS' finite-element targets are those of 4 x 4 x 1 quadratic bricks; a support along a line softens as the mesh gets
+    finer (8 x 8 x 1: 44.05, 106.7 Hz), so no mesh is the limit. Finer ones hold the in-plane modes, in closed form 193.59 and
+    206.19 Hz.
     """
     def supported(parts):
         model = brick([10.0, 10, 1], parts, NAFEMS)

@@ -40,7 +40,9 @@ class BodyShapes:
         still = self.frequency <= STILL * max(float(self.frequency.max(initial=0.0)), 1.0)
         share = np.abs(self.vectors[:, still]) * inertia
         joints = np.array([".mode" not in name for name in names])
-        return tuple(dict.fromkeys(names[joints][share[joints].argmax(axis=0)].tolist())) if still.any() and joints.any() else ()
+        if not (still.any() and joints.any()):
+            return ()
+        return tuple(dict.fromkeys(names[joints][share[joints].argmax(axis=0)].tolist()))
 
     def bending(self, link: int) -> FloatArray:
         """Return the amplitudes (n_modal, n_modes) of an elastic body's own coordinates."""
