@@ -49,7 +49,8 @@ def _page(entry: dict[str, str], room: list[Site]) -> str:
         messages = sorted({(site.seen, site.cure, site.module) for site in room if site.is_doubt == is_doubt})
         if messages:
             lines += [f"## {title}", "", "| message | what must be, and what to do | where |", "|---|---|---|"]
-            lines += [f"| ``{_code(seen)}`` | {_words(cure) or 'as above'} | {module} |" for seen, cure, module in messages] + [""]
+            rows = [f"| ``{_code(seen)}`` | {_words(cure) or 'as above'} | {module} |" for seen, cure, module in messages]
+            lines += [*rows, ""]
     return "\n".join(lines)
 
 

@@ -409,3 +409,29 @@ def planned_test() -> Report:
     from toolpoint.studies import plan_test
 
     return plan_page(plan_test(machine(), 6, rng=np.random.default_rng(1)))
+
+
+@case
+def finite_elements() -> Report:
+    from test_finite_element_study import small_mill
+
+    from toolpoint.pages.machines.finite_elements import finite_element_page
+    from toolpoint.studies.finite_elements.machine_study import study_finite_elements
+
+    mill = small_mill()
+    return finite_element_page(study_finite_elements(mill, {"denser low part": mill.scaled(density={"column.low": 1.1})},
+                                                     tested=mill.scaled(joints={"flange": 0.8}), finer=mill, damper_mass=3.0))
+
+
+@case
+def video() -> Report:
+    import video_scenes as scenes
+
+    from toolpoint.pages.video import video_page
+    from toolpoint.studies import study_video
+    from toolpoint.vision.clip import Clip, FrameArray
+
+    rng = np.random.default_rng(41)
+    scene = scenes.c_frame(rng)
+    clip = Clip(FrameArray(np.concatenate(list(scenes.filmed(scene, rng).chunks()))), scenes.RATE)
+    return video_page([study_video(clip, points=80, bodies=scenes.regions(scene))])

@@ -39,7 +39,16 @@ def video_page(videos: Sequence[VideoStudy], result: VideoUpdate | InterfaceRank
     for number, video in enumerate(videos, start=1):
         report = _video(report, video, number)
     notes = list(dict.fromkeys(note for video in videos for note in video.notes))
-    return report.with_assumptions(*notes)
+    return report.with_assumptions(*notes, *dict.fromkeys(line for video in videos for line in _assumptions(video)))
+
+
+def _assumptions(video: VideoStudy) -> list[str]:
+    """Return what the modes of a video rest on, whatever it shows."""
+    clip = video.scan.clip
+    source = (f"of a free decay, on {clip.frame_rate:g} frames/s: a rate that is off by a per cent moves every frequency by "
+              "that per cent" if video.source == "video" else f"from the record {video.source}")
+    return [f"{clip.name or 'the clip'}: poles {source}",
+            "shapes are motion in the plane of the picture; motion towards the camera is not seen"]
 
 
 def _answer(video: VideoStudy) -> str:
