@@ -31,12 +31,16 @@ LOADS = ("cutting", "gravity", "path")
               help="Which loads count: the cut, gravity's changing sag, inertia of the path.")
 @click.option("--regenerative", is_flag=True, help="The vibration feeds back on the chip.")
 @click.option("--window", type=float, help="Only so many seconds of the middle of every side.")
+@click.option("--work", metavar="X1,Y1,X2,Y2", help="A block in the plane of the path, from its zero: pixels decide what the "
+                                                     "cutter meets, and what sides before have left.")
+@click.option("--pixel", default="0.1mm", show_default=True, help="Side of a pixel of the block.")
 @click.option("--branch", default="", help="Branch of an arm, as 'front up no flip'.")
+@click.option("--folder", type=PATH, help="Keep finished steps here, and go on from them.")
 @DIRECTION
 @TURN
 @OUTPUT
 @JSON
-def accuracy(machine: Path, output: Path, as_json: bool, **options: Any) -> None:
+def accuracy(machine: Path, folder: Path | None, output: Path, as_json: bool, **options: Any) -> None:
     """Milling accuracy along a path: flexible against rigid run with the cut at the moving tool, error spheres, spectra."""
     from toolpoint.io.yaml import machine_file
 
@@ -50,14 +54,24 @@ def accuracy(machine: Path, output: Path, as_json: bool, **options: Any) -> None
     stance = ToolStance(None if way is None else (way[0], way[1], way[2]), numbers_of(options["turn"], "--turn", 1, True)[0],
                         options["branch"])
     setup = MillingSetup(options["speed"], 1e-3 * options["depth"], tuple(options["loads"].split(",")), options["regenerative"],
-                         window=options["window"], stance=stance)
+                         window=options["window"], stance=stance, work=_work(options))
     sides = _sides(options)
-    with frame(None if as_json else output, as_json) as run, run.progress("thousandths of the path") as progress:
-        result = mill_path(built, sides, setup, progress=progress)
+    with frame(None if as_json else output, as_json) as run, run.progress("thousandths of the path", folder) as progress:
+        result = mill_path(built, sides, setup, progress=progress, folder=folder)
         if not as_json:
             cut = built.description.cutting
             run.save(accuracy_page(result, 1 if cut is None else cut.tool.teeth, run.warnings))
     run.show(result)
+
+
+def _work(options: dict[str, Any]) -> Any:
+    """The block of the options, None without."""
+    from toolpoint.studies.accuracy.cut_course import WorkBlock
+
+    if options["work"] is None:
+        return None
+    left, low, right, high = numbers_of(options["work"], "--work", 4)
+    return WorkBlock((left, low), (right, high), numbers_of(options["pixel"], "--pixel", 1)[0])
 
 
 def _sides(options: dict[str, Any]) -> Any:

@@ -65,8 +65,8 @@ class SparseModel:
         """Return the lowest modes at these values, with derivatives to `names`."""
         k, m = _summed(self.stiffness, self.stiffness_parts, values), _summed(self.mass, self.mass_parts, values)
         inverse = factorise(k, coordinates=self.coordinates)
-        # One more than is predicted: what is beside the known modes converges by the gap behind them.
-        pairs = modes(k, m, self.number + 1, is_counted=False, coordinates=self.coordinates, inverse=inverse, shift=0)
+        # More than are predicted: what is beside the known modes converges by the gap from those to the last.
+        pairs = modes(k, m, 2 * self.number, is_counted=False, coordinates=self.coordinates, inverse=inverse, shift=0)
         squares, vectors = polish(k, m, pairs, inverse=inverse)
         kept = vectors[:, :self.number]
         frequency = np.sqrt(squares[:self.number]) / (2 * np.pi)

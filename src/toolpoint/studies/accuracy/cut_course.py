@@ -1,0 +1,147 @@
+"""What the cutter meets along a side: one arc all along, or those that the pixels of a block leave it, side after side."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.cutting import Engagement, MillingProblem
+from toolpoint.cutting.simulation.pixel_bed import PixelBed
+from toolpoint.studies.accuracy.cutting_table import CuttingTable, cutting_table
+from toolpoint.studies.accuracy.tool_paths import PathSide
+
+# Pixels between places at which the arc is looked up, places across the cutter, and to how many degrees arcs are rounded.
+_STRIDE, _ACROSS, _ROUND = 2, 361, 1.0
+Arc = tuple[float, float] | None
+
+
+@dataclass(frozen=True)
+class WorkBlock:
+    """A block that is milled, in the plane of the path (its x and y, m): low and high corner, and the side of its pixels."""
+
+    low: tuple[float, float]
+    high: tuple[float, float]
+    pixel: float = 1e-4
+
+    def bed(self) -> PixelBed:
+        """Return the block, nothing cut yet."""
+        positive("pixel", self.pixel)
+        if self.high[0] <= self.low[0] or self.high[1] <= self.low[1]:
+            fail("work", f"{self.low} to {self.high}", "must have its high corner above the low one")
+        return PixelBed.block(self.low, self.high, self.pixel)
+
+
+@dataclass(frozen=True, eq=False)
+class CutCourse:
+    """Forces along a side: tables, each from a length (m, increasing, the first 0 or less) to the next.
+
+    notes : what was simplified.
+    """
+
+    lengths: FloatArray
+    tables: tuple[CuttingTable, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def step(self) -> float:
+        """s."""
+        return self.tables[0].step
+
+    @property
+    def per_tooth(self) -> int:
+        """Steps in a tooth period."""
+        return self.tables[0].per_tooth
+
+    def at(self, length: float) -> CuttingTable:
+        """Return the table at a length."""
+        return self.tables[int(self._numbers(np.array([length]))[0])]
+
+    def parts(self, lengths: FloatArray) -> Iterator[tuple[int, int, CuttingTable]]:
+        """Yield first and last + 1 of the lengths (increasing) that lie in one table, and that table."""
+        number = self._numbers(lengths)
+        edges = np.concatenate([[0], np.flatnonzero(np.diff(number)) + 1, [len(number)]])
+        for low, high in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
+            yield low, high, self.tables[int(number[low])]
+
+    def _numbers(self, lengths: FloatArray) -> np.ndarray:
+        return np.clip(np.searchsorted(self.lengths, lengths, side="right") - 1, 0, len(self.tables) - 1)
+
+
+def cut_course(problem: MillingProblem, arcs: Sequence[tuple[float, Arc]] | None, *, speed: float, depth: float,
+               largest_feed: float, steps: int, with_force: bool = True) -> CutCourse:
+    """Return the forces along a side.
+
+    arcs : (length from which it holds, (entry, exit) in rad, or None where nothing is met); the problem's own arc all along
+    where left out.
+    """
+    if arcs is None:
+        table = cutting_table(problem, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
+        return CutCourse(np.zeros(1), (table if with_force else _without(table),))
+    known: dict[Arc, CuttingTable] = {}
+    for _, arc in arcs:
+        if arc not in known:
+            met = problem if arc is None else problem.changed(engagement=Engagement(*arc))
+            table = cutting_table(met, speed=speed, depth=depth, largest_feed=largest_feed, steps=steps)
+            known[arc] = table if arc is not None and with_force else _without(table)
+    return CutCourse(np.array([at for at, _ in arcs]), tuple(known[arc] for _, arc in arcs))
+
+
+def _without(table: CuttingTable) -> CuttingTable:
+    return replace(table, table=np.zeros_like(table.table), regeneration=np.zeros_like(table.regeneration))
+
+
+def mill_bed(bed: PixelBed, side: PathSide, radius: float, *, is_left: bool) -> list[tuple[float, Arc]]:
+    """Return the arcs that a cutter meets along a side, and cut the side out of the bed.
+
+    Angles are clockwise from the normal to the feed, which points to the left of it (seen from above the plane of the path)
+    where `is_left`, as a tool stands on it whose axis points up; rounded to a degree. Across the cutter it is looked up what
+    lies just before its front; a gap between two pieces is cut as if it were filled.
+    """
+    count = max(int(np.ceil(side.length / (_STRIDE * bed.pixel))), 2)
+    at = np.linspace(0.0, side.length, count + 1)
+    centres = side.path.at(at)[:, :2]
+    tangents = side.tangents(at) @ side.place[:3, :3]
+    across = np.linspace(-1, 1, _ACROSS) * (radius - 0.25 * bed.pixel)
+    front = np.sqrt(np.maximum(radius**2 - across**2, 0.0)) + (_STRIDE + 0.5) * bed.pixel
+    arcs: list[tuple[float, Arc]] = []
+    _clear(bed, centres[0], radius)
+    for length, centre, tangent in zip(at[:-1], centres[:-1], tangents[:-1], strict=True):
+        feed = tangent[:2] / np.linalg.norm(tangent[:2])
+        normal = np.array([-feed[1], feed[0]]) * (1 if is_left else -1)
+        meets = _material(bed, centre + front[:, None] * feed + across[:, None] * normal)
+        arc: Arc = None
+        if meets.any():
+            reach = across[meets] / radius
+            entry, leave = np.degrees(np.arccos(np.clip([reach.max(), reach.min()], -1, 1)))
+            ends = np.round(np.array([entry, leave]) / _ROUND) * _ROUND
+            half = np.degrees(np.arccos(1 - 0.25 * bed.pixel / radius))
+            ends = np.where(ends <= half + _ROUND, 0.0, np.where(ends >= 180 - half - _ROUND, 180.0, ends))
+            arc = (float(np.radians(ends[0])), float(np.radians(ends[1]))) if ends[1] > ends[0] else None
+        if not arcs or arcs[-1][1] != arc:
+            arcs.append((float(length), arc))
+        _clear(bed, centre, radius)
+    _clear(bed, centres[-1], radius)
+    return arcs
+
+
+def _material(bed: PixelBed, places: FloatArray) -> np.ndarray:
+    """Return whether there is material at places (n, 2)."""
+    index = np.floor((places - np.array(bed.origin)) / bed.pixel).astype(int)
+    layer = bed.material[0]
+    inside = ((index >= 0) & (index < layer.shape)).all(axis=1)
+    found = np.zeros(len(places), bool)
+    found[inside] = layer[tuple(index[inside].T)]
+    return found
+
+
+def _clear(bed: PixelBed, centre: FloatArray, radius: float) -> None:
+    """Remove a disc."""
+    low = np.maximum(np.floor((centre - radius - bed.origin) / bed.pixel).astype(int), 0)
+    high = np.minimum(np.ceil((centre + radius - bed.origin) / bed.pixel).astype(int) + 1, bed.material.shape[1:])
+    if (high <= low).any():
+        return
+    x, y = (bed.origin[k] + (np.arange(low[k], high[k]) + 0.5) * bed.pixel - centre[k] for k in range(2))
+    bed.material[0, low[0]:high[0], low[1]:high[1]] &= x[:, None] ** 2 + y[None, :] ** 2 > radius**2

@@ -1,0 +1,261 @@
+"""One side of a milled path, stepped: the run along it, its error, and blocks of steps that are kept on disk."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from toolpoint._check import FloatArray, fail, positive
+from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
+from toolpoint.studies.accuracy.cutting_table import CuttingTable
+from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
+from toolpoint.studies.accuracy.run_store import RunStore
+from toolpoint.studies.accuracy.tool_paths import PathSide
+from toolpoint.vibration.varying import (
+    CourseArrays,
+    CutArrays,
+    NodeArrays,
+    RunArrays,
+    StepNodes,
+    VaryingSystem,
+    step_nodes,
+)
+
+Progress = Callable[[int, int], None]
+_BLOCK = 100_000
+_KEPT = 1_000_000  # samples of a side that are kept at most
+
+
+@dataclass(frozen=True)
+class MillingSetup:
+    """How a path is milled and computed.
+
+    speed : rev/min; depth : m; loads : ``cutting``, with ``gravity`` its changing sag, with ``path`` the inertia of the nominal
+    motion; regenerative : whether the vibration feeds back on the chip (linear: chips do not vanish); spacing : m between
+    nodes of the structure; steps : in a tooth period; window : s of the middle of every side that is run, whole sides where
+    left out; with_force : False leaves the cut's force out; halved : whether a run at twice the step and spacing states the
+    error; work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left out.
+    """
+
+    speed: float
+    depth: float
+    loads: tuple[str, ...] = ("cutting",)
+    regenerative: bool = False
+    spacing: float = 2e-3
+    steps: int = 100
+    window: float | None = None
+    with_force: bool = True
+    halved: bool = True
+    with_energy: bool = False
+    with_base: bool = False
+    gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
+    stance: ToolStance = field(default_factory=ToolStance)
+    work: WorkBlock | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class EnergyBalance:
+    """Work of all loads, energy lost, gain of energy, and work done by the moving structure, J; size : sum of |work| of the
+    steps."""
+
+    work: float
+    lost: float
+    gained: float
+    by_structure: float
+    size: float
+
+    @property
+    def gap(self) -> float:
+        """What does not balance, over the sum of the sizes of the work."""
+        return abs(self.work - self.lost - self.gained) / max(self.size, 1e-300)
+
+
+@dataclass(frozen=True, eq=False)
+class SideAccuracy:
+    """Error along a side.
+
+    time : (n,) s; length : (n,) m; relative : (n, 6) elastic motion of the tip (m, rad) in machine axes; base : (n, 6)
+    reaction of the base about the machine's origin, empty where it was not asked for; halving : relative change of both means
+    from the run at twice the step and spacing, not a number where it was not run.
+    """
+
+    name: str
+    time: FloatArray
+    length: FloatArray
+    relative: FloatArray
+    base: FloatArray
+    halving: float
+    energy: EnergyBalance | None
+    notes: tuple[str, ...] = ()
+
+    @property
+    def error(self) -> FloatArray:
+        """Unbiased error (21), (n, 6)."""
+        return self.relative - self.relative.mean(axis=0)
+
+    @property
+    def position_radius(self) -> FloatArray:
+        """Radius of the position sphere (23), m, (n,)."""
+        return np.linalg.norm(self.error[:, :3], axis=1)
+
+    @property
+    def rotation_radius(self) -> FloatArray:
+        """Radius of the rotation sphere (25), rad, (n,)."""
+        return np.linalg.norm(self.error[:, 3:], axis=1)
+
+    @property
+    def position_error(self) -> float:
+        """Mean radius of the position sphere (26), m."""
+        return float(self.position_radius.mean())
+
+    @property
+    def rotation_error(self) -> float:
+        """Mean radius of the rotation sphere (27), rad."""
+        return float(self.rotation_radius.mean())
+
+    def spectrum(self) -> tuple[FloatArray, FloatArray]:
+        """Return frequencies (Hz) and amplitudes (n_f, 6) of the unbiased error."""
+        rate = 1 / float(self.time[1] - self.time[0])
+        window = np.hanning(len(self.time))
+        amplitude = 2 * np.abs(np.fft.rfft(self.error * window[:, None], axis=0)) / window.sum()
+        return np.arange(len(amplitude)) * rate / len(self.time), amplitude
+
+
+def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup, *, cut: CutCourse,
+             progress: Progress | None = None, store: RunStore | None = None) -> SideAccuracy:
+    """Step along a side, begun in the periodic state that the cut and the loads at its start would have in the end.
+
+    store : where finished blocks of steps are kept and taken from.
+    """
+    from toolpoint.vibration.varying_kernel import advance
+
+    law, dt = structure.side.law, cut.step
+    begin, end = _span(law.duration, setup.window, dt * cut.per_tooth)
+    nodes = step_nodes(system, dt, with_energy=setup.with_energy)
+    steps = int(np.ceil((end - begin) / dt - 1e-6))
+    keep = max(1, -(-steps // _KEPT))
+    keep += 1 - keep % 2 if keep > 1 else 0  # odd, so that all phases of the (even) tooth period are kept
+    size = system.size
+    state, delayed = np.zeros(2 * size), np.zeros((cut.per_tooth, 3))
+    first = law.sample(np.array([begin]))
+    state[:], delayed[:] = _periodic_state(structure, system, nodes, cut.at(float(first[0, 0])), motion=first[0])
+    totals = np.zeros(4 if setup.with_energy else 0)
+    energy = _energy(system, state, float(first[0, 0]))
+    at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
+                          system.mass, system.stiffness)
+    carried = RunArrays(state, delayed, totals)
+    out, base = np.empty((-(-steps // keep), 6)), np.empty((-(-steps // keep) if setup.with_base else 0, 9))
+    kept = 0
+    for at in range(0, steps, _BLOCK):
+        before = kept
+        done = store.load(at, carried) if store else None
+        if done is not None:
+            kept += len(done[0])
+            out[before:kept] = done[0]
+            base[before:kept if setup.with_base else before] = done[1]
+        else:
+            motion = law.sample(begin + (np.arange(at, min(at + _BLOCK, steps)) + 0.5) * dt)
+            node, share = _between(system.length, motion[:, 0])
+            for low, high, table in cut.parts(motion[:, 0]):
+                feed = np.clip(motion[low:high, 1] * dt * table.per_tooth / table.largest_feed, 0.0, 1.0)
+                of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
+                course = CourseArrays(node[low:high], share[low:high], feed, structure.load_factors(motion[low:high]))
+                kept += advance(at_nodes, of_cut, course, carried, keep, at + low, out[kept:],
+                                base[kept:] if setup.with_base else base)
+            if store:
+                store.save(at, carried, out[before:kept], base[before:kept if setup.with_base else before])
+        if progress:
+            progress(min(at + _BLOCK, steps), steps)
+    time = begin + (np.arange(kept) * keep + 1) * dt
+    travelled = law.sample(time)
+    if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
+        fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
+             "the cut chatters: take it below the stable depth (toolpoint lobes)")
+    balance = None
+    if setup.with_energy:
+        work, lost, moved, gained = (float(total) for total in totals)
+        change = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0])) - energy
+        balance = EnergyBalance(work, lost, gained, change - gained, moved)
+    return SideAccuracy(structure.side.name, time, travelled[:, 0], out[:kept], _base_history(structure, base[:kept],
+                                                                                              travelled),
+                        float("nan"), balance, _notes(structure))
+
+
+def _span(duration: float, window: float | None, tooth: float) -> tuple[float, float]:
+    """Begin and end of what is run; a window holds whole tooth periods."""
+    if window is None:
+        return 0.0, duration
+    size = max(np.floor(min(positive("window", window), duration) / tooth), 1.0) * tooth
+    return (duration - size) / 2, (duration + size) / 2
+
+
+def places_of(side: PathSide, setup: MillingSetup, tooth: float) -> tuple[float, float] | None:
+    """The part of a side that a window needs, m."""
+    if setup.window is None:
+        return None
+    ends = side.law.sample(np.array(_span(side.law.duration, setup.window, tooth)))[:, 0]
+    return float(ends[0]), float(ends[1])
+
+
+def _between(length: FloatArray, at: FloatArray) -> tuple[np.ndarray, FloatArray]:
+    """Node before every length, and the share of the way to the next."""
+    node = np.clip(np.searchsorted(length, at, side="right") - 1, 0, len(length) - 2)
+    return node, (at - length[node]) / (length[node + 1] - length[node])
+
+
+def _periodic_state(structure: MovingStructure, system: VaryingSystem, nodes: StepNodes, cut: CuttingTable, *,
+                    motion: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """State at the beginning of a revolution that repeats after it, and the tip's way in cutter axes over its last tooth
+    period."""
+    share = float(np.clip(motion[1] * cut.step * cut.per_tooth / cut.largest_feed, 0, 1))
+    force = cut.table[0] + share * (cut.table[-1] - cut.table[0])
+    loads = np.concatenate([force, np.broadcast_to(structure.load_factors(motion[None])[0], (len(force),
+                                                                                             nodes.deflection.shape[1] - 3))],
+                           axis=1)
+    node, part = (v[0] for v in _between(system.length, motion[:1]))
+
+    def blend(values: FloatArray) -> FloatArray:
+        return values[node] + part * (values[node + 1] - values[node])
+
+    phi, still = blend(nodes.transition).T, np.zeros((len(nodes.transition[0]), loads.shape[1]))
+    still[:system.size] = blend(nodes.deflection).T
+
+    def revolve(state: FloatArray) -> FloatArray:
+        states = [state]
+        for row in loads:
+            states.append(still @ row + phi @ (states[-1] - still @ row))
+        return np.array(states)
+
+    end = revolve(np.zeros(len(phi)))[-1]
+    state = np.linalg.solve(np.eye(len(phi)) - np.linalg.matrix_power(phi, len(force)), end)
+    way = revolve(state)[-cut.per_tooth - 1:-1, :system.size] @ blend(nodes.load_map)[:3].T
+    return state, way
+
+
+def _energy(system: VaryingSystem, state: FloatArray, at: float) -> float:
+    u, v = state[:system.size], state[system.size:]
+    return float(v @ system.blended("mass", at) @ v + u @ system.blended("stiffness", at) @ u) / 2
+
+
+def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArray) -> FloatArray:
+    """Reaction of the base: rate of momentum of the elastic motion less the force on the tip, and what holds the machine at
+    rest."""
+    if not len(base):
+        return np.zeros((0, 6))
+    node, share = _between(structure.system.length, motion[:, 0])
+
+    def along(values: FloatArray) -> FloatArray:
+        return values[node] + share.reshape(-1, *[1] * (values.ndim - 1)) * (values[node + 1] - values[node])
+
+    force = (along(structure.axes) @ base[:, 6:, None])[..., 0]
+    wrench = np.concatenate([force, np.cross(along(structure.tips), force)], axis=1)
+    return base[:, :6] - wrench + along(structure.nominal)
+
+
+def _notes(structure: MovingStructure) -> tuple[str, ...]:
+    size = float(np.abs(np.diff(np.stack(list(structure.reach.batch().values())), axis=1)).max())
+    return (f"forces of the axes' own speed on the vibration (Coriolis) are left out; between nodes no axis moves more than "
+            f"{size:.2g} "
+            "(rad, m)",)
