@@ -168,6 +168,22 @@ def test_friction_at_reversals():
     assert run("compare_friction_at_reversals.py") == pytest.approx(1.305, rel=0.03)
 
 
+def test_the_best_branch_of_an_arm_is_named_first():
+    assert run("choose_the_branch_of_an_arm.py") >= 1.0
+
+
+def test_inertia_goes_with_the_square_of_the_ratio():
+    assert run("swap_a_reducer.py") == pytest.approx(1.0, rel=1e-12)
+
+
+def test_a_reduced_casting_has_the_modes_of_the_whole():
+    assert run("reduce_a_casting.py") < 1e-6  # the bar of reductions by the acting loads
+
+
+def test_a_rigid_flange_is_six_motions():
+    assert run("see_a_flange_at_one_point.py") < 1e-12
+
+
 def test_every_example_is_tested():
     text = Path(__file__).read_text(encoding="utf-8")
     assert all(path.name in text for path in FOLDER.glob("*.py"))

@@ -178,7 +178,7 @@ def test_a_test_file_round_trips_and_names_its_faults(tmp_path):
                                   None, {"a_1.csv#2": "refused"})
     path = tmp_path / "test.yaml"
     test_file.write(given, path)
-    assert test_file.read(path) == given and test_file.is_test(path)
+    assert test_file.read(path) == given
     with pytest.raises(ToolpointError, match="exists already; nothing was written"):
         test_file.write(given, path)
     path.write_text("toolpoint: 1\ntest: x\nrecords: [{file: a}]\nestimator: H3\nhits: {a: maybe}\n")

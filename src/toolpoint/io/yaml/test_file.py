@@ -33,12 +33,6 @@ def read(path: str | Path) -> HammerTestDescription:
     return description
 
 
-def is_test(path: str | Path) -> bool:
-    """Return whether a YAML file describes a hammer test (it has a key 'test' and 'records'), and no machine."""
-    data = parse(Path(path)).data
-    return "test" in data and "records" in data
-
-
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema of test files, for editors that check YAML while it is typed."""
     return file_schema(model_of(HammerTestDescription, version=True), "toolpoint test file")

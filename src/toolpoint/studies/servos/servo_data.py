@@ -92,6 +92,7 @@ class ServoData(NotebookText):
         """Return the findings as plain values, SI."""
         axes = {a.axis: {"unit": a.unit, "velocity_gain_1_s": a.velocity_gain, "friction_levels": list(a.levels),
                          "friction_unit": a.force_unit, "friction_status": None if a.friction is None else a.friction.status,
+                         "friction_trusted": a.friction is not None and a.friction.is_trusted,
                          "largest_following_error": a.largest_following_error, "doubts": list(a.doubts)} for a in self.axes}
         p, m = self.positioning, None if self.loop is None else self.loop.margins
         return {"axes": axes, "notes": list(self.notes), "status": self.status,
