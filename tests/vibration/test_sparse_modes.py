@@ -7,7 +7,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, kron
 from scipy.sparse import random as sparse_random
 
 from toolpoint import ToolpointError
-from toolpoint.vibration.sparse import count_below, factorise, modes, symbolic
+from toolpoint.vibration.sparse import count_below, factorise, modes, multifrontal, symbolic
 from toolpoint.vibration.sparse.factorisation import add_mass, check_symmetric
 
 
@@ -112,8 +112,10 @@ def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
         factorise(csc_array(block_diag([k + m, [[0.0]]])), solver="multifrontal")
 
 
-def test_negative_eigenvalues_are_counted_without_keeping_factors():
+@pytest.mark.parametrize("numbers", [multifrontal._CHUNK, 5000])
+def test_negative_eigenvalues_are_counted_without_keeping_factors(numbers, monkeypatch):
     """In the order of other factors of the same pattern: the closed form's count; another pattern is left to a new order."""
+    monkeypatch.setattr(multifrontal, "_CHUNK", numbers)  # of a factor that a piece may hold: all of it, or many pieces
     n = 12
     k, at = grid_laplacian(n), np.arange(n)
     square = 4 * np.sin(np.pi * at / (2 * n)) ** 2

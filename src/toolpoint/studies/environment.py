@@ -17,7 +17,8 @@ from toolpoint.studies.text_table import text_table
 CORE = ("toolpoint", "numpy", "scipy", "numba", "pydantic", "ruamel.yaml", "h5py", "click", "rich", "plotly", "pillow")
 # Extra, the distribution that it needs, and what it is for.
 EXTRAS = {"video": ("av", "video files"), "bayes": ("emcee", "samples of a posterior"),
-          "mesh": ("netgen-mesher", "bodies from STEP files"), "control": ("control", "python-control"), "cluster": ("distributed", "worker processes"),
+          "mesh": ("netgen-mesher", "bodies from STEP files"), "control": ("control", "python-control"),
+          "cluster": ("distributed", "worker processes"),
           "tdms": ("nptdms", "TDMS records")}
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
