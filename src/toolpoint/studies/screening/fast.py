@@ -14,7 +14,6 @@ import numpy as np
 from toolpoint._check import FloatArray, IndexArray, count, fail
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description.variation import Factor, resting_shares, vary
-from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.screening.designs import ScreeningDesign
 
@@ -62,7 +61,7 @@ def _affine_parts(machine: Machine, design: ScreeningDesign, pose: Mapping[str, 
             fail(f"swap {change.name}", "a swap", "only factors are fast here", "use screen")
         end = rest.copy()
         end[k] = 1.0 if rest[k] < 0.5 else 0.0
-        other = _matrices(build(vary(machine.description, design.changes, list(map(float, end)))), pose)
+        other = _matrices(machine.rebuild(vary(machine.description, design.changes, list(map(float, end)))), pose)
         mass.append((other[0] - base[0]) / (end[k] - rest[k]))
         stiffness.append((other[1] - base[1]) / (end[k] - rest[k]))
     return base, (np.array(mass), np.array(stiffness))
@@ -87,8 +86,8 @@ def _lowest(base: tuple[FloatArray, FloatArray], slopes: tuple[FloatArray, Float
 def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] | None, checked: IndexArray,
            fast: FloatArray) -> None:
     for i, row in zip(checked, fast, strict=True):
-        mass, stiffness = _matrices(build(vary(machine.description, design.changes, list(map(float, design.points[int(i)])))),
-                                    pose)
+        changed = vary(machine.description, design.changes, list(map(float, design.points[int(i)])))
+        mass, stiffness = _matrices(machine.rebuild(changed), pose)
         full = _lowest((mass, stiffness), (np.zeros((1, *mass.shape)), np.zeros((1, *mass.shape))), np.zeros((1, 1)),
                        row.size)[0]
         if np.abs(row / full - 1).max() > _LARGEST:
