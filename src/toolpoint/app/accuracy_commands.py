@@ -34,6 +34,8 @@ LOADS = ("cutting", "gravity", "path")
 @click.option("--work", metavar="X1,Y1,X2,Y2", help="A block in the plane of the path, from its zero: pixels decide what the "
                                                      "cutter meets, and what sides before have left.")
 @click.option("--pixel", default="0.1mm", show_default=True, help="Side of a pixel of the block.")
+@click.option("--drives", type=FILE, help="A drive file: motors of its axes give way as their loops let them; rotary axes by "
+                                          "their gear_ratio.")
 @click.option("--branch", default="", help="Branch of an arm, as 'front up no flip'.")
 @click.option("--folder", type=PATH, help="Keep finished steps here, and go on from them.")
 @DIRECTION
@@ -54,7 +56,8 @@ def accuracy(machine: Path, folder: Path | None, output: Path, as_json: bool, **
     stance = ToolStance(None if way is None else (way[0], way[1], way[2]), numbers_of(options["turn"], "--turn", 1, True)[0],
                         options["branch"])
     setup = MillingSetup(options["speed"], 1e-3 * options["depth"], tuple(options["loads"].split(",")), options["regenerative"],
-                         window=options["window"], stance=stance, work=_work(options))
+                         window=options["window"], stance=stance, work=_work(options),
+                         servos=_servos(options["drives"], built))
     sides = _sides(options)
     with frame(None if as_json else output, as_json) as run, run.progress("thousandths of the path", folder) as progress:
         result = mill_path(built, sides, setup, progress=progress, folder=folder)
@@ -72,6 +75,16 @@ def _work(options: dict[str, Any]) -> Any:
         return None
     left, low, right, high = numbers_of(options["work"], "--work", 4)
     return WorkBlock((left, low), (right, high), numbers_of(options["pixel"], "--pixel", 1)[0])
+
+
+def _servos(drives: Path | None, machine: Any) -> Any:
+    """The servos of a drive file, None without."""
+    if drives is None:
+        return None
+    from toolpoint.io.yaml import drive_file
+    from toolpoint.studies.accuracy.joint_servos import servos_of
+
+    return servos_of(drive_file.read(drives), machine)
 
 
 def _sides(options: dict[str, Any]) -> Any:

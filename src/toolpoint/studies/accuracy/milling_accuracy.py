@@ -20,6 +20,7 @@ from toolpoint.cutting.simulation.pixel_bed import PixelBed
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.cut_course import Arc, cut_course, mill_bed
 from toolpoint.studies.accuracy.cutting_table import check_regeneration, cutting_problem
+from toolpoint.studies.accuracy.joint_servos import servo_words
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, structure_along
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.side_run import MillingSetup, Progress, SideAccuracy, places_of, run_side
@@ -148,7 +149,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     tooth = 60 / (positive("speed", setup.speed) * problem.tool.teeth)
     structure = structure_along(machine, side, setup.stance, spacing=setup.spacing, loads=setup.loads, gravity=setup.gravity,
                                 reference=1 / tooth,
-                                span=places_of(side, setup, tooth))
+                                span=places_of(side, setup, tooth), servos=setup.servos)
     if setup.regenerative:
         check_regeneration(problem)
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
@@ -169,6 +170,8 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
         halving = max(abs(getattr(rough, name) / getattr(fine, name) - 1) if getattr(fine, name) > 0 else 0.0
                       for name in ("position_error", "rotation_error"))
     notes = fine.notes if arcs is None else (*fine.notes, _arc_words(arcs, side.length))
+    if setup.servos:
+        notes = (*notes, servo_words(setup.servos))
     return replace(fine, halving=halving, notes=notes)
 
 

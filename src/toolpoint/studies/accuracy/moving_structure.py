@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +14,7 @@ from toolpoint.machine.assembly.system import assemble, equations
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.accuracy.joint_servos import JointServo, add_servos
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places
 from toolpoint.studies.machines.tool_point import tool_axes
@@ -65,10 +67,11 @@ class MovingStructure:
 def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spacing: float = 2e-3,
                     loads: tuple[str, ...] = ("cutting",),
                     gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665), reference: float = 500.0,
-                    span: tuple[float, float] | None = None) -> MovingStructure:
+                    span: tuple[float, float] | None = None, servos: Mapping[str, JointServo] | None = None) -> MovingStructure:
     """Return the structure at nodes of a side, `spacing` (m) apart.
 
-    loads : ``cutting`` alone; with ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too.
+    servos : of axes whose motors give way; all hold their set points where left out. loads : ``cutting`` alone; with
+    ``gravity`` the changing sag, with ``path`` the inertia of the nominal motion too.
 
     Raises ToolpointError for a path out of reach, beyond limits, or through a singular pose: where on the path, and why.
     """
@@ -98,6 +101,9 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
     mass, viscous, stiffness = (np.swapaxes(align, -1, -2) @ matrix @ align
                                 for matrix in (system.mass, _viscous(system), system.stiffness))
     whole = VaryingSystem(length, mass, viscous, stiffness, np.concatenate(columns, axis=-1), output, momentum)
+    if servos:
+        whole = add_servos(machine, whole, tuple(system.coordinates), servos=servos, batch=batch, loads=loads,
+                           reference=reference)
     nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
                                                                                                                          6))
     return MovingStructure(side, reach, reduce_system(whole), axes, tips, nominal, loads)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
 from toolpoint.studies.accuracy.cutting_table import CuttingTable
+from toolpoint.studies.accuracy.joint_servos import JointServo
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.tool_paths import PathSide
@@ -36,7 +37,8 @@ class MillingSetup:
     motion; regenerative : whether the vibration feeds back on the chip (linear: chips do not vanish); spacing : m between
     nodes of the structure; steps : in a tooth period; window : s of the middle of every side that is run, whole sides where
     left out; with_force : False leaves the cut's force out; halved : whether a run at twice the step and spacing states the
-    error; work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left out.
+    error; work : the block that is milled, whose pixels decide what the cutter meets; the cut's own arc where left out;
+    servos : of axes whose motors give way, all hold their set points where left out.
     """
 
     speed: float
@@ -53,6 +55,7 @@ class MillingSetup:
     gravity: tuple[float, float, float] = (0.0, 0.0, -9.80665)
     stance: ToolStance = field(default_factory=ToolStance)
     work: WorkBlock | None = None
+    servos: Mapping[str, JointServo] | None = None
 
 
 @dataclass(frozen=True, eq=False)

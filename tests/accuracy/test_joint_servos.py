@@ -1,0 +1,97 @@
+"""Servo loops under the joints along a path: closed forms, energy, stiff loops, coupled axes, drive files."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from toolpoint import ToolpointError
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.io.yaml import drive_file, machine_file
+from toolpoint.machine import build
+from toolpoint.machine import description as d
+from toolpoint.studies.accuracy.joint_servos import JointServo, servos_of
+from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_side
+from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
+from toolpoint.studies.accuracy.tool_paths import line
+
+MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
+CUT = CuttingDescription.of(diameter=0.006, teeth=2, tangential=1780e6, normal=593e6, direction="slot", feed_per_tooth=1e-5)
+SETUP = MillingSetup(15000, 0.5e-3, window=0.1, halved=False)
+PATH = line([0, 0, 0], [0.02, 0, 0])[0]
+MASS, K, C = 8.0, 4e5, 60.0
+SERVO = JointServo(position=40.0, velocity=0.8, integral=30.0, inertia=2e-4, travel=0.01 / (2 * np.pi))
+
+
+def slide():
+    """A slide driven along x through a spring, on a spring along y too."""
+    body = d.BodyDescription(mass=MASS, inertia=d.InertiaDescription(1, 1, 1))
+    joint = d.JointDescription("ground", "slide", stiffness={"x": K, "y": 3 * K}, damping={"x": C, "y": C})
+    return build(d.MachineDescription("slide", {"slide": body}, {"guide": joint}, {"X": d.AxisDescription("guide", "x")},
+                                      {"tip": d.PointDescription("slide")}, tool="tip", cutting=CUT))
+
+
+def test_slide_and_rotor_are_two_masses():
+    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": SERVO}).system
+    assert system.size == 3
+    squares = np.sort(np.linalg.eigvals(np.linalg.solve(system.mass[0], system.stiffness[0])).real)
+    rotor, loop = SERVO.inertia / SERVO.travel**2, (0.8 * 40 + 30) / SERVO.travel**2
+    a, b = K / MASS + (K + loop) / rotor, K * loop / (MASS * rotor)
+    pair = (a + np.array([-1, 1]) * np.sqrt(a**2 - 4 * b)) / 2
+    assert np.allclose(squares, np.sort([*pair, 3 * K / MASS]), rtol=1e-9)
+    # At rest the springs are in series.
+    give = np.linalg.solve(system.stiffness[0], system.input_map[0][:, 0])
+    assert system.output_map[0, 0] @ give == pytest.approx(1 / K + 1 / loop)
+
+
+def test_energy_balances_and_stiff_loops_change_nothing():
+    """Teeth pass at 40 Hz, near the slide's 36 Hz: far above it mass alone would count, and no servo."""
+    slow = replace(SETUP, speed=1200, window=0.5)
+    result = mill_side(slide(), PATH, replace(slow, servos={"X": SERVO}, with_energy=True))
+    assert result.energy.gap < 1e-6 and "servo loops of X" in result.notes[-1]
+    plain = mill_side(slide(), PATH, slow)
+    assert abs(result.position_error / plain.position_error - 1) > 1e-3
+    stiff = replace(SERVO, position=1e6, velocity=1e3)
+    held = mill_side(slide(), PATH, replace(slow, servos={"X": stiff}))
+    assert held.position_error == pytest.approx(plain.position_error, rel=1e-4)
+
+
+def test_the_path_s_inertia_acts_on_the_rotor():
+    loads = ("cutting", "path")
+    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, loads=loads, servos={"X": SERVO}).system
+    assert np.allclose(system.input_map[:, 2, -1], -SERVO.mass) and np.allclose(system.input_map[:, 2, -2], 0, atol=1e-6)
+
+
+def test_coupled_joints_of_an_arm_feel_both_motors():
+    robot = machine_file.read(MACHINES / "milling_robot.yaml")
+    servo = JointServo(30.0, 0.02, 0.5, 3e-5, 1 / 100)
+    side = line([0.69, -0.01, 0.1], [0.69, 0.01, 0.1])[0]
+    bare = structure_along(robot, side, ToolStance(), spacing=5e-3).system
+    system = structure_along(robot, side, ToolStance(), spacing=5e-3, servos={"q2": servo, "q3": servo}).system
+    assert system.size == bare.size + 2
+    k2, k3 = (robot.description.joints[f"joint_q{i}"].stiffness["rz"] for i in (2, 3))
+    block = system.stiffness[0][-2:, -2:]
+    assert np.allclose(block, [[k2 + k3 + servo.stiffness, k3], [k3, k3 + servo.stiffness]])
+    assert np.linalg.eigvalsh(system.stiffness[0]).min() > 0
+
+
+def test_servos_of_a_drive_file():
+    drives = drive_file.read(MACHINES / "three_axis_vertical_servo.yaml")
+    name = next(iter(drives.axes))
+    drive = replace(drives.axes[name], mechanics=replace(drives.axes[name].mechanics, inertia=0.01))
+    servo = servos_of(replace(drives, axes={"X": drive}), slide())["X"]
+    assert servo.travel == pytest.approx(drive.mechanics.lead / (2 * np.pi)) and servo.position == drive.position.gain
+    assert servo.integral == pytest.approx(drive.velocity.gain / drive.velocity.integral_time)
+    with pytest.raises(ToolpointError, match=r"drives: Q; must share an axis with the machine \(X\)"):
+        servos_of(replace(drives, axes={"Q": drive}), slide())
+
+
+def test_what_has_no_servo_is_refused():
+    with pytest.raises(ToolpointError, match="servos: 'Q'; must be axes of the machine: X"):
+        mill_side(slide(), PATH, replace(SETUP, servos={"Q": SERVO}))
+    stiff = slide().description
+    joint = replace(stiff.joints["guide"], stiffness={"y": K}, damping={"y": C})
+    locked = build(replace(stiff, joints={"guide": joint}))
+    with pytest.raises(ToolpointError, match=r"servos: X: guide.x is locked; must be elastic there"):
+        mill_side(locked, PATH, replace(SETUP, servos={"X": SERVO}))
