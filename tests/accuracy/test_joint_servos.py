@@ -24,22 +24,24 @@ MASS, K, C = 8.0, 4e5, 60.0
 SERVO = JointServo(position=40.0, velocity=0.8, integral=30.0, inertia=2e-4, travel=0.01 / (2 * np.pi))
 
 
-def slide():
+def slide(way="x"):
     """A slide driven along x through a spring, on a spring along y too."""
     body = d.BodyDescription(mass=MASS, inertia=d.InertiaDescription(1, 1, 1))
     joint = d.JointDescription("ground", "slide", stiffness={"x": K, "y": 3 * K}, damping={"x": C, "y": C})
-    return build(d.MachineDescription("slide", {"slide": body}, {"guide": joint}, {"X": d.AxisDescription("guide", "x")},
+    return build(d.MachineDescription("slide", {"slide": body}, {"guide": joint}, {"X": d.AxisDescription("guide", way)},
                                       {"tip": d.PointDescription("slide")}, tool="tip", cutting=CUT))
 
 
-def test_slide_and_rotor_are_two_masses():
-    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": SERVO}).system
+@pytest.mark.parametrize("way", ["x", "-x"])
+def test_slide_and_rotor_are_two_masses(way):
+    system = structure_along(slide(way), PATH, ToolStance(), spacing=5e-3, servos={"X": SERVO}).system
     assert system.size == 3
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(system.mass[0], system.stiffness[0])).real)
     rotor, loop = SERVO.inertia / SERVO.travel**2, (0.8 * 40 + 30) / SERVO.travel**2
     a, b = K / MASS + (K + loop) / rotor, K * loop / (MASS * rotor)
     pair = (a + np.array([-1, 1]) * np.sqrt(a**2 - 4 * b)) / 2
     assert np.allclose(squares, np.sort([*pair, 3 * K / MASS]), rtol=1e-9)
+    assert system.stiffness[0][0, 2] == pytest.approx(K if way == "-x" else -K)
     # At rest the springs are in series.
     give = np.linalg.solve(system.stiffness[0], system.input_map[0][:, 0])
     assert system.output_map[0, 0] @ give == pytest.approx(1 / K + 1 / loop)

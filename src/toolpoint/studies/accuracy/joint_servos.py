@@ -144,11 +144,12 @@ def _driven(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str,
     factors: dict[tuple[str, str], FloatArray] = {}
     for i, name in enumerate(servos):
         for drive in axes[name].moved:
-            key = drive.joint, drive.direction
-            if f"{drive.joint}.{drive.direction}" not in coordinates:
-                fail("servos", f"{name}: {drive.joint}.{drive.direction} is locked", "must be elastic there",
+            way = drive.direction.lstrip("+-")
+            if f"{drive.joint}.{way}" not in coordinates:
+                fail("servos", f"{name}: {drive.joint}.{way} is locked", "must be elastic there",
                      "give the joint a stiffness in its driven direction")
-            factors.setdefault(key, np.zeros(len(servos)))[i] += drive.factor
+            sense = -1.0 if drive.direction.startswith("-") else 1.0
+            factors.setdefault((drive.joint, way), np.zeros(len(servos)))[i] += sense * drive.factor
     return [((coordinates.index(f"{joint}.{way}"), row), joint, way) for (joint, way), row in factors.items()]
 
 
