@@ -277,6 +277,11 @@ def test_a_surface_of_many_nodes_is_thinned():
     assert 20 < len(chosen) <= 80 < len(used)
     assert len(left) < len(triangles) and left.max() < len(chosen)
     assert np.ptp(model.nodes[used][chosen], axis=0) == pytest.approx([0.1, 0.06, 0.4])
+    # Flat faces stay flat: every triangle lies in one of the six sides of the post.
+    corners = model.nodes[used][chosen][left]
+    sides = [np.abs(corners[..., axis] - at).max(axis=1) < 1e-12 for axis, at in (
+        (0, 0.0), (0, 0.1), (1, 0.0), (1, 0.06), (2, 0.0), (2, 0.4))]
+    assert np.any(sides, axis=0).all() and np.all([side.any() for side in sides])
 
 
 def test_a_mechanism_left_free_is_named():

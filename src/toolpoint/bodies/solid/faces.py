@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.bodies.solid.model import SolidModel
+
+SHARP = 30.0  # degrees between triangles from which they belong to different faces
 
 
 def outer_faces(model: SolidModel) -> list[IndexArray]:
@@ -35,18 +39,42 @@ def outer_triangles(model: SolidModel) -> tuple[IndexArray, IndexArray]:
 
 
 def thin_triangles(nodes: FloatArray, triangles: IndexArray, most: int) -> tuple[IndexArray, IndexArray]:
-    """Return at most about `most` nodes (their numbers) and the triangles left between them: one node a cell of a grid."""
+    """Return at most about `most` nodes (their numbers) and the triangles left between them.
+
+    One node a cell of a grid is kept among those of the same smooth faces: walls stay apart, edges sharp and flat faces flat.
+    """
     chosen, owner = np.arange(len(nodes)), np.arange(len(nodes))
     low, size = nodes.min(axis=0), float(np.ptp(nodes, axis=0).max())
     order = np.argsort(-np.linalg.norm(nodes - nodes.mean(axis=0), axis=1), kind="stable")  # of a cell the outermost node stays
-    cells = np.sqrt(most)
-    while len(chosen) > most:
+    faces, cells = _faces_of_nodes(nodes, triangles), 2 * np.sqrt(most)
+    while len(chosen) > most and cells > 1:
         grid = np.floor((nodes[order] - low) / size * cells).astype(np.int64)
-        _, first, inverse = np.unique(grid, axis=0, return_index=True, return_inverse=True)
+        _, first, inverse = np.unique(np.column_stack([grid, faces[order]]), axis=0, return_index=True, return_inverse=True)
         chosen, owner = order[first], np.empty(len(nodes), dtype=np.int64)
         owner[order] = inverse.ravel()
         cells *= 0.85
-    faces = owner[triangles]
-    is_flat = (faces == np.roll(faces, 1, axis=1)).any(axis=1)
-    faces = np.unique(np.sort(faces[~is_flat], axis=1), axis=0, return_index=True)[1]
-    return chosen, owner[triangles][~is_flat][faces]
+    left = owner[triangles]
+    is_flat = (left == np.roll(left, 1, axis=1)).any(axis=1)
+    alone = np.unique(np.sort(left[~is_flat], axis=1), axis=0, return_index=True)[1]
+    used, index = np.unique(left[~is_flat][alone], return_inverse=True)
+    return chosen[used], index.reshape(-1, 3)
+
+
+def _faces_of_nodes(nodes: FloatArray, triangles: IndexArray) -> IndexArray:
+    """Return a number for each node that is that of others on the same smooth faces: triangles that meet below `SHARP`."""
+    normal = np.cross(nodes[triangles[:, 1]] - nodes[triangles[:, 0]], nodes[triangles[:, 2]] - nodes[triangles[:, 0]])
+    normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-300)
+    sides = np.sort(triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    order = np.lexsort(sides.T)
+    of = order // 3
+    same = (sides[order][1:] == sides[order][:-1]).all(axis=1)
+    one, other = of[:-1][same], of[1:][same]
+    smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(SHARP))
+    count = len(triangles)
+    graph = coo_array((np.ones(int(smooth.sum())), (one[smooth], other[smooth])), shape=(count, count))
+    face = connected_components(graph, directed=False)[1]
+    pairs = np.unique(np.column_stack([triangles.ravel(), np.repeat(face, 3)]), axis=0)
+    label = np.random.default_rng(1).integers(1, 2**40, int(face.max()) + 1)
+    total = np.zeros(len(nodes), dtype=np.int64)
+    np.add.at(total, pairs[:, 0], label[pairs[:, 1]])
+    return total

@@ -57,7 +57,7 @@ def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, mo
     worst = int(abs(error).argmax())
     share = 100 * abs(error[worst])
     text = (f"reduction of elastic bodies: the first {len(error)} frequencies are within {share:.2g} % of richer bodies' "
-            f"(mode {worst + 1})")
+            f"of the same mesh (mode {worst + 1}); what the mesh itself errs by is not in it")
     parts = [body.elastic or body.solid for body in machine.description.bodies.values()]
     sure = min((reliable_to(part) for part in parts if part is not None), default=0.0)
     highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])

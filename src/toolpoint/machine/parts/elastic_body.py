@@ -21,7 +21,7 @@ from toolpoint.substructuring.methods import REACH, SURE, ActingLoads
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import tabulate
 
-DRAWN = 1500  # nodes of a body's surface at most, about
+DRAWN = 2500  # nodes of a body's surface at most, about
 
 
 @dataclass(frozen=True, eq=False)

@@ -118,6 +118,8 @@ def describe_assumed(machine: Machine) -> tuple[str, ...]:
         lines.append("assumed: no tool, so no responses of the tool and no lobes; write 'tool: POINT'")
     elif description.table is None:
         lines.append("assumed: the work stands still with the ground; write 'table: POINT' for the point that carries it")
+    lines += [f"bodies.{name}: {note}" for name, body in description.bodies.items()
+              if body.solid is not None and body.solid.content is not None for note in body.solid.content.notes]
     lines += [f"assumed by the file: {text}" for text in description.assumptions]
     return (*lines, *_sources(machine))
 
