@@ -68,10 +68,10 @@ def _faces_of_nodes(nodes: FloatArray, triangles: IndexArray) -> IndexArray:
     order = np.lexsort(sides.T)
     of = order // 3
     same = (sides[order][1:] == sides[order][:-1]).all(axis=1)
-    one, other = of[:-1][same], of[1:][same]
-    smooth = (normal[one] * normal[other]).sum(axis=1) > np.cos(np.radians(SHARP))
+    first, second = of[:-1][same], of[1:][same]
+    smooth = (normal[first] * normal[second]).sum(axis=1) > np.cos(np.radians(SHARP))
     count = len(triangles)
-    graph = coo_array((np.ones(int(smooth.sum())), (one[smooth], other[smooth])), shape=(count, count))
+    graph = coo_array((np.ones(int(smooth.sum())), (first[smooth], second[smooth])), shape=(count, count))
     face = connected_components(graph, directed=False)[1]
     pairs = np.unique(np.column_stack([triangles.ravel(), np.repeat(face, 3)]), axis=0)
     label = np.random.default_rng(1).integers(1, 2**40, int(face.max()) + 1)
