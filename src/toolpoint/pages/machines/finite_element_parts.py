@@ -60,9 +60,12 @@ def slope_parts(whole: PartSensitivity, part: str) -> Parts:
     parts: Parts = [Table(list(PART_HEADER), whole.rows(), "Relative change of a frequency per relative change of a part's E "
                           "or density; the share of elements, and of the part's mass, that hold 80 % of its effect on mode 1"),
                     Chart(_accumulated(whole), "Elements from the one with the largest effect of E on mode 1 to the least.")]
-    slopes = 100 * whole.frequency[part].modulus[0] / _volumes(whole, part)
-    parts.append(values_on_part(whole.machine.parts[part], slopes, name="stiffness", unit="% a dm³",
-                                title=f"Mode 1 by E, on the {part}"))
+    volumes = _volumes(whole, part)
+    for name, values, what in (("stiffness", whole.frequency[part].modulus[0], "E"),
+                               ("inertia", whole.frequency[part].density[0], "density")):
+        parts.append(values_on_part(whole.machine.parts[part], 100 * values / volumes, name=name, unit="% a dm³",
+                                    title=f"Mode 1 by {what}, on the {part}"))
+    parts += _motion_parts(whole, part)
     if whole.mac is not None and len(whole.mac.values):
         k = int(np.argmin(whole.mac.values))
         levers = "; ".join(whole.mac_levers(k, 6))
@@ -73,6 +76,22 @@ def slope_parts(whole: PartSensitivity, part: str) -> Parts:
         parts.append(values_on_part(whole.machine.parts[part], values, name="mac", unit="per dm³ and relative change of E",
                                     title=f"{whole.mac.names[k]} by E, on the {part}"))
     return parts
+
+
+def _motion_parts(whole: PartSensitivity, part: str) -> Parts:
+    """Return what parts do to the motion of a place in the modes that move it, and, for the first of these, the elements."""
+    moves = np.flatnonzero(np.abs(whole.motion.values) > 0.1 * np.abs(whole.motion.values).max())[:6]
+    share = 100 / whole.motion.values[moves]
+    rows = [[name, *(f"{v:+.1f}" for v in e[moves] * share), *(f"{v:+.1f}" for v in rho[moves] * share)]
+            for name, (e, rho) in whole.motion.by_part().items()]
+    numbers = [str(whole.motion.modes[i] + 1) for i in moves]
+    place = whole.motion.names[0].split(" in mode")[0]
+    first = int(moves[0])
+    values = 100 * whole.motion.parts[part].modulus[first] / whole.motion.values[first] / _volumes(whole, part)
+    return [Table(["part", *(f"E, mode {n}" for n in numbers), *(f"density, mode {n}" for n in numbers)], rows,
+                  f"Shapes at unit modal mass: change of the motion of the top ({place}), % for all of a part's E or density"),
+            values_on_part(whole.machine.parts[part], values, name="shape", unit="% a dm³",
+                           title=f"{whole.motion.names[first]} by E, on the {part}")]
 
 
 def _volumes(sensitivity: PartSensitivity, part: str) -> FloatArray:
@@ -137,11 +156,12 @@ def alone_parts(alone: PartSensitivity, part: str) -> Parts:
     header += ["MAC", "MAC by E"] if alone.mac is not None else []
     share = alone.holders(part, 0)
     slopes = 100 * alone.frequency[part].modulus[0] / _volumes(alone, part)
+    near: Parts = [Notes(list(alone.motion.notes), "note")] if alone.motion.notes else []
     return [f"On the springs of its foot, the rest of the machine gone; {100 * share[0]:.0f} % of its elements, "
             f"{100 * share[1]:.0f} % of its mass, hold 80 % of what E does to its first mode.",
             Table(header, rows, "Per relative change of all E or all density of the part; the motion is at unit modal mass, "
                   "left out where a mode hardly moves there"),
-            values_on_part(alone.machine.parts[part], slopes, name="alone", unit="% a dm³", title="Its mode 1 by E")]
+            values_on_part(alone.machine.parts[part], slopes, name="alone", unit="% a dm³", title="Its mode 1 by E"), *near]
 
 
 def option_parts(study: FiniteElementStudy) -> Parts:
