@@ -18,7 +18,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid.sensitivity import element_energies, element_sets
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.vibration import Dof
-from toolpoint.vibration.sparse import EigenPairs, factorise
+from toolpoint.vibration.sparse import EigenPairs
 from toolpoint.vibration.sparse.beside_mode import REPEATED, polish, solve_beside
 
 # From all shapes to the values of functions (k,) and their gradients by the shape of their mode (size, k).
@@ -126,7 +126,7 @@ def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[
         fail("pairs", f"{pairs.count} modes", f"must be at least {int(at.max()) + 2}, one more than the highest studied",
              "solve for some more; it converges faster too")
     stiffness, mass = machine.matrices
-    inverse = factorise(stiffness, coordinates=machine.dof_places)
+    inverse = machine.inverse
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
     adjoint = solve_beside(stiffness, mass, squares, vectors, which=at, right=gradients, inverse=inverse)

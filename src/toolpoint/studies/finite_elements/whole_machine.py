@@ -13,7 +13,7 @@ from toolpoint._check import FloatArray, fail, floats, nonnegative
 from toolpoint.bodies.solid import Patch, SolidModel
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity, frequency_sensitivity
 from toolpoint.vibration import Dof, Modes
-from toolpoint.vibration.sparse import EigenPairs, modes
+from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
 
 GROUND = "ground"
 # Patches of one joint may stand apart by a gasket or by rounding, no more, m.
@@ -138,6 +138,11 @@ class FiniteElementMachine:
             motion = self.joint_motions[joint.name]
             stiffness = csc_array(stiffness + motion @ diags_array(joint.stiffness) @ motion.T)
         return stiffness, mass
+
+    @cached_property
+    def inverse(self) -> Factorisation:
+        """Factors of the stiffness, kept; for a machine that is held."""
+        return factorise(self.matrices[0], coordinates=self.dof_places)
 
     @property
     def dof_places(self) -> FloatArray:
