@@ -1,4 +1,4 @@
-"""Twelve sensors and twelve blows around a flange become its six motions at one point; what does not fit a rigid one is said."""
+"""Twelve sensors and twelve blows around a flange become its six motions at one point, and how rigid the flange is."""
 
 import numpy as np
 

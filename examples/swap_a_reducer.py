@@ -1,4 +1,4 @@
-"""The next higher ratio of the same series on one axis of a robot (the third): what it does to the inertia and to the lowest frequency."""
+"""The next ratio of the same series on the third axis of a robot: what it does to inertia and lowest frequency."""
 
 from importlib import resources
 
