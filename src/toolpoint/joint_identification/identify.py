@@ -10,13 +10,14 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, nonnegative
+from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.chain import better_order, pair, parents
 from toolpoint.joint_identification.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
 from toolpoint.joint_identification.measured import Component, Point, component
 from toolpoint.joint_identification.modal_scale import scale_deviations
+from toolpoint.joint_identification.mode_mixing import shape_mixing
 from toolpoint.joint_identification.motion_errors import (
     column_correlation,
     coordinate_variance,
@@ -177,7 +178,8 @@ def identify_joints(
                                                     criterion=criterion)
         try:
             whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
-                                  scale=scale_deviations(modes), calibration=calibration_deviation)
+                                  scale=scale_deviations(modes), calibration=calibration_deviation,
+                                  mixing=_turned_mixing(modes))
         except np.linalg.LinAlgError as error:
             doubts.append(f"the fit of the machine broke down ({error}): no stiffness; check masses, the chain and the doubts")
         else:
@@ -198,6 +200,15 @@ def _turned(modes: Modes) -> Modes:
     phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
     return replace(modes, shape=modes.shape * phase, scaling="unscaled", participation=None, input_dofs=(),
                    lower_residual=None, upper_residual=None)
+
+
+def _turned_mixing(modes: Modes) -> ComplexArray | None:
+    """Return the mixing of shapes as `_turned` turns them."""
+    mixing = shape_mixing(modes)
+    if mixing is None:
+        return None
+    phase = np.exp(-0.5j * np.angle((modes.shape**2).sum(axis=0)))
+    return np.asarray(mixing * phase[:, None] / phase)
 
 
 def _half(modes: Modes) -> FloatArray | None:

@@ -168,7 +168,7 @@ def _judged(model: MachineNumbers, data: ModalData, partner: IndexArray, solutio
     inside = solution.fun[:-count]
     chi2 = float((solution.fun**2).sum())
     # Each number is also told by its prior, so rows less numbers are those of the data less the free scales.
-    freedom = len(inside) - len(data.frequency) * (2 if data.is_complex else 1)
+    freedom = len(inside) - len(data.frequency) * (2 if data.is_complex else 1) - data.shares.shape[1]
     freedom -= _told(jacobian, model.deviations)
     widened = 1.0
     if freedom > 0 and stats.chi2.sf(chi2, freedom) < _IMPROBABLE:
@@ -190,7 +190,8 @@ def mass_scale(machine: RigidMachine, data: ModalData, partner: IndexArray) -> M
     if data.scale is None:
         return None
     constants, motions = _constants(machine, data)
-    scale = _scales(data, _measured(data), *np.linalg.qr(_scale_columns(data, motions[:, :, partner])))
+    y = _observed(data, data.motions)
+    scale = _scales(data, y, *np.linalg.qr(_columns(data, motions[:, :, partner])))
     return mean_scale(np.log(np.abs(scale) ** 2 * np.abs(constants[partner])), data.scale, data.calibration)
 
 
@@ -207,7 +208,7 @@ def _scales(data: ModalData, y: FloatArray, q: FloatArray, r: FloatArray) -> Arr
     """Return the scale (k,) of every mode: what its motion is multiplied by to be the measured one."""
     scale = np.linalg.lstsq(r, q.T @ y, rcond=1e-12)[0]
     k = len(data.frequency)
-    return np.asarray(scale[:k] + 1j * scale[k:] if data.is_complex else scale)
+    return np.asarray(scale[:k] + 1j * scale[k:2 * k] if data.is_complex else scale[:k])
 
 
 def _damping_excess(residual: FloatArray, model: MachineNumbers, data: ModalData) -> float:
@@ -230,8 +231,8 @@ def misfit(machine: RigidMachine, data: ModalData, partner: IndexArray) -> Float
     their partners."""
     poles, motions = modes_of(machine, data)
     poles, motions = poles[partner], motions[:, :, partner]
-    y = _measured(data)
-    q, r = np.linalg.qr(_scale_columns(data, motions))
+    y = _observed(data, data.unmixed(poles))
+    q, r = np.linalg.qr(_columns(data, motions))
     error = np.stack([np.log(np.abs(poles) / (2 * np.pi * data.frequency)), -poles.real / np.abs(poles) - data.ratio], axis=1)
     rows = [y - q @ (q.T @ y), np.einsum("kij,kj->ki", data.spread, error).ravel()]
     if data.tells_masses:
@@ -249,19 +250,21 @@ def misfit_slopes(model: MachineNumbers, x: FloatArray, data: ModalData, *, part
     """Return the slopes (rows, n) of `misfit` to the numbers of a model (shapes: Kaufman, BIT 15 (1975) 49)."""
     machine = model.machine(x)
     poles, motions, _ = machine.solve()
-    q, r = np.linalg.qr(_scale_columns(data, motions[:, :, partner]))
-    k, scale = len(data.frequency), _scales(data, _measured(data), q, r)
+    q, r = np.linalg.qr(_columns(data, motions[:, :, partner]))
+    k, scale = len(data.frequency), _scales(data, _observed(data, data.unmixed(poles[partner])), q, r)
     d_poles, d_motions, d_constants = pole_slopes(machine, _neighbours(model, x, machine), STEP)
+    p, d = poles[partner], d_poles[:, partner]
     moved = d_motions[..., partner] * scale
+    moved = moved if data.mixing is None else moved + data.mixed_by(d)
     flat = np.concatenate([moved.real, moved.imag], axis=3) if data.is_complex else moved.real
     shapes = np.concatenate([-root @ flat[:, c].transpose(2, 1, 0).reshape(len(root), -1) for c, root in enumerate(data.roots)])
-    p, d = poles[partner], d_poles[:, partner]
     size = (p.conj() * d).real / np.abs(p) ** 2
     error = np.stack([size, (-d.real + p.real * size) / np.abs(p)], axis=2)
+    shapes = np.concatenate([shapes, np.zeros((data.shares.shape[1], shapes.shape[1]))])
     rows = [shapes - q @ (q.T @ shapes), np.einsum("kij,nkj->kin", data.spread, error).reshape(2 * k, -1)]
     if data.tells_masses:
         d_scale = np.linalg.lstsq(r, q.T @ shapes, rcond=1e-12)[0]
-        d_scale = d_scale[:k] + 1j * d_scale[k:] if data.is_complex else d_scale
+        d_scale = d_scale[:k] + 1j * d_scale[k:2 * k] if data.is_complex else d_scale[:k]
         d_log = 2 * (d_scale / scale[:, None]).real + d_constants[:, partner].real.T
         rows.append(_told_root(data) @ d_log)
     return np.concatenate(rows)
@@ -284,13 +287,16 @@ def _neighbours(model: MachineNumbers, x: FloatArray, machine: RigidMachine) -> 
     return result
 
 
-def _measured(data: ModalData) -> FloatArray:
-    """Return the whitened motions of all components, column by column."""
-    parts = []
-    for motion, root in zip(data.motions, data.roots, strict=True):
-        columns = np.concatenate([motion.real, motion.imag], axis=1) if data.is_complex else motion
-        parts.append(root @ columns.T.ravel())
-    return np.concatenate(parts)
+def _observed(data: ModalData, motions: Array) -> FloatArray:
+    """Return whitened motions, and the zeros that shares of other shapes are expected to be."""
+    return np.concatenate([data.whitened(motions), np.zeros(data.shares.shape[1])])
+
+
+def _columns(data: ModalData, motions: Array) -> FloatArray:
+    """Return the columns of what is linear: scales of the modes, and shares of other shapes with their expectation."""
+    scales, shares = _scale_columns(data, motions), data.shares
+    count = shares.shape[1]
+    return np.block([[scales, shares], [np.zeros((count, scales.shape[1])), np.eye(count)]]) if count else scales
 
 
 def _scale_columns(data: ModalData, motions: Array) -> FloatArray:

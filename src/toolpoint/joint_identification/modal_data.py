@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray
+from toolpoint._check import Array, ComplexArray, FloatArray
 
 # Poles of measured responses follow a model of viscous modes: no better than this, whatever their noise.
 FREQUENCY_FLOOR, DAMPING_FLOOR, SHAPE_FLOOR = 1e-5, 6e-4, 1e-5
@@ -21,7 +22,9 @@ class ModalData:
     the covariance of its columns (m = k, or 2 k: real parts, then imaginary parts), column by column; grams : (c, 6, 6), sums
     over the points, by which shapes are compared; frequency (k,) Hz, ratio (k,); spread : (k, 2, 2), inverse Cholesky factors
     of the covariance of (ln frequency, ratio); scale (k,): standard deviations of the logarithms of the squared scales, None
-    where shapes have no scale; calibration: standard deviation of the logarithm of the test's gain, None where not told.
+    where shapes have no scale; calibration: standard deviation of the logarithm of the test's gain, None where not told; mixing
+    (k, k): what errors of the poles add to the shapes of others (`mode_mixing`), None where nothing is known of it; unsure
+    (k, k): standard deviation of the share of shape s in shape r that this leaves open, zero for modes apart.
     """
 
     motions: Array
@@ -32,6 +35,43 @@ class ModalData:
     spread: FloatArray
     scale: FloatArray | None = None
     calibration: float | None = None
+    mixing: ComplexArray | None = None
+    unsure: FloatArray | None = None
+
+    @cached_property
+    def shares(self) -> FloatArray:
+        """Whitened columns of the shares that shapes may have of others, each times its standard deviation; none where none."""
+        unsure = np.zeros((0, 0)) if self.unsure is None else self.unsure
+        columns = []
+        for r, s in np.argwhere(unsure > 0).tolist():
+            for turn in (1.0, 1j):
+                part = np.zeros_like(self.motions)
+                part[..., r] = unsure[r, s] * turn * self.motions[..., s]
+                columns.append(self.whitened(part))
+        return np.stack(columns, axis=1) if columns else np.zeros((sum(len(root) for root in self.roots), 0))
+
+    def whitened(self, motions: Array) -> FloatArray:
+        """Return whitened motions of all components, column by column."""
+        parts = []
+        for motion, root in zip(motions, self.roots, strict=True):
+            columns = np.concatenate([motion.real, motion.imag], axis=1) if self.is_complex else motion
+            parts.append(root @ columns.T.ravel())
+        return np.concatenate(parts)
+
+    @property
+    def poles(self) -> ComplexArray:
+        """Measured poles (k,), rad/s."""
+        size = 2 * np.pi * self.frequency
+        return np.asarray(size * (-self.ratio + 1j * np.sqrt(np.maximum(1 - self.ratio**2, 0.0))), complex)
+
+    def unmixed(self, poles: ComplexArray) -> Array:
+        """Return the motions (c, 6, k) as they would have been measured with these poles, rad/s."""
+        return self.motions if self.mixing is None else self.motions + self.mixed_by(self.poles - poles)
+
+    def mixed_by(self, errors: ComplexArray) -> ComplexArray:
+        """Return what errors (..., k) of the poles, rad/s, take from the motions, (..., c, 6, k)."""
+        assert self.mixing is not None
+        return np.einsum("cis,rs,...s->...cir", self.motions, self.mixing, errors, optimize=True)
 
     @property
     def tells_masses(self) -> bool:

@@ -7,13 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.joint_identification.estimate import JointEstimate
 from toolpoint.joint_identification.joint_forms import JointForm, diagonal_form
 from toolpoint.joint_identification.kinds import inner_moves
 from toolpoint.joint_identification.machine_fit import MachineFit, MachineNumbers, fit_machine
 from toolpoint.joint_identification.measured import Component
 from toolpoint.joint_identification.modal_data import ModalData, covariance_roots, pole_spread
+from toolpoint.joint_identification.mode_mixing import with_mixing
 from toolpoint.joint_identification.mode_pairs import match_modes, rival_pairs
 from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, tree_order
@@ -42,7 +43,7 @@ class WholeMachine:
 def whole_machine(
     modes: Modes, parts: Mapping[str, Component], motions: Mapping[str, RigidMotion], *, joints: Sequence[JointEstimate],
     relatives: Sequence[RelativeMotion], masses: Mapping[str, ComponentMass], scale: FloatArray | None = None,
-    calibration: float | None = None,
+    calibration: float | None = None, mixing: ComplexArray | None = None,
 ) -> WholeMachine:
     """Return the machine of joints whose kinds are known.
 
@@ -56,6 +57,7 @@ def whole_machine(
     masses : of every component
     scale : standard deviation (k,) of the logarithm of every mode's squared scale (`scale_deviations`), None without any
     calibration : standard deviation of the test's gain as a share of it, None where not told: then scales only check
+    mixing : what errors of the poles add to the shapes of others (`shape_mixing`), None where nothing is known of it
     """
     order = tree_order([(joint.parent, joint.child) for joint in joints])
     names = tuple(child for _, child in order)
@@ -64,6 +66,8 @@ def whole_machine(
     model, full = _start(modes, order, [by_child[name] for name in names], motions, masses=masses, lengths=lengths)
     kept, lonely = _explained(model, _modal_data(modes, parts, motions, names, range(modes.count)))
     data = _modal_data(modes, parts, motions, names, kept)
+    if mixing is not None:
+        data = with_mixing(data, mixing[np.ix_(kept, kept)])
     if scale is not None:
         # With exact masses a scale has nothing to tell but that they are wrong: it must not bend the shapes.
         uncertain = any(mass.deviations[0] > 0 for mass in masses.values())
@@ -129,7 +133,8 @@ def _explained(model: MachineNumbers, data: ModalData) -> tuple[list[int], list[
 def _settled(model: MachineNumbers, data: ModalData) -> MachineFit:
     """Return the fit with poles first believed within a part in some hundred, then as they are known."""
     loose = np.linalg.inv(np.diag([_LOOSE, 10 * _LOOSE]))
-    easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape))
+    # Far from the measured poles their errors are no small ones: mixing comes last.
+    easy = replace(data, spread=np.broadcast_to(loose, data.spread.shape), mixing=None, unsure=None)
     first = fit_machine(model, easy, 15)
     if _is_far(first):
         # Two modes close together that look half like each other's partner, in the wrong order at the start.
