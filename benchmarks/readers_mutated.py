@@ -54,7 +54,8 @@ PROGRAMS = {
     "part.mpf": "N10 G90 G71 G54\nDEF REAL A=3\nR1=2\nFOR R1=1 TO 3\nG1 X=A*R1 Y=IC(2) F300\nENDFOR\nIF R1>2 GOTOF ENDE\n"
                 "G3 X10 Y0 CR=5\nENDE: M30\n",
     "holes.mpf": "G17 G90 F120 S500\nTRANS X10\nAROT RPL=30\nMCALL CYCLE83(30,0,2,-40,,-10,,2,0,0,1,1)\n"
-                 "HOLES1(5,10,30,20,15,3)\nMCALL\nMIRROR X0\nCYCLE86(30,2,3,-15,,0,3,-1,-1,1,0)\nG3 X10 Y0 CR=5\nG68 X1 Y2 R30\nG0 X1\nM30\n",
+                 "HOLES1(5,10,30,20,15,3)\nMCALL\nMIRROR X0\n"
+                 "CYCLE86(30,2,3,-15,,0,3,-1,-1,1,0)\nG3 X10 Y0 CR=5\nG68 X1 Y2 R30\nG0 X1\nM30\n",
     "part.h": "BEGIN PGM A MM\nTOOL CALL 1 Z S2000\nL X+0 Y+0 Z+5 R0 FMAX\nL Z-2 F200\nCC X+10 Y+0\nC X+20 Y+0 DR-\n"
               "CYCL DEF 7.0 DATUM SHIFT\nCYCL DEF 7.1 X+5\nEND PGM A MM\n"}
 MESH = "BEGIN BULK\nGRID,1,,0.,0.,0.\nGRID,2,,1.,0.,0.\nGRID,3,,0.,1.,0.\nGRID,4,,0.,0.,1.\nCTETRA,1,1,1,2,3,4\nENDDATA\n"

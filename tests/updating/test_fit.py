@@ -234,5 +234,5 @@ def test_report_has_what_lmfit_has():
     model, parameters = chain()
     text = fit(Problem(model, moved(parameters, [1.1] * 8), Targets(measured(model).modes, damping=True))).report()
     for word in ("[[Fit Statistics]]", "[[Variables]]", "chi-square", "reduced chi-square", "# data points", "# variables",
-                 "+/-", "init =", "bounds"):
+                 "±", "init =", "bounds"):
         assert word in text
