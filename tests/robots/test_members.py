@@ -60,6 +60,8 @@ def test_one_file_may_hold_all_three(sheet, tmp_path):
     assert machine.description.joints["joint_q2"].child_interface == "near"
     assert machine.description.joints["joint_q3"].parent_interface == "far"
     assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(32.0, rel=1e-9)
+    study = study_datasheet(mixed, machine.description, finite_elements=False)
+    assert study.still.vertical_force == pytest.approx(313.6, abs=1e-9)
     lowest = natural_frequencies(machine, {}, 1)[0, 0]
     assert lowest < natural_frequencies(build(robot_machine(rigid_members(mixed))), {}, 1)[0, 0]
 

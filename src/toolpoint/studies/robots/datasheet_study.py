@@ -107,13 +107,16 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     """
     machine = build(description)
     gearing = compute_gearing(sheet)
-    pose = stretch_arm(machine)
-    still = base_load(machine, "at rest", pose, sheet=sheet)
-    stops = tuple(stop_loads(machine, sheet, pose))
-    inertia = np.diagonal(axis_mass_matrix(machine, pose)[0])
-    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(machine, sheet, pose), inertia,
+    # Weights and inertia are those of the members as they stand; finite elements have none of their own there.
+    meshes = {name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}
+    arm = build(robot_machine(rigid_members(sheet), meshes=meshes)) if any(b.modal_count for b in machine.bodies) else machine
+    pose = stretch_arm(arm)
+    still = base_load(arm, "at rest", pose, sheet=sheet)
+    stops = tuple(stop_loads(arm, sheet, pose))
+    inertia = np.diagonal(axis_mass_matrix(arm, pose)[0])
+    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(arm, sheet, pose), inertia,
                           natural_frequencies(machine, {}, 4)[0], _by_members(sheet, description, finite_elements),
-                          tuple(_differences(sheet, machine, gearing, pose, still)),
+                          tuple(_differences(sheet, arm, gearing, pose, still)),
                           tuple(_origins(sheet, description)))
 
 
