@@ -37,3 +37,10 @@ def test_no_limit_and_no_depth_give_no_doubt():
     empty = assemble_chart(np.array([3000.0]), 1e-3, [np.zeros(0)] * 6)
     unstable = assemble_chart(np.array([3000.0]), 1e-3, [np.zeros(0)] * 6, unstable_at_zero=np.array([2]))
     assert empty.status == unstable.status == "complete"
+
+
+def test_a_limit_is_shown_to_the_digit_that_its_error_leaves():
+    from toolpoint.studies.cuts.lobes_study import _limit_rows
+
+    shown = {row[0]: row[2] for row in _limit_rows(chart([0.37e-3, 1e-9, 1e-9]))}
+    assert shown == {"lowest charted limit": "1.0", "highest charted limit": "4.0000"}

@@ -13,6 +13,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
@@ -187,14 +188,16 @@ def _limit_rows(chart: StabilityChart) -> list[list[str]]:
     for name, i in (("lowest charted limit", low), ("highest charted limit", high)):
         p = int(points[i])
         end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.1e}", f"{chart.frequency[p]:.1f}"]
-        rows.append([name, f"{chart.speeds[i]:.0f}", _depth(limit[i], chart), *end])
+        error = 0.0 if p < 0 else float(chart.error[p])
+        depth = _millimetres(limit[i], error) if np.isfinite(limit[i]) else f"above {1e3 * chart.depth_max:.3g}"
+        rows.append([name, f"{chart.speeds[i]:.0f}", depth, *end])
     return rows
 
 
 def _lowest_rows(lowest: stability.LowestLimit | None) -> list[list[str]]:
     if lowest is None or not np.isfinite(lowest.depth):
         return []
-    return [["lowest limit between these speeds", f"{lowest.speed:.0f}", f"{1e3 * lowest.depth:.4f}",
+    return [["lowest limit between these speeds", f"{lowest.speed:.0f}", _millimetres(lowest.depth, lowest.error),
              f"{1e3 * lowest.error:.1e}", f"{lowest.frequency:.1f}"]]
 
 
@@ -205,5 +208,6 @@ def _lowest_numbers(lowest: stability.LowestLimit | None) -> dict[str, float] | 
             "chatter_frequency_hz": lowest.frequency}
 
 
-def _depth(value: float, chart: StabilityChart) -> str:
-    return f"{1e3 * value:.4f}" if np.isfinite(value) else f"above {1e3 * chart.depth_max:.3g}"
+def _millimetres(depth: float, error: float) -> str:
+    """Return a depth (m) in mm to the last digit that its error (m) leaves, at most four decimals."""
+    return number_text(1e3 * depth, max(1e3 * error, 3e-4))
