@@ -35,7 +35,8 @@ from toolpoint.machine.pose.placement import place_machine
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies import study_sensitivity
 from toolpoint.studies.machines.machine_modes import solve_modes
-from toolpoint.vibration import frequency_response
+from toolpoint.studies.measured.machine_update import systems
+from toolpoint.vibration import Dof, frequency_response
 from toolpoint.vibration.eigen import solve_damped, solve_undamped
 
 SPRINGS = {"x": 2e8, "y": 2e8, "z": 3e8, "rx": 2e6, "ry": 2e6, "rz": 1e6}
@@ -292,3 +293,12 @@ def test_a_mechanism_left_free_is_named():
     assert result.frequency[0] < 1e-3 * result.frequency[1]
     assert result.notes[0].startswith("modes at 0 Hz: nothing holds foot.ry")
     assert not any("0 Hz" in note for note in solve_modes(post_machine(), count=4).notes)
+
+
+def test_sensitivity_of_a_spinning_shaft_is_that_at_standstill():
+    spinning, still = (study_sensitivity(spindle_machine(speed=speed), modes=4) for speed in (2000.0, 0.0))
+    at = [spinning.paths.index(path) for path in still.paths]
+    assert spinning.frequency[at] == pytest.approx(still.frequency, abs=1e-9)
+    path = "bodies.shaft.beam.segments.rotor.sleeve.density"
+    with pytest.raises(ToolpointError, match="at standstill"):
+        systems(spindle_machine(speed=2000.0), [path], None, outputs=(Dof("nose", "+x"),), inputs=(Dof("nose", "+x"),))

@@ -7,11 +7,11 @@ from typing import Annotated, Literal
 
 import numpy as np
 
-from toolpoint._check import FloatArray
+from toolpoint._check import FloatArray, fail
 from toolpoint._quantity import Quantity
 from toolpoint.joints.rolling_contact import compliance_constant, contact_stiffness, spring_matrix
 
-Place = tuple[float, float, float]
+Place = tuple[Annotated[float, Quantity("length", "m")], ...]  # three
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
@@ -89,5 +89,7 @@ def move_stiffness(stiffness: FloatArray, rotation: FloatArray, place: FloatArra
     """Return a stiffness given in a frame of this orientation at this place, about the origin."""
     from toolpoint.spatial import transform as tf
 
+    if np.shape(place) != (3,):
+        fail("at", f"{np.size(place)} numbers", "must be three for every place")
     back = tf.adjoint(tf.inverse(tf.transform(rotation, place)))
     return back.T @ stiffness @ back

@@ -12,7 +12,7 @@ which leaves the reduction basis as it is and is therefore exact; their value co
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -135,7 +135,7 @@ def study_sensitivity(
     if not names:
         fail("paths", "none", "must be at least one parameter")
     values = np.array([1.0 if _elastic(machine, n) else machine.value(n) for n in names])
-    slopes = _slopes(machine, names, pose)
+    slopes = _at_standstill(_slopes(machine, names, pose))
     system = assemble(machine, pose, dofs, modal_damping=False)
     held = AffineSystem(system, slopes, tuple(values.tolist()))
     prediction = SystemModel(held, count("modes", modes), modal_damping=machine.description.damping_ratio)({}, names)
@@ -146,6 +146,13 @@ def study_sensitivity(
     damping = values[:, None] * prediction.damping_slopes
     return SensitivityStudy(names, parts, values, prediction.modes.frequency, frequency, damping, _turn(
         np.real(prediction.modes.shape), values[:, None, None] * prediction.shape_slopes.array))
+
+
+def _at_standstill(slopes: MatrixDerivatives) -> MatrixDerivatives:
+    """Return the derivatives without their gyroscopic part, which is skew: the modes of this study are those at standstill."""
+    if slopes.damping is None:
+        return slopes
+    return replace(slopes, damping=(slopes.damping + np.swapaxes(slopes.damping, -1, -2)) / 2)
 
 
 def _turn(shape: FloatArray, change: FloatArray) -> FloatArray:

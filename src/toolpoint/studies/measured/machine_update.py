@@ -69,7 +69,12 @@ def systems(
     """Return the machine as a function of these parameters: affine where it is (checked at one other point), else assembled."""
     general = MachineSystems(machine, pose, outputs, inputs)
     values = {name: machine.value(name) for name in names}
-    affine = AffineSystem(general.system(values), matrix_derivatives(machine, names, pose), tuple(values.values()))
+    slopes = matrix_derivatives(machine, names, pose)
+    if slopes.damping is not None and np.abs(slopes.damping + np.swapaxes(slopes.damping, -1, -2)).max() < np.abs(
+            slopes.damping).max():
+        fail("parameters", "the density or a section of an elastic body that spins", "must be of a machine at standstill",
+             "take spin from the body while it is updated: its gyroscopic matrix has no place in a fit")
+    affine = AffineSystem(general.system(values), slopes, tuple(values.values()))
     other = {n: v * (1.1 + 0.4 * (k % 3)) if v else 1e-3 for k, (n, v) in enumerate(values.items())}
     return affine if _equal(affine.system(other), general.system(other)) else general
 
