@@ -44,3 +44,9 @@ def test_a_limit_is_shown_to_the_digit_that_its_error_leaves():
 
     shown = {row[0]: row[2] for row in _limit_rows(chart([0.37e-3, 1e-9, 1e-9]))}
     assert shown == {"lowest charted limit": "1.0", "highest charted limit": "4.0000"}
+
+
+def test_what_is_sure_is_the_limit_less_its_error():
+    rough = chart([0.37e-3, 3e-3, 0.0])
+    np.testing.assert_allclose(rough.limit_error, [0.37e-3, 3e-3, 0.0])
+    np.testing.assert_allclose(rough.sure_limit, [0.63e-3, 0.0, 4e-3])

@@ -36,7 +36,7 @@ def from_chart(chart: StabilityChart, margin: float = 0.1, speed_margin: float =
     of that range by the straight line between charted speeds; it is reduced by `margin`. Where the chart cannot show the
     margin of speed, because it ends there or its speeds lie farther apart, the reason says so.
     """
-    limit, speeds = _trusted(chart), chart.speeds
+    limit, speeds = chart.sure_limit, chart.speeds
     near = np.abs(speeds[:, None] / speeds[None, :] - 1) <= speed_margin
     order = np.argsort(speeds)
     ends = [np.interp(speeds * (1 + way), speeds[order], limit[order]) for way in (-speed_margin, speed_margin)]
@@ -45,13 +45,6 @@ def from_chart(chart: StabilityChart, margin: float = 0.1, speed_margin: float =
     speed = float(speeds[best])
     return Advice(speed, float(safe[best]), f"largest removal rate with {100 * margin:g} % of depth and "
                   f"{100 * speed_margin:g} % of speed in hand" + _unseen(np.sort(speeds), speed, speed_margin))
-
-
-def _trusted(chart: StabilityChart) -> FloatArray:
-    """Return the limit less its stated error, at most the largest depth of the chart, m."""
-    at = chart.limit_points()
-    error = np.array([chart.error[p] if p >= 0 else 0.0 for p in at])
-    return np.maximum(np.minimum(chart.limit, chart.depth_max) - error, 0.0)
 
 
 def _unseen(speeds: FloatArray, speed: float, margin: float) -> str:

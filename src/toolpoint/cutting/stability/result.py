@@ -61,9 +61,7 @@ class StabilityChart(NotebookText):
     @property
     def doubts(self) -> tuple[Doubt, ...]:
         """The doubt that the stated errors of the limits give, where they are more than a tenth of a limit."""
-        points = self.limit_points()
-        error = np.array([self.error[p] if p >= 0 else 0.0 for p in points])
-        share = np.where(self.limit > 0, error / np.maximum(np.minimum(self.limit, self.depth_max), 1e-300), 0.0)
+        share = np.where(self.limit > 0, self.limit_error / np.maximum(np.minimum(self.limit, self.depth_max), 1e-300), 0.0)
         rough = np.flatnonzero(share > ROUGH)
         if not rough.size:
             return ()
@@ -97,6 +95,16 @@ class StabilityChart(NotebookText):
     def limit(self) -> FloatArray:
         """Depth of the first loss of stability at each speed, m; infinite where none lies below `depth_max`."""
         return np.array([self._first(i) for i in range(self.speeds.size)])
+
+    @property
+    def limit_error(self) -> FloatArray:
+        """Stated error of the limit at each speed, m; zero where there is none below `depth_max`."""
+        return np.array([self.error[p] if p >= 0 else 0.0 for p in self.limit_points()])
+
+    @property
+    def sure_limit(self) -> FloatArray:
+        """Depth that is stable whatever the stated error: the limit (at most `depth_max`) less its error, m."""
+        return np.maximum(np.minimum(self.limit, self.depth_max) - self.limit_error, 0.0)
 
     def _first(self, i: int) -> float:
         spans = self.intervals(i)

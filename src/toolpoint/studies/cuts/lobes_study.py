@@ -187,7 +187,7 @@ def _limit_rows(chart: StabilityChart) -> list[list[str]]:
     rows = []
     for name, i in (("lowest charted limit", low), ("highest charted limit", high)):
         p = int(points[i])
-        end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.1e}", f"{chart.frequency[p]:.1f}"]
+        end = ["", ""] if p < 0 else [f"{1e3 * chart.error[p]:.2g}", f"{chart.frequency[p]:.1f}"]
         error = 0.0 if p < 0 else float(chart.error[p])
         depth = _millimetres(limit[i], error) if np.isfinite(limit[i]) else f"above {1e3 * chart.depth_max:.3g}"
         rows.append([name, f"{chart.speeds[i]:.0f}", depth, *end])
@@ -198,7 +198,7 @@ def _lowest_rows(lowest: stability.LowestLimit | None) -> list[list[str]]:
     if lowest is None or not np.isfinite(lowest.depth):
         return []
     return [["lowest limit between these speeds", f"{lowest.speed:.0f}", _millimetres(lowest.depth, lowest.error),
-             f"{1e3 * lowest.error:.1e}", f"{lowest.frequency:.1f}"]]
+             f"{1e3 * lowest.error:.2g}", f"{lowest.frequency:.1f}"]]
 
 
 def _lowest_numbers(lowest: stability.LowestLimit | None) -> dict[str, float] | None:

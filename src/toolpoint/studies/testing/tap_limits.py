@@ -60,7 +60,8 @@ class TapLimits:
         """Least charted limit (m), the ends of its interval, and its speed."""
         k = int(np.argmin(self.chart.limit))
         limit = float(min(self.chart.limit[k], self.chart.depth_max))
-        return limit, limit * float(self.low[k]), limit * float(self.high[k]), float(self.chart.speeds[k])
+        error = float(self.chart.limit_error[k])
+        return limit, (limit - error) * float(self.low[k]), (limit + error) * float(self.high[k]), float(self.chart.speeds[k])
 
 
 def chart_limits(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], values: Mapping[str, Any], *,
@@ -139,7 +140,7 @@ def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatAr
 
 def _checked(problem: MillingProblem, speed: float, low: float, depth: float) -> SpeedToUse:
     chart = stability.chart(problem, speed * np.array([1 - BESIDE, 1.0, 1 + BESIDE]), None, depth_max=depth)
-    k = int(np.argmin(chart.limit))
+    k = int(np.argmin(chart.sure_limit))
     point = int(chart.limit_points()[k])
-    limit = float(min(chart.limit[k], chart.depth_max))
-    return SpeedToUse(speed, limit * low * (1 - IN_HAND), float("nan") if point < 0 else float(chart.frequency[point]), 1.0)
+    chatter = float("nan") if point < 0 else float(chart.frequency[point])
+    return SpeedToUse(speed, float(chart.sure_limit[k]) * low * (1 - IN_HAND), chatter, 1.0)
