@@ -1,5 +1,7 @@
 """A virtual hammer test of a machine of finite elements and its correlation with a model that is not the tested machine."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -74,6 +76,19 @@ def test_correlation_finds_nodes_and_pairs(tested):
     again = correlate_finite_elements(same, same.solve(9), test).correlation.coefficients
     assert again.mac[:6].min() > 0.999 and again.mean > 0.9995
     assert "over all pairs" in result.table() and result.to_dict()["total"] == c.total
+
+
+def test_a_point_between_two_nodes_is_doubted(tested):
+    model, pairs, planned, test = tested
+    at = dict(test.coordinates)
+    corner, outside = model.nodes[planned.nodes[0] - 1], model.nodes[reachable_nodes(model)[0] - 1]
+    near = outside[np.argsort(np.linalg.norm(outside - corner, axis=1))[1]]
+    turn = np.linalg.lstsq(np.c_[model.nodes[[n - 1 for n in planned.nodes]], np.ones(14)], np.array(list(at.values())),
+                           rcond=None)[0]
+    at[1] = np.append(0.4 * corner + 0.6 * near, 1.0) @ turn  # registration moves it back a little
+    moved = replace(test, coordinates=at)
+    result = correlate_finite_elements(model, pairs, moved, furthest=0.1)
+    assert any(line.startswith("points 1 lie between two nodes") for line in result.doubts)
 
 
 def test_a_machine_alike_from_both_sides_is_doubted():

@@ -7,13 +7,15 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from toolpoint._check import Array, FloatArray
 from toolpoint._notebook import NotebookText
+from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, reachable_nodes
 from toolpoint.studies.finite_elements.whole_machine import FiniteElementMachine
 from toolpoint.studies.measured.model_correlation import ModelCorrelation, correlate_modes
-from toolpoint.studies.measured.point_pairing import pair_points, register_points
+from toolpoint.studies.measured.point_pairing import PointPairing, pair_points, register_points
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration.correlation import combine_shapes, mac_without
 from toolpoint.vibration.sparse import EigenPairs
@@ -129,9 +131,21 @@ def correlate_finite_elements(
                              lowest_mac=lowest_mac)
     ratio = result.predicted.frequency[None, :] / result.measured.frequency[:, None]
     factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= near)
-    doubts = tuple(line for line in (doubt, *result.doubts) if line)
+    doubts = tuple(line for line in (doubt, _between_nodes(points, test, outside), *result.doubts) if line)
     return FiniteElementCorrelation(result, _gains(result), factors, mix, {n: machine.part_of_node[n - 1] for n in nodes}, near,
                                     doubts)
+
+
+def _between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]) -> str:
+    """Return a doubt on points to which another node is nearly as near as their own; empty without."""
+    names = list(points.pairs)
+    near, _ = cKDTree(np.array(list(nodes.values()))).query(
+        tf.move(points.transform, np.array([test.coordinates[name] for name in names])), k=2)
+    spread = float(np.sqrt((near[:, 0] ** 2).mean()))
+    unsure = [str(name) for name, (first, second) in zip(names, near, strict=True) if second - first < spread]
+    if not unsure:
+        return ""
+    return f"points {', '.join(unsure)} lie between two nodes, within the error of places: either may be meant"
 
 
 def _gains(result: ModelCorrelation) -> dict[str | int, FloatArray]:
