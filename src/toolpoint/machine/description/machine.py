@@ -298,6 +298,9 @@ class MachineDescription:
         part: Any = self
         for key in path.split("."):
             part = _child(part, key, path)
+        if part is None:
+            raise ToolpointError(f"{path}: not given; what stands for it comes from elsewhere (a material, a shape): write it "
+                                 "in the file to look at it or vary it")
         if isinstance(part, bool) or not isinstance(part, (int, float)):
             raise ToolpointError(f"{path}: not a number but {type(part).__name__}; give a path to a number, "
                                  f"for example {next(iter(parameters(self)), 'joints.NAME.stiffness.rx')}")
