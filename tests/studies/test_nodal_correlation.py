@@ -10,9 +10,9 @@ from toolpoint import ToolpointError
 from toolpoint.bodies.solid import Material, Patch
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import plan_nodes, reachable_nodes, run_hammer_test
-from toolpoint.studies.finite_elements.nodal_correlation import correlate_finite_elements
+from toolpoint.studies.finite_elements.nodal_correlation import between_nodes, correlate_finite_elements
 from toolpoint.studies.finite_elements.whole_machine import GROUND, FiniteElementMachine, PatchJoint
-from toolpoint.studies.measured.point_pairing import register_points
+from toolpoint.studies.measured.point_pairing import PointPairing, register_points
 
 X, Y, Z = np.eye(3)
 IRON = Material(5e9, 0.3, 7000.0)
@@ -79,16 +79,14 @@ def test_correlation_finds_nodes_and_pairs(tested):
 
 
 def test_a_point_between_two_nodes_is_doubted(tested):
-    model, pairs, planned, test = tested
-    at = dict(test.coordinates)
-    corner, outside = model.nodes[planned.nodes[0] - 1], model.nodes[reachable_nodes(model)[0] - 1]
-    near = outside[np.argsort(np.linalg.norm(outside - corner, axis=1))[1]]
-    turn = np.linalg.lstsq(np.c_[model.nodes[[n - 1 for n in planned.nodes]], np.ones(14)], np.array(list(at.values())),
-                           rcond=None)[0]
-    at[1] = np.append(0.4 * corner + 0.6 * near, 1.0) @ turn  # registration moves it back a little
-    moved = replace(test, coordinates=at)
-    result = correlate_finite_elements(model, pairs, moved, furthest=0.1)
-    assert any(line.startswith("points 1 lie between two nodes") for line in result.doubts)
+    """Three points at their nodes to 1 mm, a fourth 5 mm from its own and 5.2 mm from another."""
+    *_, test = tested
+    nodes = {1: [0.0, 0, 0], 2: [1.0, 0, 0], 3: [0.0, 1, 0], 4: [0.0, 0, 1], 5: [0.0102, 0, 1]}
+    at = {"a": [1e-3, 0, 0], "b": [1.0, 1e-3, 0], "c": [0, 1.001, 0], "d": [0.005, 0, 1]}
+    moved = replace(test, coordinates={name: np.array(place) for name, place in at.items()})
+    pairing = replace(PointPairing.identity(list(at)), pairs={"a": 1, "b": 2, "c": 3, "d": 4})
+    assert between_nodes(pairing, moved, nodes).startswith("points d lie between two nodes, within the error of places")
+    assert between_nodes(replace(pairing, pairs={"a": 1, "b": 2, "c": 3}), moved, nodes) == ""
 
 
 def test_a_machine_alike_from_both_sides_is_doubted():

@@ -131,12 +131,12 @@ def correlate_finite_elements(
                              lowest_mac=lowest_mac)
     ratio = result.predicted.frequency[None, :] / result.measured.frequency[:, None]
     factors, mix = combine_shapes(result.measured.shape, result.predicted.shape, np.abs(ratio - 1) <= near)
-    doubts = tuple(line for line in (doubt, _between_nodes(points, test, outside), *result.doubts) if line)
+    doubts = tuple(line for line in (doubt, between_nodes(points, test, outside), *result.doubts) if line)
     return FiniteElementCorrelation(result, _gains(result), factors, mix, {n: machine.part_of_node[n - 1] for n in nodes}, near,
                                     doubts)
 
 
-def _between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]) -> str:
+def between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]) -> str:
     """Return a doubt on points to which another node is nearly as near as their own; empty without."""
     names = list(points.pairs)
     near, _ = cKDTree(np.array(list(nodes.values()))).query(
