@@ -47,6 +47,7 @@ def test_slide_and_rotor_are_two_masses(way):
     assert system.output_map[0, 0] @ give == pytest.approx(1 / K + 1 / loop)
 
 
+@pytest.mark.slow
 def test_energy_balances_and_stiff_loops_change_nothing():
     """Teeth pass at 40 Hz, near the slide's 36 Hz: far above it mass alone would count, and no servo."""
     slow = replace(SETUP, speed=1200, window=0.5)

@@ -153,6 +153,7 @@ def test_regeneration_agrees_with_the_stability_chart():
     assert grown(0.8 * limit) < 1.0 < grown(1.2 * limit)
 
 
+@pytest.mark.slow
 def test_a_cut_that_grows_without_bound_is_named():
     side = line([0, 0, 0], [0.02, 0, 0], law="jerk-limited")[0]
     with pytest.raises(ToolpointError, match="grows without bound"):

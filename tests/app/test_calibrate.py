@@ -193,6 +193,7 @@ def test_wrong_numbers_are_told_before_any_work(folder, more, words, capsys):
     assert words in shown and "Traceback" not in shown
 
 
+@pytest.mark.slow
 def test_forces_on_the_work_taken_for_those_on_the_tool_are_refused(folder, tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["calibrate", *files(folder), *OPTIONS, "--feed", EVERY, "--force-on", "work", "-o", str(tmp_path)])

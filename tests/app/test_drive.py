@@ -62,6 +62,7 @@ def test_wrong_commands(capsys, arguments, words):
     assert words in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_feed_that_the_axes_cannot_keep_is_said(tmp_path, capsys):
     """20 mm at 30 m/min asks for 12.5 m/s^2 of axes that allow 2: sqrt(2 * 0.02) m/s = 12 m/min."""
     main(["drive", str(SERVO), "--circle", "20,30000", "-o", str(tmp_path)])

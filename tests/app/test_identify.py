@@ -63,6 +63,7 @@ def test_wrong_input(measured_file, arguments, words, capsys):
     assert words in shown and "Traceback" not in shown
 
 
+@pytest.mark.slow
 def test_identified_modes_go_straight_into_lobes_and_a_simulated_cut(tmp_path, capsys):
     """Measured response -> modes -> stability: residuals of the identification stand in nobody's way."""
     rng = np.random.default_rng(1)

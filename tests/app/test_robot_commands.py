@@ -24,6 +24,7 @@ def plan(folder, text=PLAN, **changes):
     return str(path)
 
 
+@pytest.mark.slow
 def test_robot_writes_its_machine_and_page(tmp_path, capsys):
     main(["robot", str(MACHINES / "milling_robot_datasheet.yaml"), "--machine", str(tmp_path / "m.yaml"), "-o", str(tmp_path)])
     shown = capsys.readouterr().out

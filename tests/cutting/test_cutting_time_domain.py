@@ -61,6 +61,7 @@ def test_growth_at_the_boundary_is_one() -> None:
                                                                                                                   rel=5e-3)
 
 
+@pytest.mark.slow
 def test_agreement_with_the_engine_off_the_boundary() -> None:
     """Random cuts 5 % inside and outside the limit decay and grow."""
     rng = np.random.default_rng(4)

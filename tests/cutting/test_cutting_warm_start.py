@@ -91,6 +91,7 @@ def test_a_new_instability_is_not_missed(frequency: list[float], damping: float,
     assert warm.depth.size == cold.depth.size and warm.depth == pytest.approx(cold.depth, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_sharp_mode_that_wakes_up() -> None:
     """A mode that barely moves the tool leaves no boundary; as it comes to move it, its narrow lobe is found."""
     def problem(share: float) -> MillingProblem:

@@ -8,6 +8,7 @@ from toolpoint.io.program import gcode
 HEAD = "G21 G90 G17\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("text", "words"), [
     (HEAD + "#1=0\nWHILE [#1 LT 3] DO1\nG1 X[#1*10] F500\nEND1\nM30\n", "a loop without end: 1000 passes changed no variable"),
     (HEAD + "#1=0\nWHILE [#1 GT -1] DO1\n#1=[#1+1]\nEND1\nM30\n", "lines are run: a loop without end"),

@@ -33,6 +33,7 @@ def test_equal_faults_are_one():
     assert "1 fault" in str(caught.value) and "in 26 lines" in str(caught.value) and "radius compensation" in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_dwell_is_time():
     moves, limits = "G1 X10 F3000\n{}X20", JerkLimits(1, 5, 200)
     for words, duration in (("G4 P500\n", 0.5), ("G4 P0.25\n", 0.25), ("G4 X1.5\n", 1.5), ("G4 F2\n", 2.0)):

@@ -105,6 +105,7 @@ def odd_texts(draw) -> tuple[list[str], str]:
     return words, "".join(parts)
 
 
+@pytest.mark.slow
 @settings(deadline=None, max_examples=300)
 @given(odd_texts())
 def test_any_text_gives_the_bits_of_float(tmp_path_factory, case):

@@ -150,6 +150,7 @@ def test_points_of_another_component_are_named(case, modes, many):
     assert all(str(point) in doubts for point in moved)
 
 
+@pytest.mark.slow
 def test_channels_swapped_at_one_point_are_named(case, modes):
     shape, at = modes.shape.copy(), 3 * list(case.points).index(case.components["column"][7])
     shape[at:at + 3] = shape[[at + 2, at + 1, at]]

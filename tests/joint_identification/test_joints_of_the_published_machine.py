@@ -50,6 +50,7 @@ def test_joints_from_hammer_blows(model):
     check(identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=case.masses), 0.015)
 
 
+@pytest.mark.slow
 def test_exact_modes_give_the_model_back(model):
     case = p1.case(model, np.random.default_rng(3))
     result = identify_joints(case.truth, case.points, case.components, chain=p1.CHAIN, masses=case.masses)

@@ -37,6 +37,7 @@ def identified(case, modes, masses, **more):
     return identify_joints(modes, case.points, case.components, chain=p1.CHAIN, masses=masses, **more)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("complex_shapes", [False, True])
 def test_uncertain_masses_are_scaled_by_the_driving_points(case, modes, complex_shapes):
     """Masses 30 % too large, told as 30 % and 1 %: with a calibration the stiffnesses are within 2 %, without it 30 % off."""
@@ -56,6 +57,7 @@ def test_uncertain_masses_are_scaled_by_the_driving_points(case, modes, complex_
     assert "calibration_deviation" in without.notes[0] and "known as well as" in with_scale.notes[0]
 
 
+@pytest.mark.slow
 def test_a_calibration_that_nobody_knows_tells_nothing(case, modes):
     masses = heavier(case, 0.1)
     vague = identified(case, modes, masses, calibration_deviation=0.9)
@@ -64,6 +66,7 @@ def test_a_calibration_that_nobody_knows_tells_nothing(case, modes):
         assert joint.stiffness == pytest.approx(without.joint(joint.child).stiffness, rel=0.02)
 
 
+@pytest.mark.slow
 def test_masses_that_are_exact_but_wrong_are_doubted(case, modes):
     with pytest.warns(ToolpointWarning):
         result = identified(case, modes, heavier(case))
@@ -131,6 +134,7 @@ def test_modes_that_must_cross_change_partners_side_by_side():
     assert list(with_crossings(partner, np.array([16.08, 16.08, 23.4]), np.array([16.07, 16.1, 23.4]))) == [1, 0, 2]
 
 
+@pytest.mark.slow
 def test_a_fit_goes_on_from_the_masses_of_another(case, modes):
     """A second fit after a first that settled changes nothing; from the stated masses it would have to find them anew."""
     result = identified(case, modes, heavier(case, 0.3), calibration_deviation=0.005)

@@ -74,6 +74,7 @@ def roots(modes, actuator, gain):
             + gain * square * np.poly1d([1, 0]) * np.poly1d([1, 0])).roots
 
 
+@pytest.mark.slow
 @settings(max_examples=12, deadline=None)
 @given(st.floats(0.1, 3.0), st.floats(4.0, 20.0), st.floats(0.1, 0.8), st.floats(5.0, 40.0))
 def test_the_verdict_of_the_loop_is_that_of_its_roots(share, own, ratio, mass):

@@ -37,6 +37,7 @@ def study():
                                  tested=mill.scaled(joints={"flange": 0.8}), finer=mill, damper_mass=3.0)
 
 
+@pytest.mark.slow
 def test_grams_are_what_thicker_walls_give(study):
     """E and density of a set times 1 + e adds e times its mass: Hz/kg of its elements, weighted by their mass."""
     mill, e = study.machine, 1e-4

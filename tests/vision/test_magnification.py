@@ -70,6 +70,7 @@ def test_magnified_frames_are_those_of_a_machine_that_moves_more(case):
         assert 10 * np.log10(255**2 / (error**2).mean()) > 38
 
 
+@pytest.mark.slow
 def test_a_smooth_field_serves_where_no_bodies_are_stated(case):
     _, scanned, warp = case
     plain = ShapeWarp(scanned, POLES, (), warp.field)
