@@ -11,6 +11,7 @@ from scipy.spatial.transform import Rotation
 
 from toolpoint._check import LEFT_OUT, FloatArray
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import with_uncertainty
 from toolpoint.joint_identification.joint_fit import JointFit
 from toolpoint.joint_identification.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
 from toolpoint.joint_identification.measured import about
@@ -18,6 +19,7 @@ from toolpoint.joint_identification.relative_motion import RelativeMotion
 from toolpoint.spatial import transform as tf
 
 Z95 = 1.959964
+_UNITS = {**dict.fromkeys(("x", "y", "z"), "N/m"), **dict.fromkeys(("rx", "ry", "rz"), "N m/rad")}
 
 
 @dataclass(frozen=True, eq=False)
@@ -167,9 +169,9 @@ class JointEstimate(NotebookText):
         """Loss factor, and relaxation time where there is one, with their 95 % half widths."""
         if self.loss_factor is None or not self.screws.shape[1]:
             return ""
-        text = f"{100 * self.loss_factor:.3g} ± {100 * Z95 * self.loss_factor_deviation:.2g} %"
+        text = with_uncertainty(100 * self.loss_factor, 100 * Z95 * self.loss_factor_deviation, "%")
         if self.relaxation:
-            text += f", {1e6 * self.relaxation:.3g} ± {1e6 * Z95 * self.relaxation_deviation:.2g} us"
+            text += f", {with_uncertainty(1e6 * self.relaxation, 1e6 * Z95 * self.relaxation_deviation, 'µs')}"
         return text
 
     @property
@@ -183,7 +185,7 @@ class JointEstimate(NotebookText):
             values = zip(names, np.diag(self.stiffness_matrix), Z95 * np.diag(self.stiffness_matrix_deviation), strict=True)
         else:
             return ""
-        return ", ".join(f"{name} {k:.5g} ± {half:.2g}" for name, k, half in values)
+        return ", ".join(f"{name} {with_uncertainty(k, half, _UNITS.get(name, ''))}" for name, k, half in values)
 
     def as_dict(self) -> dict[str, Any]:
         """Return plain data (lists, numbers, names; SI, rad): all that table and page show, with covariances and doubts."""

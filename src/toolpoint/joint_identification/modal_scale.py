@@ -18,6 +18,7 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
+from toolpoint._rounding import with_uncertainty
 from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
 
@@ -68,17 +69,19 @@ class MassScale:
             return ""
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
         return (f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the masses as "
-                f"stated let them, so that masses are {1 / self.factor:.3g} ± {1.96 * self.deviation / self.factor:.1g} times "
-                f"those, beyond the calibration of force and response{assumed}: stiffnesses go with the masses; check "
+                f"stated let them, so that masses are "
+                f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those, beyond the "
+                f"calibration of force and response{assumed}: stiffnesses go with the masses; check "
                 "masses, units, sensitivities")
 
     @property
     def note(self) -> str:
         """What it means for the numbers."""
-        known = f"{1 / self.factor:.4g} ± {1.96 * self.deviation / self.factor:.1g}"
+        known = with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)
         if self.calibration is None:
+            more = "; with calibration_deviation in the component file the fit takes that into account" if self.masses else ""
             return (f"by the driving points all masses are {known} times those stated if force and response are calibrated "
-                    "exactly; calibration_deviation in the component file lets them tell")
+                    f"exactly{more}")
         return (f"by the driving points all masses are {known} times those of the fit; their common factor is known as well "
                 f"as the masses as stated and a calibration within {196 * self.calibration:.2g} % (95 %) tell")
 

@@ -12,7 +12,7 @@ from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import HEADER
 
-HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness, N m/rad or N/m (95 %)",
+HEADER_OF_JOINTS = ["joint", "kind", "free", "position, mm (95 %)", "stiffness (95 %)",
                     "loss factor (95 %)", "status"]
 
 
