@@ -29,7 +29,7 @@ _FAR = 100.0
 _STEPS = (0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0)
 # Ways out that are followed, and evaluations that each of them may take: what is far from here is no rival of this minimum.
 _MOST, _EVALUATIONS = 4, 40
-_AXES = 2
+_WEAKEST, _AXES = 10, 2
 
 
 def look_again(problem: Problem, result: ParameterFit, method: LeastSquares | None = None, *, few: Problem | None = None
@@ -57,9 +57,10 @@ def look_again(problem: Problem, result: ParameterFit, method: LeastSquares | No
 
 
 def _little_known(problem: Problem, result: ParameterFit) -> list[int]:
-    """Return the coordinates of free parameters that are little known."""
+    """Return the coordinates of free parameters that are little known, the least known first."""
     deviation = np.sqrt(np.maximum(np.diag(result.covariance), 0.0))
-    return [problem.names.index(name) for name, sd in zip(result.free, deviation, strict=True) if sd > _LITTLE]
+    order = [i for i in np.argsort(-deviation, kind="stable") if deviation[i] > _LITTLE][:_WEAKEST]
+    return [problem.names.index(result.free[i]) for i in order]
 
 
 def _other_starts(few: Problem, result: ParameterFit, weak: Sequence[int], method: LeastSquares | None) -> list[FloatArray]:
