@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from itertools import combinations
 
 import numpy as np
@@ -13,7 +14,9 @@ from toolpoint.app.main import main
 from toolpoint.io import geometry_files, read_machine
 from toolpoint.io.record_files import read_test
 from toolpoint.io.yaml import plan_writing, test_file
-from toolpoint.studies.machines.virtual_test import Hammer, hammer_records
+from toolpoint.machine import build
+from toolpoint.machine.description import PointDescription
+from toolpoint.studies.machines.virtual_test import Hammer, hammer_records, list_points
 from toolpoint.studies.measured.hammer_study import study_hammer_records
 from toolpoint.studies.testing.modal_test_plan import plan_test
 from toolpoint.studies.testing.point_choice import choose_points, choose_struck, expand, visibility
@@ -116,3 +119,31 @@ def test_the_written_test_reads_the_records_that_it_asks_for(tmp_path, capsys):
     with pytest.raises(SystemExit):
         main(["plan", MACHINE, "--test", str(test)])
     assert "nothing was written" in capsys.readouterr().err
+
+
+def test_points_that_the_file_names_are_chosen_among_where_asked():
+    machine = read_machine(MACHINE)
+    rng = np.random.default_rng(3)
+    bodies = list(machine.description.bodies)
+    more = {f"m{i}": PointDescription(bodies[i % len(bodies)], tuple(rng.uniform(-0.4, 0.4, 3))) for i in range(20)}
+    machine = build(replace(machine.description, points={**machine.description.points, **more, "floor": PointDescription(
+        "ground", (0.0, 0.0, 0.0))}))
+    places = list_points(machine)
+    assert "floor" not in places.places and set(more) <= set(places.places)
+    plan = plan_test(machine, 8, candidates=places, rng=np.random.default_rng(1))
+    assert set(plan.points) <= set(places.places) and len(plan.points) == 8
+    for name in plan.points:
+        body, at = plan.candidates.places[name]
+        frame = machine.body_frames[machine.link(body)]
+        assert at == pytest.approx(frame[:3, :3] @ machine.description.points[name].at + frame[:3, 3])
+
+
+def test_fewer_points_than_asked_for_are_refused():
+    with pytest.raises(ToolpointError, match="name more points"):
+        plan_test(read_machine(MACHINE), 500, rng=np.random.default_rng(1))
+
+
+def test_the_command_names_the_points_that_are_missing(capsys):
+    with pytest.raises(SystemExit):
+        main(["plan", MACHINE, "--file-points"])
+    assert "12 points of 5" in capsys.readouterr().err

@@ -12,6 +12,7 @@ from scipy.signal import firwin, upfirdn
 from toolpoint._check import FloatArray, count, fail, floats, positive
 from toolpoint.kinematics import Pose
 from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.description import GROUND
 from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Modes, Record, StateSpace, time_response
@@ -114,6 +115,15 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
             at = rng.uniform(-0.5, 0.5, 3)
             at[rng.integers(3)] = rng.choice([-0.5, 0.5])
             places[len(places) + 1] = (name, tf.move(frame, (centre + at * size)[None])[0])
+    return MeasuringPoints(places)
+
+
+def list_points(machine: Machine) -> MeasuringPoints:
+    """Return the points that the machine's file names on its bodies; those of the ground, which does not move, are left out."""
+    places: dict[str | int, tuple[str, FloatArray]] = {}
+    for name, point in machine.description.points.items():
+        if point.body != GROUND:
+            places[name] = (point.body, tf.move(machine.body_frames[machine.link(point.body)], np.array(point.at)[None])[0])
     return MeasuringPoints(places)
 
 

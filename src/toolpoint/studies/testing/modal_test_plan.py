@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._check import FloatArray, ToolpointError, fail, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine.parts.model import Machine
@@ -143,6 +143,9 @@ def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, h
         For fewer directions than modes, no mode below `highest`, bodies without extent.
     """
     places = surface_points(machine, CANDIDATES, rng) if candidates is None else candidates
+    if len(places.places) < number:
+        fail("number", f"{number} points of {len(places.places)} that could be measured", "must not be more",
+             "name more points in the machine file, or ask for fewer")
     modes, notes = _modes(machine, places, pose, highest)
     progress("points", 0, 1)
     chosen = _struck(modes, modes.dofs, struck)
@@ -178,7 +181,7 @@ def _modes(machine: Machine, places: MeasuringPoints, pose: Pose | None, highest
     notes = [f"every mode is given a damping ratio of {100 * DAMPING:g} %: it is what a test measures, and no model knows",
              "the machine file is believed: a mode that it does not have is planned for by no point; look at the whole machine",
              "expected errors are those of noise and processing alone; a sensor's mass, play and friction come on top",
-             "points lie on the boxes of bodies: move one that cannot be reached to the nearest place that can, and note where"]
+             "a point that cannot be reached moves to the nearest place that can: note where it was"]
     if gone:
         notes.append(f"{gone} rigid modes (0 Hz) are left out")
     return every.selected(kept.tolist()), notes
