@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import with_uncertainty
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -53,7 +54,7 @@ class MachineReport(NotebookText):
         """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
         lines = []
         for pose, chart, lowest in zip(self.study.poses if self.study else (), self.charts, self.lowest, strict=False):
-            depth = (f"{1e3 * lowest.depth:.3f} ± {1e3 * lowest.error:.1g} mm (least at {lowest.speed:.0f} rev/min)"
+            depth = (f"{with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, 'mm')} (least at {lowest.speed:.0f} rev/min)"
                      if np.isfinite(lowest.depth) else f"above {1e3 * chart.depth_max:.3g} mm")
             lines.append(f"Stable at every speed from {chart.speeds.min():.0f} to {chart.speeds.max():.0f} rev/min, "
                          f"{pose_words(self.machine, pose)}: {depth}")
