@@ -13,7 +13,7 @@ from toolpoint import ToolpointError
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.studies.cuts.calibration import CuttingTest, calibrate
+from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
 from toolpoint.vibration import Dof, Record
 
 FEEDS, RATE, TURNS, DEPTH = (0.06e-3, 0.15e-3), 10000.0, 12, 2e-3

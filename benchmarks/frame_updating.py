@@ -16,7 +16,7 @@ from scipy.sparse import csc_array, csr_array
 
 from toolpoint.bodies.beam import BeamSection, beam_element, rectangle
 from toolpoint.updating import Parameter, Problem, Targets, fit
-from toolpoint.updating.sparse_model import SparseModel
+from toolpoint.updating.models.sparse_model import SparseModel
 from toolpoint.vibration import Dof, Modes
 
 # Bays along x and y, storeys (m); pieces of a column, of a bay along x and along y.

@@ -17,7 +17,7 @@ import numpy as np
 from toolpoint import Dof, Modes, Record
 from toolpoint.signals import hammer_test
 from toolpoint.vibration.frequency_response import modal
-from toolpoint.vibration.time_response import modal_superposition
+from toolpoint.vibration.simulation.time_response import modal_superposition
 
 RATE, DURATION, NOISE = 4096.0, 1.0, 0.002
 FREQUENCY = np.array([88.0, 141.0, 156.0, 243.0, 310.0, 402.0, 470.0, 615.0, 730.0, 905.0])

@@ -24,21 +24,16 @@ import numpy as np
 from scipy.io import savemat, wavfile
 
 from toolpoint._check import ToolpointError
-from toolpoint.io import (
-    frf_files,
-    geometry_files,
-    hdf5,
-    matrix_files,
-    mesh_files,
-    mode_files,
-    numpy_arrays,
-    record_files,
-    stl,
-    uff,
-)
-from toolpoint.io.program import command_stream, controller_records, gcode, sinumerik
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5, numpy_arrays
+from toolpoint.io.matrices import matrix_files
+from toolpoint.io.measured import frf_files, geometry_files, mode_files, record_files
+from toolpoint.io.meshes import mesh_files, stl
+from toolpoint.io.program import command_stream, gcode
+from toolpoint.io.servo_data import controller_records, sinumerik
 from toolpoint.io.text import frf_table, record_table
-from toolpoint.io.yaml import component_file, drive_file, machine_file, plan_file, robot_file, shaft_file, test_file
+from toolpoint.io.yaml import component_file, drive_file, machine_file, plan_file, robot_file, shaft_file
+from toolpoint.io.yaml.testing import test_file
 from toolpoint.vibration import Frf, Modes, Record
 
 SECONDS, GROWTH = 5.0, 1e9

@@ -310,7 +310,7 @@ def _shape_held(scene: Any, body: Any, result: Any, at: int, r: int) -> list[boo
 
 def mill_bars(seed: int) -> Row:
     """P4: two planes, ranking, FRAC."""
-    from toolpoint.app.demo_commands import MILL, MILL_TRUTH
+    from toolpoint.app.commands.demos import MILL, MILL_TRUTH
     from toolpoint.io import read_machine
 
     machine = read_machine(Path(__file__).resolve().parents[1] / "src/toolpoint/app/machines" / MILL)

@@ -9,7 +9,7 @@ from pathlib import Path
 from toolpoint.io import read_machine
 from toolpoint.io.template_files import list_templates, write_template
 from toolpoint.studies import solve_modes
-from toolpoint.studies.machines.machine_check import check_machine
+from toolpoint.studies.machines.check.machine_check import check_machine
 
 
 def main() -> float:

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint.io import read_frf
-from toolpoint.io.numpy_arrays import write_frf
+from toolpoint.io.binary.numpy_arrays import write_frf
 from toolpoint.pages.cuts.lobes import lobes_page
 from toolpoint.studies import chart_lobes, modal_dynamics, separate_dynamics
 from toolpoint.vibration import Modes, frequency_response

@@ -9,7 +9,7 @@ from toolpoint.io import read_records, write_frf
 from toolpoint.pages.measured.hammer_records import hammer_page
 from toolpoint.studies import study_hammer_records
 from toolpoint.vibration import Modes, Record
-from toolpoint.vibration.time_response import modal_superposition
+from toolpoint.vibration.simulation.time_response import modal_superposition
 
 TIP = Modes([420.0, 910.0], [0.03, 0.025], [[1.0, 0.7]], ["1:+x"])
 

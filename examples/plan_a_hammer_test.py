@@ -7,7 +7,7 @@ import numpy as np
 
 import toolpoint
 from toolpoint.io import read_machine
-from toolpoint.io.yaml import plan_writing
+from toolpoint.io.yaml.testing import plan_writing
 from toolpoint.pages.testing.test_plan import plan_page
 from toolpoint.studies import plan_test
 

@@ -5,7 +5,7 @@ import numpy as np
 from toolpoint import Dof, Modes, Record
 from toolpoint.signals import shaker_test
 from toolpoint.vibration import frequency_response
-from toolpoint.vibration.time_response import modal_superposition
+from toolpoint.vibration.simulation.time_response import modal_superposition
 
 
 def main() -> float:

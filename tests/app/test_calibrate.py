@@ -11,7 +11,7 @@ from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.force.laws import rigid_forces
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import record_table
 from toolpoint.vibration import Dof, Record
 

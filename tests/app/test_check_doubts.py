@@ -43,7 +43,7 @@ def test_doubts_of_a_machine_file(tmp_path):
 
 def test_axes_that_tear_a_loop_and_joints_far_away_are_doubted(tmp_path):
     from toolpoint.io import read_machine
-    from toolpoint.studies.machines.machine_doubts import question_machine
+    from toolpoint.studies.machines.check.machine_doubts import question_machine
 
     text = """toolpoint: 1
 name: two sides

@@ -11,7 +11,9 @@ import pytest
 
 from toolpoint import Frf, Modes, Record, ToolpointError
 from toolpoint.app.main import main
-from toolpoint.io import geometry_files, hdf5, mode_files, read_frf, read_records
+from toolpoint.io import read_frf, read_records
+from toolpoint.io.binary import hdf5
+from toolpoint.io.measured import geometry_files, mode_files
 from toolpoint.io.page_tables import read_tables, write_tables
 from toolpoint.plot import Report, Table
 from toolpoint.vibration.frequency_response import modal

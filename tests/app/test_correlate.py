@@ -8,7 +8,7 @@ import pytest
 from four_part_mill import four_part_mill
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.machine.pose.placement import place_machine

@@ -8,7 +8,7 @@ import pytest
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, SpeedVariation, Tool, stability
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.vibration import Modes, frequency_response
 

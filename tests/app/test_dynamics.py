@@ -9,7 +9,8 @@ from scipy.io import savemat
 from conftest import MACHINES
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.io import hdf5, uff
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.vibration import Frf, Modes, frequency_response
 

@@ -10,8 +10,9 @@ import pytest
 
 from signals.hammer_case import struck
 from toolpoint.app.main import main
-from toolpoint.io import hdf5, read_frf
-from toolpoint.io.yaml import test_file
+from toolpoint.io import read_frf
+from toolpoint.io.binary import hdf5
+from toolpoint.io.yaml.testing import test_file
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.frequency_response import modal
 

@@ -9,7 +9,8 @@ import scipy.io
 
 from toolpoint.app.main import main
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
-from toolpoint.io import hdf5, uff
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
 

@@ -8,7 +8,9 @@ import pytest
 from conftest import MACHINES
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
-from toolpoint.io import geometry_files, hdf5, uff
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5
+from toolpoint.io.measured import geometry_files
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.pose.placement import place_machine

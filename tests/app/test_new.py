@@ -9,7 +9,7 @@ import pytest
 from toolpoint.app.main import main
 from toolpoint.io import read_machine
 from toolpoint.io.template_files import FOLDER, list_templates, read_template, write_template
-from toolpoint.studies.machines.machine_check import check_machine
+from toolpoint.studies.machines.check.machine_check import check_machine
 
 MACHINES = sorted(list_templates())
 LONGEST = 60.0  # CPU s for all templates together

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Frf

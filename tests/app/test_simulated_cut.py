@@ -8,7 +8,7 @@ import pytest
 from conftest import MACHINES
 from toolpoint.app import console
 from toolpoint.app.main import main
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.studies.cuts import tool_dynamics as dynamics
 from toolpoint.vibration import Modes, frequency_response

@@ -10,7 +10,7 @@ from toolpoint.app.main import main
 from toolpoint.cutting import stability
 from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.text import frf_table
 from toolpoint.io.yaml import machine_file
 from toolpoint.studies.machines.tool_point import tool_point

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from toolpoint.app.main import main
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble
 from toolpoint.machine.description import parameters

@@ -10,7 +10,8 @@ import pytest
 from drives import servo_cases as cases
 from toolpoint.drives import compute_loops
 from toolpoint.drives.controller.loops import LoopLevel, margins
-from toolpoint.io.program import gcode, sinumerik
+from toolpoint.io.program import gcode
+from toolpoint.io.servo_data import sinumerik
 from toolpoint.studies import run_drives
 from toolpoint.vibration import StateSpace
 

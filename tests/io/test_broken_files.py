@@ -11,8 +11,11 @@ import pytest
 from scipy.io import savemat
 
 from toolpoint._check import ToolpointError
-from toolpoint.io import frf_files, geometry_files, hdf5, mode_files, record_files, stl, uff
-from toolpoint.io.program import sinumerik
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5
+from toolpoint.io.measured import frf_files, geometry_files, mode_files, record_files
+from toolpoint.io.meshes import stl
+from toolpoint.io.servo_data import sinumerik
 from toolpoint.io.yaml import component_file, drive_file, machine_file
 from toolpoint.vibration import Frf
 

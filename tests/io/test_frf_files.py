@@ -8,7 +8,9 @@ from scipy.io import savemat
 
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
-from toolpoint.io import frf_files, hdf5, numpy_arrays, uff
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5, numpy_arrays
+from toolpoint.io.measured import frf_files
 from toolpoint.io.text import frf_table
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine import assemble

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from toolpoint.io import frf_files
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.measured import frf_files
 from toolpoint.io.text import frf_table
 
 ROWS = "{0}10{1}1e-6{1}-2e-6{2}\n{0}11{1}1.5E-006{1}-2.5e-006{2}\n{0}12{1}2e-6{1}-3e-6{2}\n"

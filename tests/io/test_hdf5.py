@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from random_systems import random_system
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.vibration import Dof, Frf, Record, eigen, state_space
 from toolpoint.vibration import frequency_response as fr
 

@@ -8,8 +8,8 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.yaml.file_kinds import SCHEMAS, json_schema
 from toolpoint.io.yaml.key_meanings import FILES, meaning_of, meanings
 
-MODULES = ("machine_schema", "drive_file", "robot_file", "shaft_file", "test_file", "component_file", "plan_file",
-           "choice_file")
+MODULES = ("machine_schema", "drive_file", "robot_file", "shaft_file", "testing.test_file", "component_file", "plan_file",
+           "testing.choice_file")
 
 
 def schema(module):

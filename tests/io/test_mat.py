@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat
 
 from toolpoint import ToolpointError
-from toolpoint.io import mat
+from toolpoint.io.binary import mat
 
 RNG = np.random.default_rng(0)
 AXIS = np.arange(1.0, 21)

@@ -5,8 +5,8 @@ import pytest
 from scipy.sparse import csc_array
 
 from toolpoint import ToolpointError, ToolpointWarning
-from toolpoint.io import matrix_files, read_matrices
-from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_market, op4, op4_writer
+from toolpoint.io import read_matrices
+from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_files, matrix_market, op4, op4_writer
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 from toolpoint.vibration import Dof
 

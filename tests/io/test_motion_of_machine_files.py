@@ -7,7 +7,7 @@ import elastic_robot
 from toolpoint.app.main import main
 from toolpoint.io import read_machine, write_machine
 from toolpoint.io.faults import FileFaults
-from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_forward
+from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_forward
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.placement import place_machine
 

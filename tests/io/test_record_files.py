@@ -10,10 +10,11 @@ import pytest
 from scipy.io import savemat, wavfile
 
 from toolpoint import Dof, Record, ToolpointError
-from toolpoint.io import hdf5, read_frf, read_record, read_records, uff
-from toolpoint.io.channels import parse_channel
-from toolpoint.io.name_patterns import dof_of, read_names
-from toolpoint.io.yaml import test_file
+from toolpoint.io import read_frf, read_record, read_records, uff
+from toolpoint.io.binary import hdf5
+from toolpoint.io.measured.channels import parse_channel
+from toolpoint.io.measured.name_patterns import dof_of, read_names
+from toolpoint.io.yaml.testing import test_file
 from toolpoint.signals.test_description import ChannelDescription, HammerTestDescription, RecordsDescription
 
 RATE = 1000.0
@@ -189,7 +190,7 @@ def test_a_test_file_round_trips_and_names_its_faults(tmp_path):
 
 
 def test_a_pattern_of_records_that_fits_nothing_is_named(tmp_path):
-    from toolpoint.io.record_files import read_test
+    from toolpoint.io.measured.record_files import read_test
 
     with pytest.raises(ToolpointError, match=r"no file fits 'hit_\*.csv'"):
         read_test(HammerTestDescription("x", (RecordsDescription(("hit_*.csv",)),)), tmp_path)

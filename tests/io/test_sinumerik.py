@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.program import sinumerik
+from toolpoint.io.servo_data import sinumerik
 
 
 def averaged(trace):

@@ -26,7 +26,7 @@ from toolpoint.machine.description import (
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.studies import map_speeds
-from toolpoint.studies.machines.law_doubts import question_laws
+from toolpoint.studies.machines.check.law_doubts import question_laws
 
 SCREW = BallScrewDescription(6e8, 8e8, 0.032, 0.9, 0.3, lead=0.01, follows="away")
 MASS = 250.0

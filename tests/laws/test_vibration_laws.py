@@ -7,8 +7,9 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from random_systems import random_system
-from toolpoint.vibration import Record, SecondOrderSystem, correlation, damping, eigen, state_space, time_response
+from toolpoint.vibration import Record, SecondOrderSystem, correlation, damping, eigen, state_space
 from toolpoint.vibration import frequency_response as fr
+from toolpoint.vibration.simulation import time_response
 
 FREQUENCY = np.linspace(5, 300, 25)
 seeds = st.integers(0, 2**32 - 1)

@@ -7,7 +7,7 @@ import pytest
 
 from toolpoint import ToolpointError
 from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml import choice_file
+from toolpoint.io.yaml.testing import choice_file
 from toolpoint.modal_identification import AddedPole, PoleChoice, identify
 from toolpoint.vibration import Modes, frequency_response
 

@@ -10,7 +10,7 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import average_force, forces_of_fit, instantaneous
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.pages.cuts.calibration import calibration_page
-from toolpoint.studies.cuts.calibration import CalibrationStudy, CuttingTest
+from toolpoint.studies.cuts.forces.calibration import CalibrationStudy, CuttingTest
 
 
 @pytest.mark.slow

@@ -12,11 +12,11 @@ from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.pages.machines.sensitivity import sensitivity_page
 from toolpoint.pages.measured.correlation import correlation_page
 from toolpoint.pages.measured.update import update_page
-from toolpoint.plot.figures.bands import frac_bands
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.joint_views import joint_views
-from toolpoint.plot.figures.point_views import point_pairs, point_values
-from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.figures.machines.joint_views import joint_views
+from toolpoint.plot.figures.machines.point_views import point_pairs, point_values
+from toolpoint.plot.figures.machines.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.figures.measured.bands import frac_bands
+from toolpoint.plot.figures.measured.correlation import mac_matrix
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.machines.sensitivity_study import study_sensitivity
 from toolpoint.studies.measured import machine_update

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from toolpoint._check import ToolpointError
-from toolpoint.plot.figures.posterior import posterior_corner
+from toolpoint.plot.figures.measured.posterior import posterior_corner
 
 
 def test_histograms_are_densities_and_pairs_lie_below_the_diagonal():

@@ -5,7 +5,7 @@ import pytest
 
 from toolpoint.app.main import main
 from toolpoint.cutting.stability.methods.turning import least_width
-from toolpoint.io import hdf5
+from toolpoint.io.binary import hdf5
 from toolpoint.vibration import Modes
 
 

@@ -8,7 +8,7 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.io.yaml import machine_file
-from toolpoint.kinematics.denavit_hartenberg import arm_forward
+from toolpoint.kinematics.arms.denavit_hartenberg import arm_forward
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import arm_rows

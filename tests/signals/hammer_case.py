@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint import Dof, Modes, Record
 from toolpoint.vibration.frequency_response import modal
-from toolpoint.vibration.time_response import modal_superposition
+from toolpoint.vibration.simulation.time_response import modal_superposition
 
 RATE, DURATION = 2048.0, 1.0
 MODES = Modes(np.array([60.0, 140.0, 260.0]), np.array([0.03, 0.02, 0.02]),

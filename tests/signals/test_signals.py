@@ -23,7 +23,7 @@ from toolpoint.signals.checks import driving_points, mass_loading, reciprocity, 
 from toolpoint.signals.estimators import average, responses
 from toolpoint.signals.windows import independent_blocks
 from toolpoint.vibration.frequency_response import modal
-from toolpoint.vibration.time_response import modal_superposition
+from toolpoint.vibration.simulation.time_response import modal_superposition
 
 DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
 

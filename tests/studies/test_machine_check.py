@@ -4,7 +4,7 @@ import pytest
 
 from toolpoint.io import read_machine
 from toolpoint.io.template_files import read_template
-from toolpoint.studies.machines.machine_check import check_machine
+from toolpoint.studies.machines.check.machine_check import check_machine
 
 TEXT = read_template("machine", "three-axis-vertical")
 

@@ -11,9 +11,10 @@ import pytest
 
 from toolpoint import Modes, ToolpointError
 from toolpoint.app.main import main
-from toolpoint.io import geometry_files, read_machine
-from toolpoint.io.record_files import read_test
-from toolpoint.io.yaml import plan_writing, test_file
+from toolpoint.io import read_machine
+from toolpoint.io.measured import geometry_files
+from toolpoint.io.measured.record_files import read_test
+from toolpoint.io.yaml.testing import plan_writing, test_file
 from toolpoint.machine import build
 from toolpoint.machine.description import PointDescription
 from toolpoint.studies.machines.virtual_test import Hammer, hammer_records, list_points

@@ -25,7 +25,7 @@ from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.cuts.simulated_cut import simulate_cut
 from toolpoint.studies.cuts.tool_dynamics import machine_dynamics
-from toolpoint.studies.machines.machine_words import describe_motion
+from toolpoint.studies.machines.check.machine_words import describe_motion
 from toolpoint.studies.machines.tool_point import lobes, pose_problem, tool_axes, tool_point
 
 SIX = {"x": 2e7, "y": 3e7, "z": 6e7, "rx": 5e5, "ry": 8e5, "rz": 7e5}

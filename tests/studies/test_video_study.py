@@ -8,7 +8,7 @@ import pytest
 import video_scenes as scenes
 
 from toolpoint import Modes, ToolpointError
-from toolpoint.app.demo_commands import MILL_TRUTH
+from toolpoint.app.commands.demos import MILL_TRUTH
 from toolpoint.app.main import main
 from toolpoint.io import read_machine, read_modes
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, true_modes

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from toolpoint._check import ToolpointError
-from toolpoint.updating.correlation_coefficients import coefficients
+from toolpoint.updating.measured.correlation_coefficients import coefficients
 from toolpoint.vibration import Modes
 
 DOFS = ("1:x", "2:x", "3:x")

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from toolpoint.updating import Targets
-from toolpoint.updating.frf_noise import line_noise
-from toolpoint.updating.line_choice import choose_lines, on_chosen_lines
+from toolpoint.updating.measured.frf_noise import line_noise
+from toolpoint.updating.measured.line_choice import choose_lines, on_chosen_lines
 from toolpoint.vibration import Frf
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from toolpoint._check import ToolpointError
 from toolpoint.updating import Bayesian, Parameter, Prediction, Problem, Targets, fit
-from toolpoint.updating.sampler import sample
+from toolpoint.updating.fits.sampler import sample
 from toolpoint.vibration import Dof, Frf
 
 LINES = np.arange(1.0, 7.0)

@@ -7,8 +7,8 @@ import pytest
 from spring_chain import chain, measured
 
 from toolpoint.updating import AffineSystem, Parameter, Problem, SystemModel, Targets, fit
-from toolpoint.updating.left_alone import name_effects
-from toolpoint.updating.second_look import look_again
+from toolpoint.updating.fits.left_alone import name_effects
+from toolpoint.updating.fits.second_look import look_again
 from toolpoint.vibration import SecondOrderSystem
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 

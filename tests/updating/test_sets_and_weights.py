@@ -11,7 +11,7 @@ from spring_chain import chain, measured
 
 from toolpoint._check import ToolpointError
 from toolpoint.updating import Parameter, Problem, Targets, fit
-from toolpoint.updating.frf_noise import correlations
+from toolpoint.updating.measured.frf_noise import correlations
 from toolpoint.vibration import Modes
 
 LINES = np.linspace(5.0, 120.0, 40)

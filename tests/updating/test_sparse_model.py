@@ -6,7 +6,7 @@ from scipy.sparse import csc_array, diags_array
 
 from toolpoint import ToolpointError
 from toolpoint.updating import Parameter, Problem, Targets, fit
-from toolpoint.updating.sparse_model import SparseModel
+from toolpoint.updating.models.sparse_model import SparseModel
 from toolpoint.vibration import Dof
 
 N = 60

@@ -94,7 +94,7 @@ def _refuse_measurement(path: Path) -> None:
 
 
 def _read_modes(path: Path) -> Modes:
-    from toolpoint.io import mode_files
+    from toolpoint.io.measured import mode_files
 
     try:
         return mode_files.read(path)
@@ -105,7 +105,7 @@ def _read_modes(path: Path) -> Modes:
 
 def read_responses(paths: Sequence[Path], quantity: str | None, naming: Mapping[str, Any] | None = None) -> Frf:
     """Return the responses that files hold; `naming` : what their names and variables say, keywords of `frf_files.read`."""
-    from toolpoint.io import frf_files
+    from toolpoint.io.measured import frf_files
 
     try:
         return frf_files.read(paths, quantity=quantity, **(naming or {}))

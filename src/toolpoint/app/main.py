@@ -15,21 +15,21 @@ from toolpoint._check import ToolpointError, suggestion
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _MODULES = {
-    "accuracy_commands": ("accuracy", "screen", "improve"),
-    "coupling_commands": ("rcsa",),
-    "cutting_commands": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate"),
-    "demo_commands": ("demo",),
-    "doctor_commands": ("doctor", "completion"),
-    "drive_commands": ("drive", "servo-data"),
-    "begin_commands": ("new", "check"),
-    "machine_commands": ("report", "modes", "map", "campbell", "schema"),
-    "model_commands": ("identify", "joints", "update", "correlate", "sensitivity"),
-    "response_commands": ("frf", "next-test"),
-    "convert_command": ("convert",),
-    "plan_command": ("plan",),
-    "tap_command": ("tap",),
-    "robot_commands": ("robot", "reach", "region", "export"),
-    "video_commands": ("video",),
+    "accuracy": ("accuracy", "screen", "improve"),
+    "coupling": ("rcsa",),
+    "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate"),
+    "demos": ("demo",),
+    "doctor": ("doctor", "completion"),
+    "drives": ("drive", "servo-data"),
+    "begin": ("new", "check"),
+    "machines": ("report", "modes", "map", "campbell", "schema"),
+    "models": ("identify", "joints", "update", "correlate", "sensitivity"),
+    "responses": ("frf", "next-test"),
+    "convert": ("convert",),
+    "plan": ("plan",),
+    "tap": ("tap",),
+    "robots": ("robot", "reach", "region", "export"),
+    "videos": ("video",),
 }
 HOME = {command: module for module, commands in _MODULES.items() for command in commands}
 _FUNCTION = {"map": "frequency_map"}  # where the command's name is a name of Python
@@ -42,7 +42,7 @@ class _Commands(click.Group):
     def get_command(self, ctx: click.Context, name: str) -> click.Command | None:
         if name not in HOME:
             return None
-        module = importlib.import_module(f"toolpoint.app.{HOME[name]}")
+        module = importlib.import_module(f"toolpoint.app.commands.{HOME[name]}")
         command: click.Command = getattr(module, _FUNCTION.get(name, name.replace("-", "_")))
         return command
 

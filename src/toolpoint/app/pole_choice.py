@@ -54,7 +54,7 @@ class Choice:
         """Return the choice, None where nothing was given."""
         if self.file is None and not self.add and not self.remove:
             return None
-        from toolpoint.io.yaml import choice_file
+        from toolpoint.io.yaml.testing import choice_file
         from toolpoint.modal_identification import AddedPole, PoleChoice
 
         first = PoleChoice() if self.file is None else choice_file.read(self.file)

@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
-    from toolpoint.io.frf_files import read as read_frf
-    from toolpoint.io.frf_writing import write as write_frf
-    from toolpoint.io.geometry_files import read as read_geometry
-    from toolpoint.io.hdf5 import write as write_nouns
-    from toolpoint.io.matrix_files import read_matrices
-    from toolpoint.io.mesh_files import read_mesh
-    from toolpoint.io.mode_files import read as read_modes
-    from toolpoint.io.program.controller_records import read as read_servo_data
+    from toolpoint.io.binary.hdf5 import write as write_nouns
+    from toolpoint.io.matrices.matrix_files import read_matrices
+    from toolpoint.io.measured.frf_files import read as read_frf
+    from toolpoint.io.measured.frf_writing import write as write_frf
+    from toolpoint.io.measured.geometry_files import read as read_geometry
+    from toolpoint.io.measured.mode_files import read as read_modes
+    from toolpoint.io.measured.record_files import read as read_record
+    from toolpoint.io.measured.record_files import read_all as read_records
+    from toolpoint.io.meshes.mesh_files import read_mesh
+    from toolpoint.io.meshes.step_part import read_step
     from toolpoint.io.program.gcode import read as read_program
     from toolpoint.io.program.gcode import read_path
-    from toolpoint.io.record_files import read as read_record
-    from toolpoint.io.record_files import read_all as read_records
-    from toolpoint.io.step_part import read_step
+    from toolpoint.io.servo_data.controller_records import read as read_servo_data
     from toolpoint.io.yaml.component_file import read as read_components
     from toolpoint.io.yaml.drive_file import read as read_drives
     from toolpoint.io.yaml.machine_file import read as read_machine
@@ -33,17 +33,17 @@ __all__ = ["read_components", "read_datasheet", "read_drives", "read_frf", "read
            "read_servo_data", "read_shaft", "read_step", "write_frf", "write_machine", "write_nouns"]
 
 __getattr__, __dir__ = export_lazily(__name__, {
-    "frf_files": ("read as read_frf",),
-    "frf_writing": ("write as write_frf",),
-    "geometry_files": ("read as read_geometry",),
-    "hdf5": ("write as write_nouns",),
-    "matrix_files": ("read_matrices",),
-    "mesh_files": ("read_mesh",),
-    "mode_files": ("read as read_modes",),
-    "program.controller_records": ("read as read_servo_data",),
+    "measured.frf_files": ("read as read_frf",),
+    "measured.frf_writing": ("write as write_frf",),
+    "measured.geometry_files": ("read as read_geometry",),
+    "binary.hdf5": ("write as write_nouns",),
+    "matrices.matrix_files": ("read_matrices",),
+    "meshes.mesh_files": ("read_mesh",),
+    "measured.mode_files": ("read as read_modes",),
+    "servo_data.controller_records": ("read as read_servo_data",),
     "program.gcode": ("read as read_program", "read_path"),
-    "record_files": ("read as read_record", "read_all as read_records"),
-    "step_part": ("read_step",),
+    "measured.record_files": ("read as read_record", "read_all as read_records"),
+    "meshes.step_part": ("read_step",),
     "yaml.component_file": ("read as read_components",),
     "yaml.drive_file": ("read as read_drives",),
     "yaml.machine_file": ("read as read_machine", "write as write_machine"),

@@ -10,7 +10,7 @@ import numpy as np
 
 from toolpoint._rounding import with_uncertainty
 from toolpoint.plot import Chart, Listing, Notes, Picture, Report, Table
-from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
 from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
 from toolpoint.studies.video.interfaces import InterfaceRanking

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 from toolpoint._exports import export_lazily
 
 if TYPE_CHECKING:
-    from toolpoint.plot.figures.correlation import mac_matrix
-    from toolpoint.plot.figures.frf import bode, coherence, nyquist, real_imaginary
-    from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
-    from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
+    from toolpoint.plot.figures.cuts.lobes import StabilityCurve, StabilityIntervals, stability_chart
+    from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map
+    from toolpoint.plot.figures.measured.correlation import mac_matrix
+    from toolpoint.plot.figures.measured.frf import bode, coherence, nyquist, real_imaginary
     from toolpoint.plot.page.charts import Chart, ClickedSeries, Lookup
     from toolpoint.plot.page.parts import Listing, Notes, Picture, Text
     from toolpoint.plot.page.pole_picker import PolePicker
@@ -27,10 +27,10 @@ __all__ = [
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
-    "figures.correlation": ("mac_matrix",),
-    "figures.frf": ("bode", "coherence", "nyquist", "real_imaginary"),
-    "figures.lobes": ("StabilityCurve", "StabilityIntervals", "stability_chart"),
-    "figures.pose_map": ("frequency_curves", "frequency_map"),
+    "figures.measured.correlation": ("mac_matrix",),
+    "figures.measured.frf": ("bode", "coherence", "nyquist", "real_imaginary"),
+    "figures.cuts.lobes": ("StabilityCurve", "StabilityIntervals", "stability_chart"),
+    "figures.machines.pose_map": ("frequency_curves", "frequency_map"),
     "page.charts": ("Chart", "ClickedSeries", "Lookup"),
     "page.parts": ("Listing", "Notes", "Picture", "Text"),
     "page.pole_picker": ("PolePicker",),

@@ -11,8 +11,8 @@ if TYPE_CHECKING:
     from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
     from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
-    from toolpoint.studies.cuts.calibration import CuttingTest, calibrate
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
+    from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
     from toolpoint.studies.cuts.lobes_study import chart_lobes
     from toolpoint.studies.cuts.measured_response import study_responses
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
@@ -143,7 +143,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "accuracy.accuracy_metric": ("AccuracyMetric",),
     "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
     "accuracy.tool_paths": ("along_points", "arc", "line", "sides_of", "square"),
-    "cuts.calibration": ("CuttingTest", "calibrate"),
+    "cuts.forces.calibration": ("CuttingTest", "calibrate"),
     "cuts.chatter_map": ("chatter_map as map_chatter",),
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),

@@ -8,10 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail, one_of
+from toolpoint.updating.measured.targets import Targets
+from toolpoint.updating.models.prediction import DirectedModel, Prediction, PredictionModel, ShapeSlopes
 from toolpoint.updating.parameter import Coordinates, Parameter, check_parameters
-from toolpoint.updating.prediction import DirectedModel, Prediction, PredictionModel, ShapeSlopes
 from toolpoint.updating.residuals import FREQUENCY_WEIGHT, Residuals, Weighting, join_residuals
-from toolpoint.updating.targets import Targets
 
 SENSITIVITIES = ("exact", "finite differences", "central differences")
 _STEP = 1e-6

@@ -9,8 +9,8 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from toolpoint._check import Array, BoolArray, ComplexArray, FloatArray, fail
-from toolpoint.updating.prediction import Prediction, ShapeSlopes
-from toolpoint.updating.targets import Targets
+from toolpoint.updating.measured.targets import Targets
+from toolpoint.updating.models.prediction import Prediction, ShapeSlopes
 from toolpoint.vibration import Frf, Modes, correlation
 
 FREQUENCY_WEIGHT = 0.1

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
-from toolpoint.io import stl
+from toolpoint.io.meshes import stl
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
 

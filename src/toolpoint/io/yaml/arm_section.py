@@ -12,7 +12,7 @@ from toolpoint._check import ToolpointError
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml.document import Document, Key, validate
 from toolpoint.io.yaml.machine_schema import ArmModel, ArmRowModel
-from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
+from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_frames
 from toolpoint.machine import description as d
 from toolpoint.machine.description.frames import describe_frame, frame
 from toolpoint.spatial import transform as tf

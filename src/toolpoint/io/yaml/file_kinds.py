@@ -13,7 +13,7 @@ from toolpoint.io.yaml.document import parse
 # Kind, the key that gives it away, module of its reader, and how it is called.
 KINDS: dict[str, tuple[str, str, str]] = {
     "components": ("components", "component_file", "components of a test"),
-    "test": ("records", "test_file", "a hammer test"),
+    "test": ("records", "testing.test_file", "a hammer test"),
     "shaft": ("segments", "shaft_file", "a shaft"),
     "plan": ("machine", "plan_file", "a screening plan"),
     "datasheet": ("members", "robot_file", "a robot's datasheet"),
@@ -21,7 +21,7 @@ KINDS: dict[str, tuple[str, str, str]] = {
 
 
 # Kinds of files with the module that holds their JSON schema.
-SCHEMAS: dict[str, str] = {"machine": "machine_schema", "servo": "drive_file", "choice": "choice_file",
+SCHEMAS: dict[str, str] = {"machine": "machine_schema", "servo": "drive_file", "choice": "testing.choice_file",
                            **{kind: module for kind, (_, module, _) in KINDS.items()}}
 
 

@@ -14,9 +14,9 @@ from ruamel.yaml import YAML
 
 from toolpoint._check import ToolpointError, suggestion
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription, flat_values
-from toolpoint.io import stl
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.meshes import stl
 from toolpoint.io.quantities import units
 from toolpoint.io.yaml import machine_schema as schema
 from toolpoint.io.yaml.description_schema import describe
@@ -146,7 +146,9 @@ def _mesh(part: schema.MeshModel, document: Document) -> d.MeshDescription:
 
 def _matrices(part: BaseModel, document: Document) -> MatricesBody:
     """Return imported matrices with the places of their points; the files lie beside the document."""
-    from toolpoint.io import matrix_files, mesh_files, point_table
+    from toolpoint.io import point_table
+    from toolpoint.io.matrices import matrix_files
+    from toolpoint.io.meshes import mesh_files
 
     described, folder = describe(MatricesDescription, part), document.file.parent
     mass = folder / described.mass_file if described.mass_file else None
@@ -159,7 +161,7 @@ def _matrices(part: BaseModel, document: Document) -> MatricesBody:
 
 def _solid(part: BaseModel, document: Document) -> SolidBody:
     """Return a described solid with its mesh; the file lies beside the document."""
-    from toolpoint.io.solid_files import read_solid
+    from toolpoint.io.meshes.solid_files import read_solid
 
     return read_solid(describe(SolidDescription, part), document.file.parent)
 

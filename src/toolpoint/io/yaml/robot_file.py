@@ -10,9 +10,9 @@ from pydantic import BaseModel
 
 from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.io import stl
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
+from toolpoint.io.meshes import stl
 from toolpoint.io.yaml import machine_schema
 from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
 from toolpoint.io.yaml.document import Document, parse, validate

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.kinematics import Pose
-from toolpoint.kinematics.inverse import InverseSolution, ToolOnWork, solve_all_inverse, solve_inverse, tool_on_work
+from toolpoint.kinematics.arms.inverse import InverseSolution, ToolOnWork, solve_all_inverse, solve_inverse, tool_on_work
 from toolpoint.machine.description.machine import GROUND
 from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf

@@ -11,7 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, fail, one_of
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.joints import Reducer
-from toolpoint.kinematics.denavit_hartenberg import ArmRow, arm_frames
+from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_frames
 from toolpoint.machine.description import machine as d
 from toolpoint.machine.description.frames import describe_frame, frame
 from toolpoint.machine.parts.mass import mass_properties

@@ -8,8 +8,8 @@ from toolpoint._rounding import with_uncertainty
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.calibration import mean_forces, plot_force_fit
-from toolpoint.studies.cuts.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
+from toolpoint.plot.figures.cuts.calibration import mean_forces, plot_force_fit
+from toolpoint.studies.cuts.forces.calibration import BLIND, HEADER, NAMED, CalibrationStudy, fit_rows
 
 CHARTS = 8
 

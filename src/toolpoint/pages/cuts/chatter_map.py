@@ -12,8 +12,8 @@ from toolpoint.machine import Machine
 from toolpoint.pages.cuts.cut_words import inside
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
-from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.cuts.chatter_limits import HEADER, ChatterMap, angle_words, depth_words, pose_words
 from toolpoint.studies.machines.pose_grid import Grid
 

@@ -8,7 +8,7 @@ from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.plot import Chart, Table
-from toolpoint.plot.figures.frf import bode
+from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.vibration import Dof, Frf
 
 

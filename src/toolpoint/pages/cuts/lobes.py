@@ -14,15 +14,15 @@ from toolpoint.cutting.surface.location import location_error, wall_side
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, ClickedSeries, Lookup, Report, Table
-from toolpoint.plot.figures.cutting import (
+from toolpoint.plot.figures.cuts.cutting import (
     chatter_frequencies,
     intervals_of,
     simulation_series,
     surface_location,
     with_simulations,
 )
-from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
-from toolpoint.plot.figures.probability import importance_chart, probability_chart
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.cuts.probability import importance_chart, probability_chart
 from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy
 from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 

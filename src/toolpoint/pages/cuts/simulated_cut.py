@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from toolpoint.pages.cuts.cut_words import dynamics_parts, problem_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.cutting import simulation_charts
+from toolpoint.plot.figures.cuts.cutting import simulation_charts
 from toolpoint.studies.cuts.simulated_cut import SimulatedCut
 
 

@@ -11,8 +11,8 @@ from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
-from toolpoint.plot.figures.response_bands import magnitude_bands
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.measured.response_bands import magnitude_bands
 from toolpoint.studies.cuts.lobes_study import ADVICE
 from toolpoint.studies.cuts.tool_coupling import HEADER, ToolCoupling
 from toolpoint.substructuring.receptance import PlaneReceptance

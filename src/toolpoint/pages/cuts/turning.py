@@ -10,8 +10,8 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, plane_words
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Lookup, Report, Table
-from toolpoint.plot.figures.cutting import chip_response, intervals_of
-from toolpoint.plot.figures.lobes import StabilityCurve, StabilityIntervals, stability_chart
+from toolpoint.plot.figures.cuts.cutting import chip_response, intervals_of
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, StabilityIntervals, stability_chart
 from toolpoint.studies.cuts.turning_study import HEADER, TurningStudy
 from toolpoint.vibration import Dof, Frf
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.campbell import campbell_diagram
+from toolpoint.plot.figures.machines.campbell import campbell_diagram
 from toolpoint.studies.machines.campbell import SENSES, Campbell
 from toolpoint.studies.machines.pose_words import pose_words
 

@@ -9,8 +9,8 @@ from toolpoint.pages.machines.frequency_map import map_page
 from toolpoint.pages.machines.machine import answer, machine_page, with_responses
 from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
+from toolpoint.studies.machines.check.machine_words import describe_motion
 from toolpoint.studies.machines.machine_report import MachineReport
-from toolpoint.studies.machines.machine_words import describe_motion
 from toolpoint.studies.machines.pose_map import PoseMap
 from toolpoint.studies.machines.stiffness_map import StiffnessMap
 

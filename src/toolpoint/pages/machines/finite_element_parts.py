@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.plot import Chart, Notes, ShapeView, Table
-from toolpoint.plot.figures.correlation import mac_matrix
+from toolpoint.plot.figures.measured.correlation import mac_matrix
 from toolpoint.plot.figures.theme import COLOURS, figure
 from toolpoint.plot.shape_view.solid_values import values_on_part
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest

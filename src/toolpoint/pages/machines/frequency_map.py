@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint._rounding import number_text, with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report
-from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map, is_coarse
+from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map, is_coarse
 from toolpoint.studies.machines.pose_grid import Grid
 from toolpoint.studies.machines.pose_map import PoseMap
 from toolpoint.studies.machines.response_map import NAMES as DIRECTIONS

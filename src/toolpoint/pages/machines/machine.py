@@ -12,8 +12,8 @@ from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import freedoms
 from toolpoint.plot import Cell, Chart, Listing, Notes, Report, ShapeView, Table
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.machine_report import MachineReport, comparison
 from toolpoint.studies.machines.pose_words import pose_words

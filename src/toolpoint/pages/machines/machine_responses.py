@@ -8,8 +8,8 @@ import numpy as np
 
 from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.response_bands import magnitude_bands
+from toolpoint.plot.figures.measured.frf import bode
+from toolpoint.plot.figures.measured.response_bands import magnitude_bands
 from toolpoint.studies.machines.machine_responses import HEADER, MachineResponses
 from toolpoint.studies.machines.pose_words import pose_words
 

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.machine import Machine
 from toolpoint.plot import Chart, Report, ShapeView, Table
-from toolpoint.plot.figures.sensitivity import cumulative_bars, sensitivity_map
+from toolpoint.plot.figures.machines.sensitivity import cumulative_bars, sensitivity_map
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.sensitivity_study import SensitivityStudy
 

@@ -9,10 +9,10 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.figures.bands import frac_bands
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.point_views import point_pairs, point_values
+from toolpoint.plot.figures.machines.point_views import point_pairs, point_values
+from toolpoint.plot.figures.measured.bands import frac_bands
+from toolpoint.plot.figures.measured.correlation import mac_matrix
+from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.shape_view.shape_pairs import turn_alike
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured.measured_comparison import Comparison, MeasuredTest

@@ -8,9 +8,9 @@ import numpy as np
 
 from toolpoint.modal_identification import Identification, phase_collinearity
 from toolpoint.plot import Cell, Chart, Report, Table
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.identification import argand_by_mode, coherence_range
+from toolpoint.plot.figures.measured.correlation import mac_matrix
+from toolpoint.plot.figures.measured.frf import bode
+from toolpoint.plot.figures.measured.identification import argand_by_mode, coherence_range
 from toolpoint.signals.checks import Reciprocity, reciprocity
 from toolpoint.vibration.correlation import auto_mac
 

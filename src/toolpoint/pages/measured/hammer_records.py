@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.plot import Cell, Chart, Notes, Report, Table
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.hits import PulseCurve, force_pulses, force_spectra
-from toolpoint.plot.figures.response_bands import magnitude_bands
+from toolpoint.plot.figures.measured.frf import bode
+from toolpoint.plot.figures.measured.hits import PulseCurve, force_pulses, force_spectra
+from toolpoint.plot.figures.measured.response_bands import magnitude_bands
 from toolpoint.studies.measured.hammer_study import HEADER, HammerStudy, HitVerdict
 
 BEFORE, AFTER = 4, 20  # pulse widths shown before and after a peak

@@ -11,12 +11,12 @@ from toolpoint.modal_identification import Identification, cmif, mean_phase_devi
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
 from toolpoint.pages.measured.pole_shapes import pole_shapes
 from toolpoint.plot import AnimatedShapes, Cell, Chart, Notes, PolePicker, Report, Scene, ShapeView, Table
-from toolpoint.plot.figures.identification import (
+from toolpoint.plot.figures.measured.identification import (
     fits_by_name,
     response_residuals,
     sums_and_indicators,
 )
-from toolpoint.plot.figures.stabilization import stabilization
+from toolpoint.plot.figures.measured.stabilization import stabilization
 from toolpoint.vibration.geometry import Geometry
 
 _NAMED = 5  # modes in the answer

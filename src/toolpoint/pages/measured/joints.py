@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from toolpoint.joint_identification import JointIdentification
 from toolpoint.machine import build
 from toolpoint.plot import AnimatedShapes, Chart, Notes, Report, Scene, ShapeView, Table
-from toolpoint.plot.figures.joint_views import joint_views
+from toolpoint.plot.figures.machines.joint_views import joint_views
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.measured.joint_study import JointStudy
 from toolpoint.studies.measured.machine_check import HEADER

@@ -11,8 +11,8 @@ from toolpoint._check import FloatArray
 from toolpoint._rounding import number_text
 from toolpoint.cutting import build
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.frf import bode, real_imaginary
-from toolpoint.plot.figures.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
+from toolpoint.plot.figures.measured.frf import bode, real_imaginary
 from toolpoint.studies.cuts.measured_response import MeasuredResponse
 from toolpoint.vibration import Frf, Modes
 

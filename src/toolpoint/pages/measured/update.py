@@ -10,14 +10,14 @@ import numpy as np
 from toolpoint._rounding import with_uncertainty
 from toolpoint.machine import Machine, assemble
 from toolpoint.plot import Chart, Listing, Report, ShapeView, Table
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.posterior import posterior_corner
+from toolpoint.plot.figures.measured.correlation import mac_matrix
+from toolpoint.plot.figures.measured.frf import bode
+from toolpoint.plot.figures.measured.posterior import posterior_corner
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.plot.shape_view.shape_pairs import partners, turn_alike
 from toolpoint.studies.measured.machine_update import Agreement, MachineUpdate
 from toolpoint.studies.measured.measured_update import MeasuredUpdate, as_assumed
-from toolpoint.updating.sampler import Samples
+from toolpoint.updating.fits.sampler import Samples
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
 _CURVES = 4

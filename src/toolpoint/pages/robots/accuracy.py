@@ -10,7 +10,7 @@ from toolpoint._check import FloatArray
 from toolpoint._rounding import number_text
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.screening import error_curves, error_spectrum
+from toolpoint.plot.figures.machines.screening import error_curves, error_spectrum
 from toolpoint.studies.accuracy.milling_accuracy import COORDINATES, MillingAccuracy, SideAccuracy
 
 _SHOWN = 3000  # samples of the middle of a side that are drawn

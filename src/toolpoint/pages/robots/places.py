@@ -6,7 +6,7 @@ import numpy as np
 
 from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Notes, Report, Table, frequency_curves
-from toolpoint.plot.figures.place_map import place_contours
+from toolpoint.plot.figures.machines.place_map import place_contours
 from toolpoint.studies.robots.place_map import PlaceMap, place_words
 from toolpoint.studies.robots.regions import RegionSearch
 

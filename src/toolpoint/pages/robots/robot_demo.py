@@ -10,7 +10,7 @@ from toolpoint.pages.robots.places import place_page
 from toolpoint.pages.robots.robot import robot_page
 from toolpoint.pages.robots.screening import screening_page
 from toolpoint.plot import Chart, Notes, Report
-from toolpoint.plot.figures.pose_map import frequency_curves
+from toolpoint.plot.figures.machines.pose_map import frequency_curves
 from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from toolpoint._rounding import with_uncertainty
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.screening import effect_bars, variant_scatter
+from toolpoint.plot.figures.machines.screening import effect_bars, variant_scatter
 from toolpoint.studies.screening.metrics import unit_of
 from toolpoint.studies.screening.planned import PlannedScreening
 

@@ -8,8 +8,8 @@ import numpy as np
 
 from toolpoint._rounding import number_text
 from toolpoint.plot import Chart, Listing, Notes, Report, Table
-from toolpoint.plot.figures.ballbar import ballbar_plot
-from toolpoint.plot.figures.drives import histories, loop_bode, path_with_error
+from toolpoint.plot.figures.servos.ballbar import ballbar_plot
+from toolpoint.plot.figures.servos.drives import histories, loop_bode, path_with_error
 from toolpoint.studies.servos.drive_experiment import DriveExperiment
 
 

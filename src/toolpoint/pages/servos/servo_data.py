@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.drives import friction_points
+from toolpoint.plot.figures.servos.drives import friction_points
 from toolpoint.studies.servos.servo_data import AxisFindings, ServoData
 
 

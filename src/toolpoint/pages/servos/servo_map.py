@@ -8,7 +8,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.plot import Chart, Report, Table
-from toolpoint.plot.figures.pose_map import frequency_curves, frequency_map
+from toolpoint.plot.figures.machines.pose_map import frequency_curves, frequency_map
 from toolpoint.studies.machines.pose_grid import Grid
 from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.servos.servo_map import QUANTITIES, ServoMap

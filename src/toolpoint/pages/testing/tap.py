@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.plot import Cell, Chart, Notes, Report, Table
-from toolpoint.plot.figures.frf import bode
-from toolpoint.plot.figures.tap import limit_chart
+from toolpoint.plot.figures.cuts.tap import limit_chart
+from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.studies.measured.hammer_study import HEADER
 from toolpoint.studies.testing.tap_study import MODES, SPEEDS, TappedDirection, TapStudy
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint.plot import Chart, Notes, Report, Table
-from toolpoint.plot.figures.correlation import mac_matrix
-from toolpoint.plot.figures.planned_points import point_views
+from toolpoint.plot.figures.machines.planned_points import point_views
+from toolpoint.plot.figures.measured.correlation import mac_matrix
 from toolpoint.studies.testing.modal_test_plan import EXPECTED, STEPS, ModalTestPlan
 from toolpoint.vibration.correlation import auto_mac
 

@@ -20,7 +20,7 @@ from toolpoint._check import FloatArray, fail, nonnegative, positive
 from toolpoint.drives.build import travel_per_angle
 from toolpoint.drives.description import DriveDescription
 from toolpoint.machine.parts.model import Machine
-from toolpoint.vibration.varying import VaryingSystem
+from toolpoint.vibration.simulation.varying import VaryingSystem
 
 
 @dataclass(frozen=True)

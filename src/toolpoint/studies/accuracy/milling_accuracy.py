@@ -25,7 +25,7 @@ from toolpoint.studies.accuracy.moving_structure import MovingStructure, structu
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.side_run import MillingSetup, Progress, SideAccuracy, places_of, run_side
 from toolpoint.studies.accuracy.tool_paths import PathSide
-from toolpoint.vibration.varying import VaryingSystem
+from toolpoint.vibration.simulation.varying import VaryingSystem
 
 __all__ = ["MillingAccuracy", "MillingSetup", "SideAccuracy", "load_words", "mill_path", "mill_side"]
 

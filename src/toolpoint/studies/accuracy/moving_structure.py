@@ -19,7 +19,7 @@ from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.studies.machines.reach import Pose, Reach, path_faults, reach_places
 from toolpoint.studies.machines.tool_point import tool_axes
 from toolpoint.vibration import SecondOrderSystem, damping
-from toolpoint.vibration.varying import VaryingSystem, reduce_system
+from toolpoint.vibration.simulation.varying import VaryingSystem, reduce_system
 
 LOADS = ("cutting", "gravity", "path")
 _WAYS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")

@@ -13,7 +13,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint.vibration.varying import RunArrays
+from toolpoint.vibration.simulation.varying import RunArrays
 
 
 @dataclass(frozen=True)

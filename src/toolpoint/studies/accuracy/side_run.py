@@ -14,7 +14,7 @@ from toolpoint.studies.accuracy.joint_servos import JointServo
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, ToolStance
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.tool_paths import PathSide
-from toolpoint.vibration.varying import (
+from toolpoint.vibration.simulation.varying import (
     CourseArrays,
     CutArrays,
     NodeArrays,
@@ -132,7 +132,7 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
 
     store : where finished blocks of steps are kept and taken from.
     """
-    from toolpoint.vibration.varying_kernel import advance
+    from toolpoint.vibration.simulation.varying_kernel import advance
 
     law, dt = structure.side.law, cut.step
     begin, end = _span(law.duration, setup.window, dt * cut.per_tooth)

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 from toolpoint._check import FloatArray, ToolpointError, fail, floats
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Axis, Drive, TreeChain
-from toolpoint.kinematics.inverse import ToolOnWork, solve_inverse
+from toolpoint.kinematics.arms.inverse import ToolOnWork, solve_inverse
+from toolpoint.kinematics.arms.spherical_wrist import ArmBranch, SphericalWrist, move_tool
 from toolpoint.kinematics.singularity import pose_condition
-from toolpoint.kinematics.spherical_wrist import ArmBranch, SphericalWrist, move_tool
 from toolpoint.kinematics.tool_frame import smallest_turn
 from toolpoint.machine.description import GROUND
 from toolpoint.machine.parts.model import Machine

@@ -25,8 +25,8 @@ from toolpoint.machine.assembly.system import loop_basis
 from toolpoint.machine.derivatives import has_derivative, matrix_derivatives
 from toolpoint.machine.description import parameters
 from toolpoint.machine.pose.placement import body_coordinates, place_machine
-from toolpoint.updating.prediction import ShapeSlopes
-from toolpoint.updating.system_model import AffineSystem, SystemModel
+from toolpoint.updating.models.prediction import ShapeSlopes
+from toolpoint.updating.models.system_model import AffineSystem, SystemModel
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 

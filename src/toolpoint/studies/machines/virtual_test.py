@@ -15,8 +15,9 @@ from toolpoint.machine.assembly.shapes import body_shapes
 from toolpoint.machine.description import GROUND
 from toolpoint.machine.parts.model import Machine
 from toolpoint.spatial import transform as tf
-from toolpoint.vibration import Dof, Modes, Record, StateSpace, time_response
+from toolpoint.vibration import Dof, Modes, Record, StateSpace
 from toolpoint.vibration.dof import dofs
+from toolpoint.vibration.simulation import time_response
 
 _OVERSAMPLING = 6
 _WAYS = ("+x", "+y", "+z")

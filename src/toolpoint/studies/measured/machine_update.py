@@ -25,11 +25,11 @@ from toolpoint.updating import (
     SystemModel,
     Targets,
 )
-from toolpoint.updating.line_choice import on_chosen_lines
-from toolpoint.updating.low_rank import factor_matrices
+from toolpoint.updating.fits.second_look import look_again
+from toolpoint.updating.measured.line_choice import on_chosen_lines
+from toolpoint.updating.models.low_rank import factor_matrices
+from toolpoint.updating.models.system_model import Factors, Systems
 from toolpoint.updating.residuals import silent_responses, track_modes
-from toolpoint.updating.second_look import look_again
-from toolpoint.updating.system_model import Factors, Systems
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 

@@ -19,8 +19,8 @@ from toolpoint.studies.measured.channel_doubts import question_responses, questi
 from toolpoint.studies.measured.machine_update import MachineUpdate, default_targets, update
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
-from toolpoint.updating.left_alone import name_effects
-from toolpoint.updating.sampler import Samples, require_emcee, sample
+from toolpoint.updating.fits.left_alone import name_effects
+from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
 from toolpoint.vibration import Frf, Modes, eigen
 
 

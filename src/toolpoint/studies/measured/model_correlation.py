@@ -18,7 +18,7 @@ from toolpoint.signals.doubts import question
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.measured.channel_doubts import question_responses, question_shapes
 from toolpoint.studies.measured.point_pairing import PointPairing
-from toolpoint.updating.correlation_coefficients import CorrelationCoefficients, coefficients
+from toolpoint.updating.measured.correlation_coefficients import CorrelationCoefficients, coefficients
 from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_response
 
 Point = str | int

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.updating import LeastSquares, ParameterFit, Problem, fit, fit_with_restarts, identifiability
-from toolpoint.updating.fit import is_explained
+from toolpoint.updating.fits.fit import is_explained
 from toolpoint.updating.identifiability import Identifiability
 
 _ROUNDS = 3

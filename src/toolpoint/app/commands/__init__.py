@@ -1,0 +1,1 @@
+"""The commands, a module a family: options, one call below, a page."""

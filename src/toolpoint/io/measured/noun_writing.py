@@ -1,0 +1,71 @@
+"""Modes and time records to files of any format: the ending of the name says which. Responses have `frf_writing`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import ToolpointError
+from toolpoint.io import uff
+from toolpoint.io.binary import hdf5
+from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
+from toolpoint.vibration import Modes, Record
+
+KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
+
+
+def write_modes(modes: Modes, path: str | Path) -> None:
+    """Write modes: HDF5 (all of them), universal (set 55), MATLAB and NumPy (arrays by name), CSV (a row a mode and Dof)."""
+    path = Path(path)
+    kind = path.suffix.lower()
+    if modes.frequency.ndim > 1:
+        raise ToolpointError(f"modes: of {modes.frequency.shape[0]} poses; must be one pose; use modes.at_pose(i)")
+    if kind in HDF5:
+        hdf5.write(modes, path)
+    elif kind in UNIVERSAL:
+        uff.write(path, modes)
+    elif kind == ".csv":
+        _write_modes_table(modes, path)
+    else:
+        deviation = np.full((modes.count, 2), np.nan) if modes.covariance is None else np.sqrt(
+            np.maximum(np.diagonal(modes.covariance, axis1=1, axis2=2), 0))
+        _write_arrays(path, {"frequency": modes.frequency, "damping_ratio": modes.damping_ratio, "shape": modes.shape,
+                             "dofs": [str(dof) for dof in modes.dofs], "scaling": modes.scaling, "deviation": deviation})
+
+
+def _write_modes_table(modes: Modes, path: Path) -> None:
+    lines = ["mode,frequency [Hz],damping ratio,point,direction,real,imaginary"]
+    for k in range(modes.count):
+        lines += [f"{k + 1},{float(modes.frequency[k])!r},{float(modes.damping_ratio[k])!r},{dof.point},{dof.direction},"
+                  f"{float(np.real(value))!r},{float(np.imag(value))!r}"
+                  for dof, value in zip(modes.dofs, modes.shape[:, k].tolist(), strict=True)]
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def write_record(record: Record, path: str | Path) -> None:
+    """Write time histories: HDF5, universal (set 58), MATLAB and NumPy (samples, fs, channels), CSV with labels and units."""
+    path = Path(path)
+    kind = path.suffix.lower()
+    names = [f"{quantity} {dof}" for quantity, dof in zip(record.quantities, record.channels, strict=True)]
+    if kind in HDF5:
+        hdf5.write(record, path)
+    elif kind in UNIVERSAL:
+        uff.write(path, record)
+    elif kind == ".csv":
+        head = ",".join(["time [s]", *(f"{name} [{unit or '-'}]" for name, unit in zip(names, record.units, strict=True))])
+        rows = (",".join(map(repr, row)) for row in np.column_stack([record.time, record.samples]).tolist())
+        path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    else:
+        _write_arrays(path, {"samples": record.samples, "fs": record.sample_rate, "channels": names})
+
+
+def _write_arrays(path: Path, arrays: dict[str, object]) -> None:
+    if path.suffix.lower() == ".npz":
+        named: dict[str, Any] = {name: np.asarray(value) for name, value in arrays.items()}
+        np.savez(path, **named)
+        return
+    from scipy.io import savemat
+
+    savemat(path, {name: np.array(value, object) if isinstance(value, list) else value for name, value in arrays.items()})

@@ -1,0 +1,55 @@
+"""A described solid body with the content of its file: a STEP solid that is meshed, or the mesh of another program."""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import fields
+from pathlib import Path
+
+from toolpoint._check import fail
+from toolpoint.bodies.solid import Material, SolidModel
+from toolpoint.bodies.solid.checks import check_solid
+from toolpoint.io.meshes.mesh_files import read_mesh
+from toolpoint.io.meshes.step_file import SUFFIXES
+from toolpoint.io.meshes.step_part import read_step
+from toolpoint.machine.description.elastic import CAST_IRON, ElasticMaterial, SolidBody, SolidContent, SolidDescription
+
+
+def read_solid(described: SolidDescription, folder: Path) -> SolidBody:
+    """Return the described body with its mesh, checked for size, pieces and quality; the file lies in the folder.
+
+    Raises ToolpointError beginning with the key at fault.
+    """
+    path = folder / described.file
+    if not path.is_file():
+        fail("solid.file", repr(described.file), f"must be a file in {folder}", "paths are relative to the machine file")
+    model, notes, materials = _step(path, described) if path.suffix.lower() in SUFFIXES else _mesh(path, described)
+    arrays = [model.nodes, *(block.nodes for block in model.blocks)]
+    digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:32]
+    own = {field.name: getattr(described, field.name) for field in fields(described)} | {"materials": materials}
+    return SolidBody(**own, digest=digest, content=SolidContent(model, notes))
+
+
+def _step(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[str, ...], dict[str, ElasticMaterial]]:
+    if described.mesh_size is None:
+        fail("solid.mesh_size", "missing", "must be given for a STEP file", "for example a third of the thickest wall: 30 mm")
+    materials = dict(described.materials) or {"body": CAST_IRON}
+    if set(materials) != {"body"}:
+        fail("solid.materials", f"sets {', '.join(materials)}", "must be one, body: a STEP solid is of one material")
+    part = read_step(path, _material(materials["body"]), mesh_size=described.mesh_size, unit=described.unit or None)
+    return part.model, part.notes, materials
+
+
+def _mesh(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[str, ...], dict[str, ElasticMaterial]]:
+    if described.mesh_size is not None:
+        fail("solid.mesh_size", f"{described.mesh_size:g} m", "serves a STEP file only", "remove it: this file is a mesh")
+    if not described.unit:
+        fail("solid.unit", "missing", "must be m, mm, cm or in", "no mesh file says in which unit its lengths are")
+    model = read_mesh(path, {name: _material(part) for name, part in described.materials.items()}, unit=described.unit)
+    check = check_solid(model)
+    note = f"{path.name}: {check.mass:.5g} kg, {model.element_count} elements, worst Jacobian ratio {check.jacobian_ratio:.2g}"
+    return model, (note, *check.notes), {name: described.materials[name] for name in model.set_names}
+
+
+def _material(part: ElasticMaterial) -> Material:
+    return Material(part.modulus, part.poisson, part.density, part.loss_factor)

@@ -1,0 +1,1 @@
+"""Records of controllers: tables of signals, traces of Sinumerik."""

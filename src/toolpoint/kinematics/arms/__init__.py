@@ -1,0 +1,1 @@
+"""Serial arms: their frames and their inverse solutions."""

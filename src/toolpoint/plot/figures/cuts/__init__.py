@@ -1,0 +1,1 @@
+"""Figures of cuts: charts, forces, probability."""

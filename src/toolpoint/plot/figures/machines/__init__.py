@@ -1,0 +1,1 @@
+"""Figures of machines: maps over poses and places, points, joints, sensitivities."""

@@ -1,0 +1,1 @@
+"""Figures of servos: signals, contour, circles."""

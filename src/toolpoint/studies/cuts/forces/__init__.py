@@ -1,0 +1,1 @@
+"""Measured cutting forces: records, doubts, coefficients, and the table of materials."""

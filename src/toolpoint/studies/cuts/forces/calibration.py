@@ -1,0 +1,206 @@
+"""Cutting coefficients and run-out from measured forces: both fits, their intervals, and what is doubtful."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._notebook import NotebookText
+from toolpoint.cutting import CuttingCoefficients, MillingProblem
+from toolpoint.cutting.build import engagement_of, tool_of
+from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.description import CuttingDescription
+from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
+from toolpoint.studies.cuts.forces.force_doubts import (
+    MISFIT,
+    better_tool,
+    interpolation_error,
+    mean_scatter,
+    misfit_of,
+    resample_courses,
+    speed_doubts,
+    split_turns,
+    widen_intervals,
+)
+from toolpoint.studies.cuts.forces.force_records import by_feed, fold, unsteady
+from toolpoint.studies.text_table import text_table
+from toolpoint.vibration import Record
+
+HEADER = ("parameter", "value", "95 % interval", "unit")
+SHOWN = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K_a", 1e-6, "N/mm^2"),
+         "edge_t": ("K_te", 1e-3, "N/mm"), "edge_n": ("K_ne", 1e-3, "N/mm"), "edge_a": ("K_ae", 1e-3, "N/mm"),
+         "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
+FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tangential", "edge_n": "edge_normal",
+          "edge_a": "edge_axial"}
+BLIND = "Mean forces know no run-out: where it lifts an edge out of the work, they are off by more than their intervals."
+NAMED = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
+SLICES = 40
+COARSE, COARSE_SLICES = 90, 12  # angles and slices of trial fits
+LEAST = 2e7  # Pa, of K_t
+
+
+@dataclass(frozen=True)
+class CuttingTest:
+    """What was cut: fields of a CuttingDescription (tool, arc), speed (rev/min), depth (m), feed per tooth of each file (m),
+    what the forces act on (tool or work), angle of tooth 0 at the first sample (degrees, None: unknown), run-out fitted."""
+
+    cut: Mapping[str, Any]
+    speed: float
+    depth: float
+    feeds: tuple[float, ...] | None = None
+    force_on: str = "tool"
+    angle: float | None = None
+    runout: bool = True
+
+
+@dataclass(frozen=True, eq=False)
+class CalibrationStudy(NotebookText):
+    """Both fits of a cutting test, and the course of the forces over a revolution."""
+
+    test: CuttingTest
+    description: CuttingDescription
+    average: Calibration | None
+    fit: Calibration
+    feeds: FloatArray
+    angle: FloatArray
+    measured: FloatArray
+    fitted: FloatArray
+    names: tuple[str, ...]
+    doubts: tuple[str, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return values and 95 % intervals in SI, for JSON."""
+        def numbers(fit: Calibration | None) -> dict[str, Any] | None:
+            return None if fit is None else {
+                "parameters": {name: {"value": float(v), "interval": list(map(float, ends))}
+                               for name, v, ends in zip(fit.names, fit.values, fit.interval, strict=True)},
+                "residual_n": fit.residual, "status": fit.status}
+        return {"instantaneous": numbers(self.fit), "average": numbers(self.average), "feeds_m": self.feeds.tolist(),
+                "doubts": list(self.doubts)}
+
+    @property
+    def is_named_by_fit(self) -> bool:
+        """Whether only the fit says which tooth is tooth 0."""
+        return self.test.angle is None and "runout" in self.fit.names and tool_of(self.description).is_regular
+
+    def table(self) -> str:
+        """Return both fits as text."""
+        lines = [text_table("Forces over rotation", HEADER, fit_rows(self.fit)),
+                 f"residual {self.fit.residual:.4g} N, {self.fit.status}"]
+        if self.is_named_by_fit:
+            lines.append(f"note: {NAMED}")
+        if self.average is None:
+            return "\n".join([*lines, "note: one feed only: no fit of average forces"])
+        rest = f"residual {self.average.residual:.4g} N, {self.average.freedom} degrees of freedom"
+        return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), rest, f"note: {BLIND}"])
+
+
+def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> CalibrationStudy:
+    """Fit cutting coefficients and run-out to measured forces.
+
+    records : name and Record of each file, channels Fx, Fy and Fz in N; one feed per tooth each, or with a column ``feed``.
+    """
+    check_test(test)
+    problem, cut = _problem(test)
+    forces = by_feed(records, test.feeds)
+    doubts = unsteady(forces, test.speed, problem.tool.teeth)
+    drifting = [] if doubts else speed_doubts(forces, test.speed, problem.tool.teeth)
+    result = _fitted(problem, cut, test, forces)
+    return _judged(replace(result, doubts=(*doubts, *drifting, *_negative(result.fit))), forces, bool(drifting))
+
+
+def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str]], drifting: bool) -> CalibrationStudy:
+    """Return the study with its fit marked and widened where the forces do not fit what is said of the cut."""
+    scatters = [mean_scatter(split_turns(part, result.test.speed)) for _, part, _ in records]
+    scatter = float(np.sqrt(np.mean(np.square(scatters))))
+    error = float(np.hypot(scatter, interpolation_error(result.measured)))
+    misfit = misfit_of(result.fit, error, float(np.sqrt(np.mean(result.measured**2))))
+    if np.isnan(scatter):
+        few = "a record holds fewer than three revolutions: without a scatter between turns the residual cannot be judged"
+        result = replace(result, doubts=(*result.doubts, few))
+    if not drifting and misfit <= MISFIT:
+        return result
+    cause = "the records say another spindle speed"
+    if not drifting:
+        cause = f"the residual is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated"
+        better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
+        cause += f"; {better}" if better else ""
+    fit = widen_intervals(result.fit, result.average, misfit, cause=cause)
+    return replace(result, fit=fit, doubts=(*result.doubts, f"{cause}; the intervals are widened, and may still be too narrow"))
+
+
+def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
+    """Return the residual of the forces over rotation with another tool, N: two feeds, a coarse grid."""
+    problem, _ = _problem(replace(result.test, cut=cut))
+    ends = sorted({int(np.argmin(result.feeds)), int(np.argmax(result.feeds))})
+    angle, forces = resample_courses(result.angle, result.measured[ends], COARSE)
+    begin = angle if result.test.angle is None else angle + np.radians(result.test.angle)
+    fit = instantaneous(problem, result.feeds[ends], begin, forces=forces, depth=result.test.depth, runout=result.test.runout,
+                        phase="each" if result.test.angle is None else False, slices=COARSE_SLICES)
+    return fit.residual
+
+
+def check_test(test: CuttingTest) -> None:
+    """Refuse a speed or a depth that no cut has."""
+    positive("`speed`", test.speed)
+    if not 0 < test.depth <= 0.5:
+        raise ToolpointError(f"`depth`: {1e3 * test.depth:g} mm; must be above zero and at most 500 mm")
+
+
+def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
+    missing = [f"`{name}`" for name in ("diameter", "teeth") if name not in test.cut]
+    if missing:
+        raise ToolpointError(f"{' and '.join(missing)}: missing; a calibration needs the tool")
+    cut = CuttingDescription.of(**test.cut)
+    rigid = PlaneDynamics(np.zeros(0, complex), np.zeros((0, 2, 2), complex), np.zeros((2, 2)))
+    start = CuttingCoefficients(1e9, 3e8)  # not used by the fits; the problem needs one
+    return MillingProblem(tool_of(cut), engagement_of(cut), start, rigid), cut
+
+
+def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
+            records: Sequence[tuple[float, Record, str]]) -> CalibrationStudy:
+    feeds, angle, forces = fold(records, test.speed)
+    forces = -forces if test.force_on == "work" else forces
+    average = average_force(problem, feeds, forces.mean(1), depth=test.depth) if np.unique(feeds).size > 1 else None
+    _check_sign(average)
+    begin = angle if test.angle is None else angle + np.radians(test.angle)
+    fit = instantaneous(problem, feeds, begin, forces=forces, depth=test.depth, runout=test.runout,
+                        phase="each" if test.angle is None else False, slices=SLICES)
+    _check_sign(fit)
+    fitted = forces_of_fit(problem, fit, feeds, angle=begin, depth=test.depth, directions=forces.shape[2], slices=SLICES)
+    k, values_of = fit.coefficients, dict(zip(fit.names, fit.values.tolist(), strict=True))
+    values: dict[str, Any] = {FIELDS[name]: getattr(k, name) for name in FIELDS if name in values_of}
+    if "runout" in values_of:
+        values |= {"runout": values_of["runout"], "runout_angle": values_of["runout_angle"]}
+    words = f"calibrated from {feeds.size} force records, residual {fit.residual:.3g} N"
+    described = cut.replaced(**values, source=words)
+    return CalibrationStudy(test, described, average, fit, feeds, angle, forces, fitted, tuple(name for _, _, name in records))
+
+
+def _check_sign(fit: Calibration | None) -> None:
+    if fit is not None and fit.values[0] <= 0:
+        raise ToolpointError(f"forces: the fitted K_t is {fit.values[0] / 1e6:.4g} N/mm^2; must be above zero; forces measured "
+                             "on the workpiece need `force_on` work; check the axes (x along the feed), `direction` and `feed`")
+
+
+def _negative(fit: Calibration) -> list[str]:
+    values = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    if values["kt"] < LEAST:
+        return [f"K_t of {values['kt'] / 1e6:.3g} N/mm^2 is less than any work material has: forces must be in N (not kN or "
+                "V), `depth` and `feed` in mm"]
+    return ["K_n is below zero, which no usual edge has: check the directions of the forces (x along the feed), `direction`, "
+            "`immersion` and `speed`"] if values.get("kn", 0.0) < 0 else []
+
+
+def fit_rows(fit: Calibration) -> list[list[str]]:
+    """Return rows (parameter, value, 95 % interval, unit) in shop units; the phases of the records are left out."""
+    result = []
+    for name, value, (low, high) in zip(fit.names, fit.values, fit.interval, strict=True):
+        if name in SHOWN:
+            label, factor, unit = SHOWN[name]
+            result.append([label, f"{factor * value:.5g}", f"{factor * low:.5g} .. {factor * high:.5g}", unit])
+    return result

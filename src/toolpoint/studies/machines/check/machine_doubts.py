@@ -1,0 +1,116 @@
+"""Values of a machine file that are possible but hardly meant: said by `check`, never refused."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
+from toolpoint.kinematics import ClosedChain
+from toolpoint.machine import Machine
+from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
+from toolpoint.machine.description.extent import equal_box, shape_size
+from toolpoint.spatial import transform as tf
+from toolpoint.studies.machines.check.law_doubts import question_laws
+
+HEAVIEST = 2e5  # kg; the bed of a large portal mill
+NOWHERE = FrameDescription()
+ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
+LEFT_OPEN = 1e-6  # of what an axis does to a loop
+
+
+def question_machine(machine: Machine) -> tuple[Doubt, ...]:
+    """Return doubts about joints without a place, masses beyond machine tools, and a speed range that runs backwards."""
+    description = machine.description
+    lines = [Doubt(f"bodies.{name}", f"{body.mass[0, 0]:.4g} kg, more than any part of a machine tool ({HEAVIEST:g} kg)",
+                   "check the unit", figure=body.mass[0, 0] / HEAVIEST)
+             for name, body in zip(machine.body_names, machine.bodies, strict=True) if body.mass[0, 0] > HEAVIEST]
+    lines += [Doubt(f"joints.{name}", "no place is given, so its springs stand at 0, 0, 0 of the machine",
+                    "write 'at: [x, y, z]' unless that is where they are") for name, joint in description.joints.items()
+              if _is_out_of_place(joint)]
+    lines += far_joints(machine)
+    lines += far_interfaces(machine)
+    lines += tearing_axes(machine)
+    lines += question_laws(machine)
+    cut = description.cutting
+    if cut is not None and cut.speeds[0] >= cut.speeds[1]:
+        lines.append(Doubt("cutting.speeds", f"from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty",
+                           "write the lower speed first"))
+    return tuple(lines)
+
+
+def tearing_axes(machine: Machine) -> list[Doubt]:
+    """Return doubts about axes that cannot move alone: what they do to a loop no passive joint can follow."""
+    chain = machine.chain
+    if not isinstance(chain, ClosedChain) or not chain.loops:
+        return []
+    rate = chain.closure.evaluate(np.asarray(chain.start), {})[1][0] / chain.closure.weights[:, None]
+    passive = rate @ chain.closure.unknowns
+    lines: list[Doubt] = []
+    rows = [loop.name for loop in chain.loops for _ in loop.rows]
+    for k, axis in enumerate(chain.driven_axes):
+        moved = rate @ chain.coupling[:, k]
+        left = moved - passive @ (np.linalg.pinv(passive) @ moved) if passive.size else moved
+        if np.abs(left).max(initial=0.0) > LEFT_OPEN * max(float(np.abs(moved).max(initial=0.0)), 1e-300):
+            loop = rows[int(np.argmax(np.abs(left)))]
+            lines.append(Doubt(f"axes.{axis.name}", f"moved alone it tears loop joint {loop} open (or strains it)",
+                               "let one axis drive both sides of the loop (drives: [...]), or free a direction of the loop"))
+    return lines
+
+
+def far_interfaces(machine: Machine) -> list[Doubt]:
+    """Return doubts about joints whose springs stand elsewhere than the interface of the elastic body that they hold."""
+    lines: list[Doubt] = []
+    for name, joint in machine.description.joints.items():
+        for body, interface in ((joint.parent, joint.parent_interface), (joint.child, joint.child_interface)):
+            if body == GROUND or interface is None:
+                continue
+            link = machine.link(body)
+            held = machine.bodies[link].interfaces.get(interface)
+            if held is None or held.slide is not None:
+                continue
+            place = tf.move(machine.body_frames[link], held.position[None])[0]
+            away = float(np.linalg.norm(place - np.array(joint.frame.at)))
+            if away > ON_AN_ARM:
+                at = ", ".join(f"{1e3 * v:.4g}" for v in place)
+                lines.append(Doubt(f"joints.{name}", f"its springs stand {1e3 * away:.4g} mm from interface {interface} "
+                                                     f"of {body}, "
+                                   "on a rigid arm", f"write 'at: [{at}] mm' unless that is meant", figure=away))
+    return lines
+
+
+def far_joints(machine: Machine) -> list[Doubt]:
+    """Return doubts about joints that lie farther from both of their bodies than the larger one is long."""
+    lines: list[Doubt] = []
+    for name, joint in machine.description.joints.items():
+        place = np.array(joint.frame.at)
+        spans = [_span(machine, body) for body in (joint.parent, joint.child) if body != GROUND]
+        if joint.parent_interface or joint.child_interface or joint.frame == NOWHERE or not spans:
+            continue
+        gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
+        longest = max(2 * float(half.max()) for _, half in spans)
+        if min(gaps) > max(longest, 0.1):
+            lines.append(Doubt(f"joints.{name}", f"at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from "
+                                                 "both of "
+                               "its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
+    return lines
+
+
+def _span(machine: Machine, name: str) -> tuple[FloatArray, FloatArray]:
+    """Centre and half size of the box around a body, machine frame at the reference pose."""
+    link, body = machine.link(name), machine.description.bodies[name]
+    frame, mass = machine.body_frames[link], machine.bodies[link].mass
+    if body.mesh is not None:
+        corners = body.mesh.corners.reshape(-1, 3) + np.array(body.centre)
+        centre, size = (corners.max(axis=0) + corners.min(axis=0)) / 2, np.ptp(corners, axis=0)
+    else:
+        shape = body.draw or body.shape
+        centre = np.array(body.centre if body.draw_at is None else body.draw_at)
+        size = equal_box(mass) if shape is None else shape_size(shape)
+    return tf.move(frame, centre[None])[0], np.abs(frame[:3, :3]) @ size / 2
+
+
+def _is_out_of_place(joint: JointDescription) -> bool:
+    """Return whether a joint has springs and the place that stands where none is written."""
+    is_elastic = bool(joint.stiffness) or joint.stiffness_matrix is not None
+    return is_elastic and joint.parent_interface is None and joint.child_interface is None and joint.frame == NOWHERE

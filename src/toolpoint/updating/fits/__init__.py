@@ -1,0 +1,1 @@
+"""Methods of fitting, the searches around them, and what a fit leaves open."""

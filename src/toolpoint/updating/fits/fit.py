@@ -1,0 +1,179 @@
+r"""Fits: bounded least squares, regularised, and Bayesian with Laplace's posterior.
+
+All minimise :math:`\|r(x)\|^2 + \|x / s\|^2` with weighted residuals r and the coordinates x of the parameters: s infinite
+(least squares), 1/strength (regularised towards the start), or the prior's standard deviation (Bayesian: the posterior is
+taken normal about its mode with covariance :math:`(J^T J + S^{-2})^{-1}`). scipy's trust-region Gauss-Newton (`trf`, bounded),
+`dogbox` or Levenberg-Marquardt (`lm`). Sources: Branch, Coleman, Li, SIAM J. Sci. Comput. 21 (1999); Tarantola, Inverse
+Problem Theory, 2005, ch. 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.optimize import OptimizeResult, least_squares
+from scipy.stats import chi2
+
+from toolpoint._check import BoolArray, FloatArray, fail, positive
+from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares, Regularised
+from toolpoint.updating.fits.parameter_fit import ParameterFit
+from toolpoint.updating.fits.solver import Solver
+from toolpoint.updating.identifiability import Identifiability, identifiability
+from toolpoint.updating.problem import Problem
+from toolpoint.updating.residuals import Residuals
+
+_STATIONARY = 1e-3
+_UNEXPLAINED = 10.0
+_IMPROBABLE = 1e-6
+
+
+def fit(
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
+    free: tuple[str, ...] | None = None, start: FloatArray | None = None,
+) -> ParameterFit:
+    """Return the fit of a problem; parameters that the data cannot tell stay where they are and are named.
+
+    Parameters
+    ----------
+    problem : Problem
+    method : LeastSquares, Regularised or Bayesian, optional
+    limit, least_influence : float
+        Of `identifiability`; with `limit` None all parameters are free (a prior may then decide what the data do not).
+    free : names, optional
+        These are free, whatever the data can tell.
+    start : (n,) floats, optional
+        Coordinates to start from; the parameters' values (0) where left out.
+
+    Raises
+    ------
+    ToolpointError
+        For a Bayesian fit of a parameter without a prior, and for what the model refuses.
+    """
+    method = method or LeastSquares()
+    x0 = problem.start if start is None else np.array(start, float)
+    identifiable = None
+    if limit is not None and free is None:
+        identifiable = identifiability(problem, x0, limit, least_influence=least_influence)
+    names = problem.names if identifiable is None else identifiable.identifiable
+    names = tuple(names if free is None else free)
+    unknown = [n for n in names if n not in problem.names]
+    if unknown:
+        fail("free", ", ".join(unknown), f"must be of {', '.join(problem.names)}")
+    reasons = (dict.fromkeys([n for n in problem.names if n not in names], "not asked for") if identifiable is None
+               else identifiable.reasons)
+    at = [j for j, name in enumerate(problem.names) if name in names]
+    counted = problem.evaluations
+    if not at:
+        return _unmoved(problem, x0, method, problem.evaluated(x0), identifiable, reasons)
+    solver = Solver(problem, at, x0, _prior(problem, at, method), method.loss == "linear")
+    first = solver.residuals_at(x0[at])[0] if problem.sensitivities == "exact" else problem.evaluated(x0)
+    result = _solved(solver, method)
+    return _finished(solver, result, method, first, identifiable, reasons, problem.evaluations - counted)
+
+
+def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
+    """Return 1/s of every free parameter."""
+    if isinstance(method, Regularised):
+        return np.full(len(at), positive("strength", method.strength))
+    if not isinstance(method, Bayesian):
+        return np.zeros(len(at))
+    without = [problem.parameters[j].name for j in at if problem.parameters[j].prior is None]
+    if without:
+        fail("parameters", f"no prior for {', '.join(without)}", "a Bayesian fit needs prior_sd for every parameter",
+             "give prior_sd, or use LeastSquares()")
+    return np.array([1 / (problem.parameters[j].prior or 1.0) for j in at])
+
+
+def _solved(solver: Solver, method: LeastSquares) -> object:
+    low, high = solver.bounds()
+    start = solver.x0[solver.at]
+    if method.algorithm == "lm":
+        if np.isfinite(low).any() or np.isfinite(high).any():
+            fail("algorithm", "lm with bounds", "lm knows no bounds", "use 'trf' or 'dogbox', or remove the bounds")
+        low, high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
+    return least_squares(
+        solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,
+        method.tolerance, method.tolerance, loss=method.loss, max_nfev=method.evaluations,
+        x_scale=1.0)
+
+
+def _finished(
+    solver: Solver, result: OptimizeResult, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
+    reasons: dict[str, str], evaluations: int,
+) -> ParameterFit:
+    problem, free = solver.problem, np.asarray(result.x)
+    x, (last, values, jacobian) = solver.full(free), solver.residuals_at(free)
+    low, high = solver.bounds()
+    width = 1e-4
+    stuck = (free - low < width) | (high - free < width)
+    names = tuple(problem.names[j] for j in solver.at)
+    chi = float((last.values**2).sum())
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    freedom = last.values.size - len(names)
+    scaled = problem.assumed and not isinstance(method, Bayesian) and freedom > 0
+    scaled = scaled and not (problem.measured and chi < freedom)  # an assumption too wide makes no measurement better
+    fitted = ParameterFit(
+        problem.parameters, x, problem.values(x), names, reasons,
+        covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
+        float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, identifiable,
+        tuple(n for n, s in zip(names, stuck, strict=True) if s), _weights(problem))
+    gain = _gain(values, jacobian, stuck)
+    return _judged(fitted, problem, gain, result)
+
+
+def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float:
+    """Return the decrease of the sum of squares that a full Gauss-Newton step in the unbounded parameters still promises."""
+    inner = jacobian[:, ~stuck]
+    if inner.shape[1] == 0:
+        return 0.0
+    step, *_ = np.linalg.lstsq(inner, -residual, rcond=1e-12)
+    return float((residual**2).sum() - ((residual + inner @ step) ** 2).sum())
+
+
+def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: OptimizeResult) -> ParameterFit:
+    limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
+    stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
+    converged = bool(stationary and np.isfinite(fitted.chi_square))
+    words = ["converged"] if converged else [
+        f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "
+        f"{fitted.chi_square:.3g}): allow more evaluations, start from the result, or use multi_start"]
+    for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
+        doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
+        if doubtful:
+            of = f" of set {k + 1}" if len(problem.targets) > 1 else ""
+            words.append(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{of} have no predicted partner with MAC "
+                         f"above {targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
+    if fitted.at_bounds:
+        words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
+    if converged and not is_explained(fitted, problem.assumed):
+        words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
+                     "multi_start, other parameters, or look for what the model lacks")
+    return replace(fitted, converged=converged, status="; ".join(words))
+
+
+def is_explained(result: ParameterFit, assumed: bool) -> bool:
+    """Whether chi-square is one that the data's deviations allow.
+
+    Measured deviations: its probability of being exceeded is at least 1e-6. Assumed ones: at most 10 per degree of freedom.
+    """
+    freedom = max(result.n_data - len(result.free), 1)
+    if assumed:
+        return result.chi_square <= _UNEXPLAINED * freedom
+    return bool(chi2.sf(result.chi_square, freedom) >= _IMPROBABLE)
+
+
+def _weights(problem: Problem) -> tuple[str, ...]:
+    if len(problem.targets) == 1:
+        return problem.targets[0].weights
+    return tuple(f"set {k + 1}, {words}" for k, targets in enumerate(problem.targets) for words in targets.weights)
+
+
+def _unmoved(
+    problem: Problem, x: FloatArray, method: LeastSquares, first: Residuals, identifiable: Identifiability | None,
+    reasons: dict[str, str],
+) -> ParameterFit:
+    chi = float((first.values**2).sum())
+    return ParameterFit(problem.parameters, x, problem.values(x), (), reasons, np.zeros((0, 0)), False, chi, chi, 0.0,
+               False, "NOT converged: no parameter can be told by the data, nothing was moved; measure more modes or "
+               "responses, or raise the limit", 1, method, first, identifiable, weights=_weights(problem))

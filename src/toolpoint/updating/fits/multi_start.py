@@ -1,0 +1,143 @@
+"""Multi-start: the same fit from many starts, and how many different optima it finds."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from toolpoint._check import FloatArray, ToolpointError, count, fail, positive
+from toolpoint._notebook import NotebookText
+from toolpoint.updating.fits.fit import fit
+from toolpoint.updating.fits.fit_methods import LeastSquares
+from toolpoint.updating.fits.parameter_fit import ParameterFit
+from toolpoint.updating.identifiability import identifiability
+from toolpoint.updating.problem import Problem
+
+
+@dataclass(frozen=True, eq=False)
+class Optimum:
+    """One optimum: its `fit`, and the `starts` (0 is the given one) that led to it."""
+
+    fit: ParameterFit
+    starts: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class MultiStart(NotebookText):
+    """Different optima, the best first; `failures`: start to reason, where no minimum was reached."""
+
+    optima: tuple[Optimum, ...]
+    failures: dict[int, str]
+
+    @property
+    def best(self) -> ParameterFit:
+        """The fit with the least chi-square; its status says how many optima are as good."""
+        return self.optima[0].fit
+
+    @property
+    def rivals(self) -> tuple[Optimum, ...]:
+        """Optima that the data do not tell from the best: chi-square (with prior) within 9 (3 standard deviations)."""
+        best = _cost(self.best)
+        scale = max(self.best.reduced_chi_square, 1.0) if self.best.scaled else 1.0
+        return tuple(o for o in self.optima[1:] if _cost(o.fit) - best <= 9.0 * scale)
+
+    def table(self) -> str:
+        """Return chi-square, number of starts and free values of every optimum as text."""
+        lines = [f"{len(self.optima)} optima, {len(self.rivals)} as good as the best, {len(self.failures)} starts failed"]
+        for k, optimum in enumerate(self.optima):
+            values = ", ".join(f"{n} {optimum.fit.values[n]:.5g}" for n in optimum.fit.free)
+            lines.append(f"{k + 1}: chi-square {optimum.fit.chi_square:.5g}, {len(optimum.starts)} starts: {values}")
+        lines += [f"{reason}: {n} starts" for reason, n in Counter(self.failures.values()).items()]
+        return "\n".join(lines)
+
+    def __repr__(self) -> str:
+        return f"MultiStart({len(self.optima)} optima, {len(self.rivals)} rivals, {len(self.failures)} failed starts)"
+
+
+def multi_start(
+    problem: Problem, rng: np.random.Generator, starts: int = 16, *, spread: float = 1.0, method: LeastSquares | None = None,
+    limit: float | None = 0.5, least_influence: float = 0.02, free: tuple[str, ...] | None = None,
+) -> MultiStart:
+    """Return the optima found from the given start and from a Latin hypercube about it.
+
+    Which parameters are free is decided once, at the given start; the others stay there.
+
+    Parameters
+    ----------
+    problem : Problem
+    rng : numpy.random.Generator
+    starts : int
+        The given one included.
+    spread : float
+        Half width of the hypercube in the parameters' coordinates (1: a factor e on a logarithmic scale), cut at bounds.
+    method, limit, least_influence, free : see `fit`
+
+    Raises
+    ------
+    ToolpointError
+        Where no start reaches a minimum, with the reasons.
+    """
+    count("starts", starts)
+    positive("spread", spread)
+    if free is None:
+        free = problem.names if limit is None else identifiability(
+            problem, limit=limit, least_influence=least_influence).identifiable
+    if not free:
+        fail("problem", "no parameter that the data can tell", "must be at least one", "measure more, or raise the limit")
+    fits, failures = {}, {}
+    for k, start in enumerate(_points(problem, rng, starts, spread, free)):
+        try:
+            trial = fit(problem, method, free=free, start=start)
+        except ToolpointError as error:
+            failures[k] = str(error)
+            continue
+        if trial.converged:
+            fits[k] = trial
+        else:
+            failures[k] = trial.status.split(":")[0]
+    if not fits:
+        fail("multi_start", f"none of {starts} starts reached a minimum ({next(iter(failures.values()))})",
+             "must be at least one", "start nearer, use a smaller spread, or more evaluations")
+    optima = _distinct(fits)
+    result = MultiStart(optima, failures)
+    if result.rivals:
+        best = replace(optima[0].fit, status=optima[0].fit.status + f"; {len(result.rivals)} other optima explain the data as "
+                       "well: add measurements or priors that tell them apart")
+        result = replace(result, optima=(replace(optima[0], fit=best), *optima[1:]))
+    return result
+
+
+def _points(
+    problem: Problem, rng: np.random.Generator, starts: int, spread: float, free: tuple[str, ...]
+) -> list[FloatArray]:
+    at = [problem.names.index(n) for n in free]
+    low, high = problem.bounds
+    cube = qmc.LatinHypercube(len(at), seed=rng).random(starts - 1) if starts > 1 else np.zeros((0, len(at)))
+    points = [problem.start]
+    for row in cube:
+        x = problem.start
+        x[at] = np.clip(spread * (2 * row - 1), low[at], high[at])
+        points.append(x)
+    return points
+
+
+def _cost(result: ParameterFit) -> float:
+    return result.chi_square + result.prior_cost
+
+
+def _distinct(fits: dict[int, ParameterFit]) -> tuple[Optimum, ...]:
+    """Two results are one optimum where they differ by less than a tenth of the standard errors, or by 1e-3 in all x."""
+    optima: list[Optimum] = []
+    for k, result in sorted(fits.items(), key=lambda item: _cost(item[1])):
+        at = [i for i, p in enumerate(result.parameters) if p.name in result.free]
+        for i, other in enumerate(optima):
+            sd = np.sqrt(np.maximum(np.diag(other.fit.covariance), 0.0))
+            if (np.abs(result.x[at] - other.fit.x[at]) <= np.maximum(1e-3, 0.1 * sd)).all():
+                optima[i] = replace(other, starts=(*other.starts, k))
+                break
+        else:
+            optima.append(Optimum(result, (k,)))
+    return tuple(optima)

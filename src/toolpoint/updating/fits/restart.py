@@ -1,0 +1,94 @@
+"""Restarts: other ways into the same fit, tried only where the first does not reach a minimum that explains the data."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+from scipy.stats import qmc
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.updating.fits.fit import fit, is_explained
+from toolpoint.updating.fits.fit_methods import LeastSquares
+from toolpoint.updating.fits.parameter_fit import ParameterFit
+from toolpoint.updating.problem import Problem
+
+_BY_FREQUENCY = 3.0
+
+
+def fit_with_restarts(
+    problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
+    free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5, start: FloatArray | None = None,
+) -> ParameterFit:
+    """Return `fit`; where it does not explain the data, the best of up to `restarts` more, the first that does.
+
+    The first restart pairs modes by frequency to get near and then by MAC: from a wrong start strongly coupled shapes may
+    look more like another mode's than like their own. The next ones start from Halton points (no random numbers) within
+    +- `spread` of the start in the free parameters' coordinates, all ways in turn (the second: frequencies alone first).
+
+    Parameters
+    ----------
+    problem, method, limit, least_influence, free, start : see `fit`; the restarts are about the problem's own start
+    restarts : int
+        0 for none.
+    spread : float
+    """
+    first = fit(problem, method, limit, least_influence=least_influence, free=free, start=start)
+    assumed = problem.assumed
+    if (first.converged and is_explained(first, assumed)) or not first.free:
+        return first
+    best, evaluations, tried = first, first.evaluations, 0
+    for other in _starts(problem, first, restarts, spread, method, repeated=start is None):
+        tried += 1
+        try:
+            result = fit(problem, method, free=first.free, start=other)
+        except ToolpointError:
+            # A start may lie where the model does not exist (no stable equilibrium); the count below tells of it.
+            continue
+        evaluations += result.evaluations
+        if (result.converged, -_cost(result)) > (best.converged, -_cost(best)):
+            best = result
+        if result.converged and is_explained(result, assumed):
+            break
+    status = best.status + f"; after {tried} restarts" if tried else best.status
+    return replace(best, status=status, evaluations=evaluations, identifiability=first.identifiability,
+                   left_alone=first.left_alone, start_chi_square=first.start_chi_square)
+
+
+def _starts(
+    problem: Problem, first: ParameterFit, restarts: int, spread: float, method: LeastSquares | None, *, repeated: bool
+) -> Iterator[FloatArray]:
+    """Yield starts; with `repeated` the problem's own start was the first one and is not tried again in the same way."""
+    at = [problem.names.index(n) for n in first.free]
+    low, high = problem.bounds
+    halton = qmc.Halton(len(at), scramble=False).random(restarts + 1)[1:]
+    ways = _ways(problem)
+    for k in range(restarts):
+        if repeated and k == 0 and ways[0] is None:
+            continue
+        x = problem.start
+        if k >= len(ways):
+            x[at] = np.clip(spread * (2 * halton[k] - 1), low[at], high[at])
+        way = ways[k % len(ways)]
+        try:
+            yield x if way is None else fit(way, method, free=first.free, start=x).x
+        except ToolpointError:
+            # This way in leads where the model does not exist; the next one is tried.
+            continue
+
+
+def _ways(problem: Problem) -> tuple[Problem | None, ...]:
+    with_modes = [t for t in problem.targets if t.modes is not None]
+    if not with_modes:
+        return (None,)
+    other = problem.with_pairing(_BY_FREQUENCY)
+    if not all(t.frequency and (t.shape or t.mac) for t in with_modes) or len(with_modes) < len(problem.targets):
+        return other, None
+    alone = [replace(t, frf=None, damping=False, shape=False, mac=False, line_correlation=None, channel_correlation=None)
+             for t in problem.targets]
+    return other, other.with_targets(alone), None
+
+
+def _cost(result: ParameterFit) -> float:
+    return result.chi_square + result.prior_cost

@@ -1,0 +1,1 @@
+"""What was measured, its noise, and the lines that tell."""

@@ -1,0 +1,210 @@
+"""Targets: what was measured, how well, and which of it counts in the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, fail, one_of, positive
+from toolpoint.updating.measured.frf_noise import Whitening, check_correlation, line_noise
+from toolpoint.vibration import Dof, Frf, Modes
+
+FRF_KINDS = ("real and imaginary", "log")
+
+
+@dataclass(frozen=True, eq=False)
+class Targets:
+    """Measured modes and receptances with the residuals they enter by.
+
+    Every residual is a difference divided by its standard deviation. Standard deviations come from the measurement
+    (`Modes.covariance`, `Modes.shape_variance`, `Frf.variance`) where it has them, otherwise from the numbers here, which
+    are then assumptions: standard errors of the fit are scaled by the root of the reduced chi-square, but never below
+    those that the measurement's own deviations give.
+
+    Parameters
+    ----------
+    modes : Modes, optional
+        One pose, any scaling, at Dofs that the model has.
+    frf : Frf, optional
+        Any quantity; compared as receptance.
+    frequency, damping, shape, mac : bool
+        Which parts of the modes count. Residuals: ln f - ln f_m; likewise zeta (see
+        `damping_residual`); the shape of unit length minus its best
+        multiple of the model's; 1 - MAC.
+    frequency_sd, damping_sd : float
+        Relative standard deviations.
+    shape_sd : float
+        Standard deviation of a shape's entries as part of the shape's root mean square.
+    mac_sd : float
+    frf_kind : str
+        ``real and imaginary`` (H - H_m), or ``log`` (ln H - ln H_m: logarithm of size and phase), which weighs
+        antiresonances like resonances and forgives a shift of a peak.
+    frf_sd : float
+        Standard deviation of each line as part of the response's root mean square (real and imaginary) or of its own
+        size (log), where the Frf carries no variance; its noise by the scatter of the lines is added.
+    line_correlation : (n_f, n_f) floats, optional
+        Correlation of the errors of different lines (windows and zero padding make neighbours alike), 1 on the diagonal.
+    channel_correlation : (n_outputs, n_outputs) complex, optional
+        Hermitian correlation of the errors of different outputs (a noisy force is common to all of them), 1 on the
+        diagonal. Both from repeated measurements: `frf_noise.correlations`.
+    lowest_mac : float
+        Pairs below are called doubtful in the result.
+    """
+
+    modes: Modes | None = None
+    frf: Frf | None = None
+    frequency: bool = True
+    damping: bool = False
+    shape: bool = False
+    mac: bool = False
+    frequency_sd: float = 0.005
+    damping_sd: float = 0.1
+    shape_sd: float = 0.05
+    mac_sd: float = 0.05
+    frf_kind: str = "real and imaginary"
+    frf_sd: float = 0.05
+    lowest_mac: float = 0.5
+    line_correlation: FloatArray | None = None
+    channel_correlation: Array | None = None
+
+    def __post_init__(self) -> None:
+        if self.modes is None and self.frf is None:
+            fail("Targets", "neither modes nor frf", "must have at least one of them")
+        for name in ("frequency_sd", "damping_sd", "shape_sd", "mac_sd", "frf_sd"):
+            positive(f"Targets.{name}", getattr(self, name))
+        one_of("Targets.frf_kind", self.frf_kind, FRF_KINDS)
+        if self.modes is not None:
+            self._check_modes(self.modes)
+        if self.frf is not None:
+            if self.frf.values.ndim != 3:
+                fail("Targets.frf", repr(self.frf), "must be one pose", "use at_pose(i)")
+            if not np.abs(self.frf.values).max() > 0:
+                fail("Targets.frf", "zero everywhere", "must hold a response")
+            object.__setattr__(self, "frf", self.frf.converted_to("receptance"))
+            self._check_correlations(self.frf)
+        elif self.line_correlation is not None or self.channel_correlation is not None:
+            fail("Targets", "a correlation without frf", "belongs to measured responses")
+
+    def _check_correlations(self, frf: Frf) -> None:
+        for name, size in (("line_correlation", frf.frequency.size), ("channel_correlation", len(frf.outputs))):
+            value = getattr(self, name)
+            if value is not None:
+                object.__setattr__(self, name, check_correlation(f"Targets.{name}", value, size))
+
+    def _check_modes(self, modes: Modes) -> None:
+        if modes.frequency.ndim != 1:
+            fail("Targets.modes", repr(modes), "must be one pose", "use at_pose(i)")
+        if (modes.frequency <= 0).any():
+            fail("Targets.modes", "a mode at 0 Hz", "must be above zero", "leave rigid-body modes out: modes.selected")
+        if not (np.abs(modes.shape) > 0).any(axis=0).all():
+            fail("Targets.modes", "a shape that is zero at all Dofs", "must move somewhere")
+        if not (self.frequency or self.damping or self.shape or self.mac):
+            fail("Targets", "modes of which nothing counts", "must use frequency, damping, shape or mac")
+
+    @property
+    def assumed(self) -> bool:
+        """Whether any standard deviation in use is an assumption and not the measurement's own."""
+        modes, frf = self.modes, self.frf
+        from_modes = modes is not None and (
+            ((self.frequency or self.damping) and modes.covariance is None)
+            or (self.shape and modes.shape_variance is None) or self.mac)
+        return from_modes or (frf is not None and frf.variance is None)
+
+    @property
+    def measured(self) -> bool:
+        """Whether any standard deviation in use is the measurement's own."""
+        modes, frf = self.modes, self.frf
+        from_modes = modes is not None and (((self.frequency or self.damping) and modes.covariance is not None)
+                                            or (self.shape and modes.shape_variance is not None))
+        return from_modes or (frf is not None and frf.variance is not None)
+
+    @property
+    def weights(self) -> tuple[str, ...]:
+        """What the weights come from, in words."""
+        modes, frf, lines = self.modes, self.frf, []
+        if modes is not None and (self.frequency or self.damping):
+            both = "measured 2x2 covariance of frequency and damping of each mode, whitened by Cholesky"
+            lines.append("poles: " + ("assumed standard deviations" if modes.covariance is None else both
+                                      if self.frequency and self.damping else "measured variances"))
+        if modes is not None and self.shape:
+            lines.append("shapes: " + ("assumed" if modes.shape_variance is None else "measured") + " standard deviations")
+        if modes is not None and self.mac:
+            lines.append("MAC: assumed standard deviation")
+        if frf is not None:
+            known = [words for words, value in (("lines", self.line_correlation), ("outputs", self.channel_correlation))
+                     if value is not None]
+            lines.append("responses: " + ("assumed" if frf.variance is None else "measured") + " standard deviation of each "
+                         "line" + (f", measured correlation between {' and '.join(known)}" if known else ", lines independent"))
+        return tuple(lines)
+
+    @property
+    def dofs(self) -> tuple[Dof, ...]:
+        """Dofs of the measured shapes."""
+        return () if self.modes is None else self.modes.dofs
+
+    def pole_whitening(self) -> FloatArray:
+        """Return W, (n_modes, 2, 2), with W (ln f - ln f_m, damping residual) uncorrelated of unit variance."""
+        modes = self.modes
+        assert modes is not None
+        scale = np.stack([1 / modes.frequency, self.damping_residual(modes.damping_ratio)[1]], axis=-1)
+        if modes.covariance is None:
+            zeta = np.maximum(np.abs(modes.damping_ratio), 1e-4)
+            covariance: FloatArray = np.zeros((modes.count, 2, 2))
+            covariance[:, 0, 0], covariance[:, 1, 1] = self.frequency_sd**2, (self.damping_sd * zeta * scale[:, 1])**2
+        else:
+            covariance = modes.covariance * scale[:, :, None] * scale[:, None, :]
+        used = [i for i, on in enumerate((self.frequency, self.damping)) if on]
+        result = np.zeros((modes.count, 2, 2))
+        for r, matrix in enumerate(covariance):
+            part = matrix[np.ix_(used, used)]
+            if used and np.linalg.eigvalsh(part)[0] <= 0:
+                fail("Targets.modes", f"covariance of mode {r + 1} is not positive", "must be positive definite",
+                     "remove the covariance, then the assumed standard deviations count")
+            if used:
+                result[r][np.ix_(used, used)] = np.linalg.inv(np.linalg.cholesky(part))
+        return result
+
+    def damping_residual(self, ratio: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return the residuals of damping ratios (n_modes,) and their slopes: ln (zeta + e)/(zeta_m + e), e = zeta_m/1000.
+
+        A logarithm, because dampers start wrong by factors; e lets a model without damping in. Where the measured ratio is
+        not positive, the plain difference.
+        """
+        assert self.modes is not None
+        measured = self.modes.damping_ratio
+        little = 1e-3 * measured
+        usable = (measured > 0) & (ratio + little > 0)
+        top = np.where(usable, ratio + little, 1.0)
+        return (np.where(usable, np.log(top / np.where(usable, measured + little, 1.0)), ratio - measured),
+                np.where(usable, 1 / top, 1.0))
+
+    def shape_deviation(self) -> FloatArray:
+        """Return the standard deviation of every entry of the shapes of unit length, (n_dofs, n_modes)."""
+        modes = self.modes
+        assert modes is not None
+        length = np.linalg.norm(modes.shape, axis=0)
+        floor = self.shape_sd / np.sqrt(len(modes.dofs))
+        if modes.shape_variance is None:
+            return np.full(modes.shape.shape, floor)
+        return np.maximum(np.sqrt(modes.shape_variance) / length, 1e-3 * floor)
+
+    def frf_deviation(self) -> FloatArray:
+        """Return the standard deviation of real and of imaginary part of every line, (n_f, n_outputs, n_inputs)."""
+        frf = self.frf
+        assert frf is not None
+        size = np.abs(frf.values)
+        level = np.sqrt((size**2).mean(axis=0))
+        tiny = 1e-6 * max(float(level.max()), 1e-300)
+        if frf.variance is not None:
+            # E|e|^2 is shared by both parts; lines without any noise at all would decide alone.
+            return np.maximum(np.sqrt(frf.variance / 2), tiny)
+        base = size if self.frf_kind == "log" else np.broadcast_to(level, size.shape)
+        # Where noise is larger than the assumption it counts: lines that hold nothing else must not weigh like others.
+        return np.hypot(self.frf_sd * np.maximum(base, tiny), line_noise(frf.values) / np.sqrt(2))
+
+    def frf_whitening(self) -> Whitening | None:
+        """Return what makes the errors over their standard deviations independent; None where they count as such."""
+        if self.line_correlation is None and self.channel_correlation is None:
+            return None
+        return Whitening.of(self.line_correlation, self.channel_correlation)

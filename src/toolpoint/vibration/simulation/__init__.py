@@ -1,0 +1,1 @@
+"""Motion in time: of one system, and of one that changes along a path."""
