@@ -22,9 +22,9 @@ from toolpoint.vibration.sparse import factorise, modes  # noqa: E402
 _SUPERLU_MOST = 200_000
 
 
-def column(size: float) -> SolidModel:
+def column(size: float, height: float = 1.5) -> SolidModel:
     """Hollow ribbed column 0.44 x 0.40 x 1.5 m with a web, openings and two steel rails."""
-    b, d, h, wall = 0.44, 0.40, 1.5, 0.03
+    b, d, h, wall = 0.44, 0.40, height, 0.03
     boxes = [Cuboid([0, 0, 0], [b, d, h]), Cuboid([wall, wall, wall], [b - wall, d - wall, h - wall], is_window=True)]
     for z in (0.3, 0.6, 0.9, 1.2):
         boxes += [Cuboid([wall, wall, z], [b - wall, d - wall, z + 0.02]),

@@ -7,8 +7,9 @@ from scipy.sparse import block_diag, csc_array, diags_array, kron
 from scipy.sparse import random as sparse_random
 
 from toolpoint import ToolpointError
-from toolpoint.vibration.sparse import count_below, factorise, modes, multifrontal, symbolic
-from toolpoint.vibration.sparse.factorisation import add_mass, check_symmetric
+from toolpoint.vibration.sparse import count_below, elimination, factorise, modes, symbolic
+from toolpoint.vibration.sparse.factorisation import check_symmetric
+from toolpoint.vibration.sparse.pencil import Pencil
 
 
 def chain(n):
@@ -112,24 +113,25 @@ def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
         factorise(csc_array(block_diag([k + m, [[0.0]]])), solver="multifrontal")
 
 
-@pytest.mark.parametrize("numbers", [multifrontal._CHUNK, 5000])
+@pytest.mark.parametrize("numbers", [elimination._CHUNK, 5000])
 def test_negative_eigenvalues_are_counted_without_keeping_factors(numbers, monkeypatch):
-    """In the order of other factors of the same pattern: the closed form's count; another pattern is left to a new order."""
-    monkeypatch.setattr(multifrontal, "_CHUNK", numbers)  # of a factor that a piece may hold: all of it, or many pieces
+    """In the order of the factors: the closed form's count, before there are factors, beside them and after them."""
+    monkeypatch.setattr(elimination, "_CHUNK", numbers)  # of a factor that a piece may hold: all of it, or many pieces
     n = 12
     k, at = grid_laplacian(n), np.arange(n)
     square = 4 * np.sin(np.pi * at / (2 * n)) ** 2
     three = (square[:, None, None] + square[None, :, None] + square[None, None, :]).ravel()
     exact = np.outer(three, 3 + np.sqrt(2) * np.array([-1, 0, 1])).ravel()
-    unit = diags_array(np.ones(k.shape[0]))
-    factors = factorise(csc_array(k + 0.3 * unit), solver="multifrontal")
+    pencil = Pencil(k, csc_array(diags_array(np.ones(k.shape[0]))), 0.3, solver="multifrontal")
     right = np.random.default_rng(0).standard_normal(k.shape[0])
-    before = factors.solve(right)
+    assert pencil.count_below(0.5) == (exact < 0.5).sum()
+    before = pencil.inverse.solve(right)
+    assert np.allclose(k @ before + 0.3 * before, right, atol=1e-10)
     for shift in (0.5, 2.2345, 9.171):
-        assert factors.count_negative(csc_array(k - shift * unit)) == (exact < shift).sum()
-    assert np.array_equal(factors.solve(right), before)
-    assert factors.count_negative(csc_array(unit)) is None
-    assert factorise(csc_array(k + 0.3 * unit), solver="SuperLU").count_negative(csc_array(k)) is None
+        assert pencil.count_below(shift) == (exact < shift).sum()
+    assert np.array_equal(pencil.inverse.solve(right), before)
+    pencil.let_go()
+    assert pencil.count_below(2.2345) == (exact < 2.2345).sum() and np.array_equal(pencil.inverse.solve(right), before)
 
 
 @pytest.mark.parametrize("change", ["none", "value", "missing above", "missing below"])
@@ -162,14 +164,27 @@ def test_symmetry_of_large_matrices_is_asked_without_copies(change):
             check_symmetric("matrix", broken)
 
 
-def test_shifted_matrices_share_the_pattern_of_the_stiffness():
-    n = 20
+@pytest.mark.parametrize("solver", ["multifrontal", "SuperLU"])
+def test_a_mass_between_rows_that_no_stiffness_joins_is_in_the_factors(solver):
+    """The order is that of both patterns together: against a dense solution, and counted."""
+    n = 7
     k = csc_array(grid_laplacian(n))
-    k.sort_indices()
-    m = csc_array(kron(kron(kron(chain(n)[1], chain(n)[1]), chain(n)[1]), np.eye(3)))
-    m.sort_indices()
-    shifted = add_mass(k, m, -0.7)
-    assert abs(shifted - (k - 0.7 * m)).max() == 0
-    assert shifted.indices is k.indices or np.shares_memory(shifted.indices, k.indices)
-    other = csc_array(([1.0, 1.0], ([0, 3 * n**3 - 1], [3 * n**3 - 1, 0])), shape=k.shape)  # outside the pattern
-    assert abs(add_mass(k, other, 2.0) - (k + 2 * other)).max() == 0
+    size = k.shape[0]
+    m = csc_array(diags_array(np.ones(size)) + csc_array(([0.4, 0.4], ([0, size - 1], [size - 1, 0])), shape=k.shape))
+    pencil = Pencil(k, m, 0.7, solver=solver)
+    right = np.random.default_rng(3).standard_normal((size, 2))
+    assert np.allclose(pencil.inverse.solve(right), np.linalg.solve((k + 0.7 * m).toarray(), right), atol=1e-10)
+    exact = eigh(k.toarray(), m.toarray(), eigvals_only=True)
+    assert pencil.count_below(2.2345) == (exact < 2.2345).sum()
+
+
+def test_wide_fronts_are_solved_by_blocks():
+    """A full matrix is one front: more columns than a block holds, and a part below the last whole block."""
+    rng = np.random.default_rng(4)
+    a = rng.standard_normal((150, 150))
+    for matrix, positive in ((a @ a.T + 150 * np.eye(150), True), ((a + a.T) / 2 + 5 * np.eye(150), False)):
+        sparse = csc_array(block_diag([matrix, np.eye(30)]) + csc_array(([0.5, 0.5], ([3, 160], [160, 3])), shape=(180, 180)))
+        factors = factorise(sparse, solver="multifrontal", is_positive=positive)
+        right = rng.standard_normal((180, 5))
+        assert np.allclose(sparse @ factors.solve(right), right, atol=1e-8)
+        assert factors.negative_pivots == (np.linalg.eigvalsh(sparse.toarray()) < 0).sum()

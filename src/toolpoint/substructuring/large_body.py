@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail, floats
-from toolpoint.vibration.sparse import EigenPairs, Factorisation, factorise, modes
-from toolpoint.vibration.sparse.factorisation import add_mass, check_symmetric
+from toolpoint.vibration.sparse import EigenPairs, Factorisation
+from toolpoint.vibration.sparse.factorisation import check_symmetric
+from toolpoint.vibration.sparse.lanczos import modes_of
+from toolpoint.vibration.sparse.pencil import Pencil
 
 STRAINED = 1e-8
 
@@ -76,16 +79,46 @@ class LargeBody:
 
 @dataclass(frozen=True, eq=False)
 class Preparation:
-    """The shifted factorisation of a body, its rigid motions orthonormal in the mass, and its responses to all loads.
+    """The shifted matrices of a body with one order of elimination, and its rigid motions orthonormal in the mass.
 
-    shift : s0, rad^2/s^2; responses : (n, l), of the loads in balance with inertia, free of rigid motion.
+    The factors and the responses are made when they are first asked for: modes of a band are counted before there are any.
     """
 
     body: LargeBody
-    shift: float
-    inverse: Factorisation
+    pencil: Pencil
     rigid: FloatArray
-    responses: FloatArray
+
+    @property
+    def shift(self) -> float:
+        """s0, rad^2/s^2."""
+        return self.pencil.shift
+
+    @cached_property
+    def inverse(self) -> Factorisation:
+        """Factors of K + s0 M."""
+        inverse = self.pencil.inverse
+        if inverse.negative_pivots:
+            fail("stiffness", f"{inverse.negative_pivots} negative eigenvalues", "must be positive semidefinite",
+                 "an element of negative stiffness, or a load beyond buckling?")
+        return inverse
+
+    @property
+    def solver(self) -> str:
+        """Name of what made the factors."""
+        return self.pencil.solver_name
+
+    def let_go(self) -> None:
+        """Forget the factors: nothing large is solved any more."""
+        self.__dict__.pop("inverse", None)
+        self.pencil.let_go()
+
+    @cached_property
+    def responses(self) -> FloatArray:
+        """Responses to all loads in balance with inertia, free of rigid motion, (n, l)."""
+        loads, rigid = self.body.loads, self.rigid
+        inertial = self.body.mass @ rigid
+        responses = self.inverse.solve(loads - inertial @ (rigid.T @ loads))
+        return responses - rigid @ (inertial.T @ responses)
 
     @property
     def answers(self) -> FloatArray:
@@ -109,9 +142,7 @@ class Preparation:
 
     def elastic_modes(self, below: float) -> EigenPairs:
         """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
-        body = self.body
-        pairs = modes(body.stiffness, body.mass, below=below, shift=self.shift, coordinates=body.coordinates,
-                      inverse=self.inverse)
+        pairs = modes_of(self.pencil, below=below)
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
                  "a part that hangs loose, a mechanism, or a body that is held after all")
@@ -122,16 +153,9 @@ class Preparation:
 
 
 def prepare(body: LargeBody, shift: float) -> Preparation:
-    """Factorise K + shift M once, and solve for all loads."""
-    inverse = factorise(body.stiffness if shift == 0 else add_mass(body.stiffness, body.mass, shift),
-                        coordinates=body.coordinates)
-    if inverse.negative_pivots:
-        fail("stiffness", f"{inverse.negative_pivots} negative eigenvalues", "must be positive semidefinite",
-             "an element of negative stiffness, or a load beyond buckling?")
+    """Put the matrices K + shift M ready to be factorised once."""
     rigid: FloatArray = np.zeros((body.size, 0))
     if body.rigid is not None:
         lower = np.linalg.cholesky(body.rigid.T @ (body.mass @ body.rigid))
         rigid = np.linalg.solve(lower, body.rigid.T).T
-    inertial = body.mass @ rigid
-    responses = inverse.solve(body.loads - inertial @ (rigid.T @ body.loads))
-    return Preparation(body, shift, inverse, rigid, responses - rigid @ (inertial.T @ responses))
+    return Preparation(body, Pencil(body.stiffness, body.mass, shift, coordinates=body.coordinates), rigid)

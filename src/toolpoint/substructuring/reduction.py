@@ -165,7 +165,7 @@ class ShapeSpan:
         vectors, body = self.columns @ shapes, self.prepared.body
         residual = ResidualProducts(self.inertial @ shapes, self.loads @ shapes, shapes, self.gram, self.prepared.shift)
         return Reduction(squares, vectors, body.loads.T @ vectors, body.loads.T @ self.prepared.rigid, self.reach,
-                         self.method.name, self.prepared.inverse.name, residual)
+                         self.method.name, self.prepared.solver, residual)
 
     @cached_property
     def _compressed(self) -> FloatArray:
@@ -232,7 +232,13 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     inertial[rest[:-k], rest[k:]] = 1.0
     loads[:, first] = mix
     weighty = body.mass @ columns
-    gram = np.hstack([weighty, body.loads]).T @ np.hstack([prepared.inverse.solve(weighty), prepared.answers])
+    # S M R = R / s0 and S M q = q' are known; the kept shapes and the last responses are solved for.
+    solved = prepared.inverse.solve(np.hstack([weighty[:, r:r + m], weighty[:, -k:]]))
+    static = prepared.answers
+    prepared.let_go()
+    answers = np.hstack([prepared.rigid / shift if r else prepared.rigid, solved[:, :m], *responses[1:], solved[:, m:],
+                         static])
+    gram = np.hstack([weighty, body.loads]).T @ answers
     return ShapeSpan(prepared, method, columns, _even(columns.T @ weighty), _even(columns.T @ (body.stiffness @ columns)),
                      inertial, loads, _even(gram), m, raw.reach)
 

@@ -6,7 +6,7 @@ of inertia; Parlett, The Symmetric Eigenvalue Problem, section 3.3).
 
 from __future__ import annotations
 
-from typing import Protocol, TypeAlias, runtime_checkable
+from typing import Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -24,11 +24,6 @@ class _Solver(Protocol):
     negative_pivots: int
 
     def solve(self, right: FloatArray) -> FloatArray: ...
-
-
-@runtime_checkable
-class _Counter(Protocol):
-    def count_negative(self, matrix: csc_array) -> int | None: ...
 
 
 class Factorisation:
@@ -49,12 +44,6 @@ class Factorisation:
         if values.ndim not in (1, 2) or len(values) != self.size:
             fail("right", f"shape {values.shape}", f"must be ({self.size},) or ({self.size}, any)")
         return self._solver.solve(floats("right", values))
-
-    def count_negative(self, matrix: SparseMatrix) -> int | None:
-        """Return the number of negative eigenvalues of another matrix of the same pattern, in the order of these factors and
-        without keeping its own; None where the solver or the pattern does not let it."""
-        columns = csc_array(matrix)
-        return self._solver.count_negative(columns) if isinstance(self._solver, _Counter) else None
 
     def __repr__(self) -> str:
         return f"Factorisation({self.size} rows by {self.name}, {self.negative_pivots} negative pivots)"
@@ -87,40 +76,43 @@ def factorise(matrix: SparseMatrix, *, coordinates: FloatArray | None = None, so
         For a matrix that is not square, not symmetric, holds values that are not finite, or has no inverse.
     """
     checked = check_symmetric("matrix", matrix)
-    one_of("solver", solver, SOLVERS)
     n = checked.shape[0]
-    if coordinates is not None:
-        coordinates = floats("coordinates", coordinates, (None,))
-        if coordinates.ndim != 2 or len(coordinates) != n:
-            fail("coordinates", f"shape {coordinates.shape}", f"must be ({n}, 3)")
-    if solver == "CHOLMOD":
+    best = chosen_solver(solver, n)
+    coordinates = check_coordinates(coordinates, n)
+    if best == "CHOLMOD":
         from toolpoint.vibration.sparse.cholmod import Cholmod
 
         return Factorisation(Cholmod(checked), n)
-    if solver == "SuperLU" or (solver == "auto" and (n < _SMALL or not _has_compiled())):
+    if best == "SuperLU":
         return Factorisation(SuperLu(checked), n)
+    from toolpoint.vibration.sparse.elimination import EliminationPlan
     from toolpoint.vibration.sparse.multifrontal import Multifrontal
 
-    return Factorisation(Multifrontal(checked, coordinates, is_positive), n)
+    return Factorisation(Multifrontal(EliminationPlan(checked, coordinates), checked, is_positive=is_positive), n)
+
+
+def chosen_solver(solver: str, size: int) -> str:
+    """Return which solver works on so many rows where one is asked for, ``auto`` included."""
+    one_of("solver", solver, SOLVERS)
+    if solver != "auto":
+        return solver
+    return "SuperLU" if size < _SMALL or not _has_compiled() else "multifrontal"
+
+
+def check_coordinates(coordinates: FloatArray | None, size: int) -> FloatArray | None:
+    """Return places of all rows, or none."""
+    if coordinates is None:
+        return None
+    places = floats("coordinates", coordinates, (None,))
+    if places.ndim != 2 or len(places) != size:
+        fail("coordinates", f"shape {places.shape}", f"must be ({size}, 3)")
+    return places
 
 
 def _has_compiled() -> bool:
     from toolpoint.vibration.sparse import dense_calls
 
     return dense_calls.addresses() is not None
-
-
-def add_mass(stiffness: csc_array, mass: csc_array, factor: float) -> csc_array:
-    """Return K + factor M; of large matrices on the pattern of K, whose arrays it shares."""
-    if stiffness.shape[0] < _SMALL or not (stiffness.has_canonical_format and mass.has_canonical_format):
-        return csc_array(stiffness + factor * mass)
-    from toolpoint.vibration.sparse import symbolic
-
-    data = np.empty_like(stiffness.data)
-    if not symbolic.add_scaled(stiffness.indptr, stiffness.indices, stiffness.data, mass.indptr, mass.indices, mass.data,
-                               factor, data):
-        return csc_array(stiffness + factor * mass)
-    return csc_array((data, stiffness.indices, stiffness.indptr), shape=stiffness.shape)
 
 
 def _asymmetry(columns: csc_array) -> float:
@@ -138,9 +130,10 @@ def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
     columns = csc_array(matrix, dtype=float)
     if columns.shape[0] != columns.shape[1] or columns.shape[0] == 0:
         fail(name, f"shape {columns.shape}", "must be square and not empty")
-    if not np.isfinite(columns.data).all():
+    high, low = float(columns.data.max(initial=0.0)), float(columns.data.min(initial=0.0))
+    if not (np.isfinite(high) and np.isfinite(low)):
         fail(name, "values that are not finite", "must be finite")
-    scale = float(np.abs(columns.data).max(initial=0.0))
+    scale = max(high, -low)
     error = _asymmetry(columns)
     if error > _SYMMETRY * scale:
         fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",

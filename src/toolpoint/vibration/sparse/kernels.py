@@ -11,32 +11,39 @@ from numba import njit
 
 from toolpoint.vibration.sparse.dense_calls import cholesky, product, scratch, solve_triangle, square_update
 
+# Columns of the factor that are kept from one diagonal down.
+BLOCK = 64
 _PANEL = 64
 _STRIP = 256
 
 
 @njit(cache=True)
-def factorise_groups(low, high, indptr, indices, data, order, place, begins, pointers, rows, parent, starts, factor, diagonal,
-                     stack, state, local, routines, positive, tiny):
-    """Factorise the groups low .. high - 1; return -1, or the first row (in elimination order) without a usable pivot.
+def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diagonal, routines, positive, tiny):
+    """Factorise the groups low .. high - 1 of K + shift M; return -1, or the first row (in elimination order) without a
+    usable pivot.
 
-    `factor` holds each group's columns (front, width) column by column from `starts`; `diagonal` D of L D L^T (ones for a
-    Cholesky factorisation, `positive`); `stack`, `state` (top, and where each group's contribution lies) go on between calls.
+    `stiffness`, `mass` are compressed columns (pointers, rows, values); `plan` (order, place, begins, pointers, rows, parent,
+    starts); `factor` holds each group's columns from `starts` (none: they are not kept), `diagonal` D of L D L^T (ones for a
+    Cholesky factorisation, `positive`). `work` goes on between calls: `stack`, `state` (top, and where each group's
+    contribution lies), `local`, and room for the largest front's columns and contribution.
     """
+    order, place, begins, pointers, rows, parent, starts = plan
+    stack, state, local, columns, square = work
     places = scratch()
     for s in range(low, high):
         first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
         front = width + below
-        panel = factor[starts[s]:starts[s + 1]]
+        panel, rest = columns[:width * front], square[:below * below]
         panel[:] = 0.0
+        for j in range(below):
+            rest[j * below + j:(j + 1) * below] = 0.0
         for i in range(width):
             local[first + i] = i
         for i in range(below):
             local[rows[pointers[s] + i]] = width + i
-        _gather(indptr, indices, data, order, place, first, width, front, local, panel)
-        top = state[0]
-        rest = stack[top:top + below * below]
-        rest[:] = 0.0
+        _gather(stiffness, 1.0, order, place, first, width, front, local, panel)
+        if shift != 0.0:
+            _gather(mass, shift, order, place, first, width, front, local, panel)
         _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest)
         if positive:
             fault = _cholesky_front(panel, rest, width, below, front, routines, places)
@@ -45,18 +52,21 @@ def factorise_groups(low, high, indptr, indices, data, order, place, begins, poi
             fault = _indefinite_front(panel, rest, width, below, front, diagonal[first:first + width], routines, places, tiny)
         if fault >= 0:
             return first + fault
-        _push(s, parent, below, stack, state)
+        if factor.size:
+            _keep(panel, width, front, factor[starts[s]:starts[s + 1]])
+        _push(s, parent, below, rest, stack, state)
     return -1
 
 
 @njit(cache=True)
-def _gather(indptr, indices, data, order, place, first, width, front, local, panel):
+def _gather(matrix, scale, order, place, first, width, front, local, panel):
+    indptr, indices, data = matrix
     for j in range(width):
         column = order[first + j]
         for k in range(indptr[column], indptr[column + 1]):
             row = place[indices[k]]
             if row >= first + j:
-                panel[j * front + local[row]] += data[k]
+                panel[j * front + local[row]] += scale * data[k]
 
 
 @njit(cache=True)
@@ -72,34 +82,44 @@ def _take_children(s, begins, pointers, rows, stack, state, local, width, front,
             if column < width:
                 at = column * front
                 for i in range(j, size):
-                    panel[at + local[rows[pointers[child] + i]]] += stack[base + j * size + i]
+                    panel[at + local[rows[pointers[child] + i]]] += stack[base + i - j]
             else:
                 at = (column - width) * below - width
                 for i in range(j, size):
-                    rest[at + local[rows[pointers[child] + i]]] += stack[base + j * size + i]
+                    rest[at + local[rows[pointers[child] + i]]] += stack[base + i - j]
+            base += size - j
         child = state[1 + count + child]
 
 
 @njit(cache=True)
-def _push(s, parent, below, stack, state):
-    """Move the new contribution down over those of the children, which are done with, and hand it to the parent."""
+def _keep(panel, width, front, kept):
+    """Put the columns of L by: a block of columns at a time, from its diagonal down, so that little stands above it."""
+    at = 0
+    for a in range(0, width, BLOCK):
+        for j in range(a, min(a + BLOCK, width)):
+            kept[at:at + front - a] = panel[j * front + a:(j + 1) * front]
+            at += front - a
+
+
+@njit(cache=True)
+def _push(s, parent, below, rest, stack, state):
+    """Put the lower triangle of the new contribution over those of the children, which are done with, for the parent."""
     count = parent.size
-    top = state[0]
-    base = top
+    base = state[0]
     child = state[1 + s]
     while child >= 0:
         base = min(base, state[1 + 2 * count + child])
         child = state[1 + count + child]
-    if base < top:
-        for i in range(below * below):
-            stack[base + i] = stack[top + i]
+    state[0] = base
     if parent[s] < 0:
-        state[0] = base
         return
     state[1 + 2 * count + s] = base
     state[1 + count + s] = state[1 + parent[s]]
     state[1 + parent[s]] = s
-    state[0] = base + below * below
+    for j in range(below):
+        stack[base:base + below - j] = rest[j * below + j:(j + 1) * below]
+        base += below - j
+    state[0] = base
 
 
 @njit(cache=True)
@@ -179,30 +199,58 @@ def solve_groups(right, begins, pointers, rows, starts, factor, diagonal, routin
     count = begins.size - 1
     most = 0
     for s in range(count):
-        most = max(most, pointers[s + 1] - pointers[s])
+        most = max(most, begins[s + 1] - begins[s] + pointers[s + 1] - pointers[s])
     work = np.empty(most * k)
-    x, w = right.ctypes.data, work.ctypes.data
     for s in range(count):
         first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
-        panel = factor[starts[s]:starts[s + 1]].ctypes.data
-        solve_triangle(routines, places, False, False, not positive, width, k, panel, width + below, x + 8 * first, n)
-        if below:
-            product(routines, places, False, False, below, k, width, panel + 8 * width, width + below, x + 8 * first, n, False,
-                    w, below)
-            for c in range(k):
-                for i in range(below):
-                    right[c, rows[pointers[s] + i]] += work[c * below + i]
-    for c in range(k):
-        for i in range(n):
-            right[c, i] /= diagonal[i]
+        front = width + below
+        for c in range(k):
+            work[c * front:c * front + width] = right[c, first:first + width]
+            work[c * front + width:(c + 1) * front] = 0.0
+        _forward(factor[starts[s]:starts[s + 1]], work, width, front, k, routines, places, positive)
+        for c in range(k):
+            right[c, first:first + width] = work[c * front:c * front + width]
+            for i in range(below):
+                right[c, rows[pointers[s] + i]] += work[c * front + width + i]
+    if not positive:
+        for c in range(k):
+            for i in range(n):
+                right[c, i] /= diagonal[i]
     for s in range(count - 1, -1, -1):
         first, width, below = begins[s], begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
-        panel = factor[starts[s]:starts[s + 1]].ctypes.data
-        if below:
-            for c in range(k):
-                for i in range(below):
-                    work[c * below + i] = right[c, rows[pointers[s] + i]]
-            product(routines, places, True, False, width, k, below, panel + 8 * width, width + below, w, below, True,
-                    x + 8 * first, n)
-        solve_triangle(routines, places, False, True, not positive, width, k, panel, width + below, x + 8 * first, n)
+        front = width + below
+        for c in range(k):
+            work[c * front:c * front + width] = right[c, first:first + width]
+            for i in range(below):
+                work[c * front + width + i] = right[c, rows[pointers[s] + i]]
+        _backward(factor[starts[s]:starts[s + 1]], work, width, front, k, routines, places, positive)
+        for c in range(k):
+            right[c, first:first + width] = work[c * front:c * front + width]
     return work.size
+
+
+@njit(cache=True)
+def _forward(kept, work, width, front, k, routines, places, positive):
+    x, start, at = work.ctypes.data, kept.ctypes.data, 0
+    for a in range(0, width, BLOCK):
+        b = min(a + BLOCK, width)
+        height, block = front - a, start + 8 * at
+        solve_triangle(routines, places, False, False, not positive, b - a, k, block, height, x + 8 * a, front)
+        if b < front:
+            product(routines, places, False, False, front - b, k, b - a, block + 8 * (b - a), height, x + 8 * a, front, True,
+                    x + 8 * b, front)
+        at += height * (b - a)
+
+
+@njit(cache=True)
+def _backward(kept, work, width, front, k, routines, places, positive):
+    x, start, at = work.ctypes.data, kept.ctypes.data, kept.size
+    for a in range((width - 1) // BLOCK * BLOCK, -1, -BLOCK):
+        b = min(a + BLOCK, width)
+        height = front - a
+        at -= height * (b - a)
+        block = start + 8 * at
+        if b < front:
+            product(routines, places, True, False, b - a, k, front - b, block + 8 * (b - a), height, x + 8 * b, front, True,
+                    x + 8 * a, front)
+        solve_triangle(routines, places, False, True, not positive, b - a, k, block, height, x + 8 * a, front)

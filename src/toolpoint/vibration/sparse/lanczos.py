@@ -16,7 +16,8 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.vibration.sparse.eigenpairs import EigenPairs
-from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, add_mass, check_symmetric, factorise
+from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
+from toolpoint.vibration.sparse.pencil import Pencil
 
 # Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
 # million nodes, far above rounding.
@@ -56,15 +57,18 @@ def modes(
     if (number is None) == (below is None):
         fail("number", f"{number} and below {below}", "must give either a number of modes or the band below a frequency")
     s = shift if inverse is not None and shift == 0 else positive("shift", shift) if shift is not None else default_shift(k, m)
-    if inverse is None:
-        inverse = factorise(add_mass(k, m, s), coordinates=coordinates, solver=solver)
-    search = _Search(k, m, s, inverse, coordinates, solver)
-    if search.inverse.negative_pivots:
-        fail("stiffness", f"{search.inverse.negative_pivots} negative eigenvalues below {-s:.3g} rad^2/s^2",
-             "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
+    pencil = Pencil(k, m, s, coordinates=coordinates, solver=solver)
+    if inverse is not None:
+        pencil.inverse, pencil.solver_name = inverse, inverse.name
+    return modes_of(pencil, number, below=below, is_counted=is_counted, is_kept=inverse is not None)
+
+
+def modes_of(pencil: Pencil, number: int | None = None, *, below: float | None = None, is_counted: bool = True,
+             is_kept: bool = True) -> EigenPairs:
+    """Return the lowest modes as `modes` does, with the factors of a pencil; they are let go after use unless `is_kept`."""
+    search = _Search(pencil, is_kept)
     if below is not None:
-        top = (2 * np.pi * positive("below", below)) ** 2
-        return search.band(top)
+        return search.band((2 * np.pi * positive("below", below)) ** 2)
     return search.lowest(min(count("number", number or 0), search.rank()), is_counted)
 
 
@@ -87,12 +91,19 @@ def default_shift(stiffness: csc_array, mass: csc_array) -> float:
 
 @dataclass
 class _Search:
-    k: csc_array
-    m: csc_array
-    shift: float
-    inverse: Factorisation
-    coordinates: FloatArray | None
-    solver: str
+    pencil: Pencil
+    is_kept: bool
+
+    def __post_init__(self) -> None:
+        self.m, self.shift = self.pencil.mass, self.pencil.shift
+
+    def inverse(self) -> Factorisation:
+        """Return the factors, of a stiffness without negative eigenvalues."""
+        factors = self.pencil.inverse
+        if factors.negative_pivots:
+            fail("stiffness", f"{factors.negative_pivots} negative eigenvalues below {-self.shift:.3g} rad^2/s^2",
+                 "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
+        return factors
 
     def rank(self) -> int:
         """Upper bound of the number of modes: rows that hold mass."""
@@ -131,11 +142,9 @@ class _Search:
                            f"{number} modes of the band were counted, not all found: give another shift")
 
     def _count(self, mu: float) -> int:
-        matrix = add_mass(self.k, self.m, -mu)
-        counted = self.inverse.count_negative(matrix)
-        if counted is not None:
-            return counted
-        return factorise(matrix, coordinates=self.coordinates, solver=self.solver, is_positive=False).negative_pivots
+        if not self.is_kept:
+            self.pencil.let_go()  # a count needs the room of factors, and is mostly the last thing that is done
+        return self.pencil.count_below(mu)
 
     def _pairs(self, basis: _Basis, keep: int, counted: float, status: str) -> EigenPairs:
         squares, vectors, residual = basis.ritz(keep)
@@ -143,7 +152,7 @@ class _Search:
         if (squares < 0).any():
             fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
                  "an element of negative stiffness, or a load beyond buckling?")
-        return EigenPairs(squares, vectors, residual, float(counted), self.inverse.name, status)
+        return EigenPairs(squares, vectors, residual, float(counted), self.pencil.solver_name, status)
 
 
 def _cut(squares: FloatArray, number: int, most: int) -> tuple[int, float]:
@@ -176,7 +185,7 @@ class _Basis:
 
     def _apply(self, heavy: FloatArray) -> FloatArray:
         """Return the operator's image of a block whose product with M is given."""
-        return self._search.inverse.solve(heavy)
+        return self._search.inverse().solve(heavy)
 
     def _start(self) -> FloatArray:
         """Return the image of random vectors that hold nothing of the basis: rigid-body modes would drown all else."""

@@ -234,17 +234,34 @@ def expand_rows(pointers, rows, order, weight, starts):
 
 
 @njit(cache=True)
-def stack_size(begins, pointers, parent):
-    """Return the numbers that the stack of waiting contributions holds at most."""
-    waiting, most = 0, 0
+def room_needed(begins, pointers, parent):
+    """Return the most numbers that wait on the stack at once (lower triangles of contributions), and the largest front's
+    columns and contribution."""
+    waiting, most, columns, square = 0, 0, 0, 0
     pending = np.zeros(parent.size, np.int64)
     for s in range(parent.size):
-        square = (pointers[s + 1] - pointers[s]) ** 2
-        most = max(most, waiting + square)
-        waiting += square - pending[s]
+        width, below = begins[s + 1] - begins[s], pointers[s + 1] - pointers[s]
+        columns, square = max(columns, width * (width + below)), max(square, below * below)
+        waiting -= pending[s]
         if parent[s] >= 0:
-            pending[parent[s]] += square
-    return most
+            triangle = below * (below + 1) // 2
+            waiting += triangle
+            pending[parent[s]] += triangle
+        most = max(most, waiting)
+    return most, columns, square
+
+
+@njit(cache=True)
+def factor_starts(begins, pointers, block):
+    """Return where each group's columns start in the factor, and its size: blocks of columns, each from its diagonal down."""
+    starts = np.zeros(begins.size, np.int64)
+    for s in range(begins.size - 1):
+        width = begins[s + 1] - begins[s]
+        front = width + pointers[s + 1] - pointers[s]
+        starts[s + 1] = starts[s]
+        for a in range(0, width, block):
+            starts[s + 1] += (min(a + block, width) - a) * (front - a)
+    return starts
 
 
 @njit(cache=True)
@@ -275,18 +292,12 @@ def asymmetry(indptr, indices, data):
 
 
 @njit(cache=True)
-def add_scaled(indptr, indices, data, other_indptr, other_indices, other_data, factor, result):
-    """Write data + factor * other into `result` (on the first pattern); return whether the other pattern lies in the first.
-
-    Columns of both are sorted.
-    """
+def holds(indptr, indices, other_indptr, other_indices):
+    """Return whether every entry of the other pattern has one in the first; columns of both are sorted."""
     for j in range(indptr.size - 1):
-        at = other_indptr[j]
-        last = other_indptr[j + 1]
+        at, last = other_indptr[j], other_indptr[j + 1]
         for k in range(indptr[j], indptr[j + 1]):
-            result[k] = data[k]
             if at < last and other_indices[at] == indices[k]:
-                result[k] += factor * other_data[at]
                 at += 1
         if at < last:
             return False
