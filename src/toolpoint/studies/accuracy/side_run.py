@@ -23,10 +23,12 @@ from toolpoint.vibration.simulation.varying import (
     VaryingSystem,
     step_nodes,
 )
+from toolpoint.vibration.varying_periods import WholePeriod, advance_periods
 
 Progress = Callable[[int, int], None]
 _BLOCK = 100_000
 _KEPT = 1_000_000  # samples of a side that are kept at most
+_EVEN = 2e-3  # of the largest feed: a smaller change within a revolution lets its steps be taken at once
 
 
 @dataclass(frozen=True)
@@ -150,7 +152,8 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
                           system.mass, system.stiffness)
     carried = RunArrays(state, delayed, totals)
     out, base = np.empty((-(-steps // keep), 6)), np.empty((-(-steps // keep) if setup.with_base else 0, 9))
-    kept = 0
+    known: dict[tuple[int, int], WholePeriod] = {}
+    kept, stepwise = 0, setup.regenerative or setup.with_energy or setup.with_base
     for at in range(0, steps, _BLOCK):
         before = kept
         done = store.load(at, carried) if store else None
@@ -165,6 +168,9 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
                 feed = np.clip(motion[low:high, 1] * dt * table.per_tooth / table.largest_feed, 0.0, 1.0)
                 of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
                 course = CourseArrays(node[low:high], share[low:high], feed, structure.load_factors(motion[low:high]))
+                if not stepwise and _is_even(motion[low:high], table):
+                    kept += advance_periods(at_nodes, of_cut, course, carried, keep, at + low, out[kept:], known)
+                    continue
                 kept += advance(at_nodes, of_cut, course, carried, keep, at + low, out[kept:],
                                 base[kept:] if setup.with_base else base)
             if store:
@@ -184,6 +190,12 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     return SideAccuracy(structure.side.name, time, travelled[:, 0], out[:kept], _base_history(structure, base[:kept],
                                                                                               travelled),
                         float("nan"), balance, _notes(structure))
+
+
+def _is_even(motion: FloatArray, table: CuttingTable) -> bool:
+    """Return whether the feed hardly changes within a revolution, whose steps may then be taken at once."""
+    change = np.abs(motion[:, 2]).max() * table.step * table.table.shape[1]
+    return bool(change * table.per_tooth * table.step <= _EVEN * table.largest_feed)
 
 
 def _span(duration: float, window: float | None, tooth: float) -> tuple[float, float]:

@@ -134,6 +134,10 @@ class CourseArrays(NamedTuple):
     feed: FloatArray
     loads: FloatArray
 
+    def at(self, steps: slice | IndexArray) -> CourseArrays:
+        """Return some of the steps."""
+        return CourseArrays(self.node[steps], self.share[steps], self.feed[steps], self.loads[steps])
+
 
 class RunArrays(NamedTuple):
     """What a run carries from step to step: state (z), tip in cutter axes over the last period, and the sums of energies:
