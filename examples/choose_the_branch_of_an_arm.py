@@ -5,7 +5,7 @@ from importlib import resources
 import numpy as np
 
 from toolpoint.io import read_machine
-from toolpoint.studies import PlaceQuantity, compare_branches
+from toolpoint.studies import PlaceQuantity, choose_turns, compare_branches
 
 
 def main() -> float:
@@ -15,6 +15,8 @@ def main() -> float:
     places = np.stack([np.full(5, 0.65), np.linspace(-0.1, 0.1, 5), np.full(5, 0.1)], axis=1)
     branches = compare_branches(robot, places, quantity=PlaceQuantity("static"))
     print(branches.table())
+    path = np.stack([np.full(6, 0.65), np.linspace(0.05, 0.1, 6), np.full(6, 0.1)], axis=1)
+    print(choose_turns(robot, path, turns=np.radians([-30.0, 0.0, 30.0]), branch="front up no flip").table())
     means = [float(mean.min()) for _, _, mean, _ in branches.rows]
     return means[0] / means[-1]
 

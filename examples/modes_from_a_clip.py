@@ -3,7 +3,7 @@
 import numpy as np
 
 from toolpoint.studies import study_video
-from toolpoint.vision import Clip, Region
+from toolpoint.vision import Clip, Region, clip_of
 from toolpoint.vision.rendering.scene import MARGIN, Camera, PicturedBody, Scene2D, decays, film
 from toolpoint.vision.rendering.texture import plain, random_texture
 
@@ -17,7 +17,8 @@ def clip_of_a_plate(rng: np.random.Generator) -> Clip:
     skin = random_texture((BOX[3] + 2 * MARGIN, BOX[2] + 2 * MARGIN), rng)
     wall = plain((SHAPE[0] + 2 * MARGIN, SHAPE[1] + 2 * MARGIN), 200.0)
     scene = Scene2D((PicturedBody("plate", BOX, skin, field),), decays([20.0], [0.02]), wall)
-    return film(scene, Camera(SHAPE, 480.0), 320, rng=rng)
+    frames = np.concatenate(list(film(scene, Camera(SHAPE, 480.0), 320, rng=rng).chunks()))
+    return clip_of(frames, 480.0, name="plate")  # so is any array of frames that a camera gave
 
 
 def main() -> float:

@@ -5,6 +5,7 @@ from tempfile import TemporaryDirectory
 
 from toolpoint.io import read_matrices
 from toolpoint.studies import solve_matrix_modes
+from toolpoint.vibration.sparse import count_below
 
 HEAD = "%%MatrixMarket matrix coordinate real symmetric\n"
 
@@ -17,6 +18,8 @@ def main() -> float:
         mass.write_text(HEAD + "3 3 3\n1 1 1.\n2 2 1.\n3 3 1.\n")
         result = solve_matrix_modes(read_matrices(stiffness, mass), 3)
     print(result.table())
+    held = result.matrices
+    print("modes below 0.25 Hz, by the signs of the pivots alone:", count_below(held.stiffness, held.mass, 0.25))
     return float(result.modes.omega[0] ** 2)
 
 

@@ -21,7 +21,7 @@ from toolpoint.io import read_drives, read_machine
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.servos.drive_experiment import run_drives
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
-from toolpoint.substructuring.shaft_stiffness import free_receptance
+from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Dof, Modes, frequency_response
 from toolpoint.vibration.sparse import factorise
 from toolpoint.vision.clip import clip_of
@@ -54,7 +54,7 @@ def main() -> None:
     natural_frequencies(read_machine(MACHINES / "three_rps_head.yaml"), {}, path="compiled")
     rod = ShaftDescription({"rod": SegmentDescription(0.1, 0.02)})
     couple_tool(PlaneReceptance(np.array([100.0, 200.0]), np.tile(1e-8 * np.eye(2), (2, 1, 1))), rod)
-    free_receptance(rod, np.array([100.0]))
+    station_stiffness(rod, np.array([100.0]))
     moved = np.random.default_rng(1).integers(0, 255, (40, 64, 64), dtype=np.uint8)
     scanned = scan(clip_of(moved, 100.0))
     for method in ("templates", "lucas-kanade", "phase"):

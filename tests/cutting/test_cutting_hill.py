@@ -216,8 +216,8 @@ def test_fourier_coefficients_are_those_of_the_edges(kind: str) -> None:
             wave = np.exp(-1j * period * h * (phi + lag[:, None])).sum(0) * w * (b - a) / 2
             total += np.einsum("i,iab->ab", wave, edge_matrix(problem.coefficients, phi, k)) / (2 * np.pi)
         total *= tool.edge_length(depth) / slices
-        assert cut.own[6 + h] == pytest.approx(total[:2, :2], abs=3e-4 * np.abs(total).max())
-    assert cut.late.sum(1) == pytest.approx(cut.own, abs=1e-9 * np.abs(cut.own).max())
+        assert cut.now[6 + h] == pytest.approx(total[:2, :2], abs=3e-4 * np.abs(total).max())
+    assert cut.late.sum(1) == pytest.approx(cut.now, abs=1e-9 * np.abs(cut.now).max())
 
 
 @pytest.mark.slow

@@ -73,6 +73,7 @@ COMMANDS = [
     ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),
     pytest.param("damp_a_mill_of_finite_elements.py", 1.0, 1e-7, "energies of parts and joints add up",
                  marks=pytest.mark.slow),
+    ("stack_springs_of_an_axis.py", 1.0, 1e-12, "springs behind each other"),
     ("draw_a_campbell_diagram.py", 1000 / 3, 1e-9, "I_p W/(2 pi I_d) of a rigid rotor"),
     ("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in"),
     pytest.param("find_the_soft_joints_in_two_videos.py", 1.0, 0.05, "the bar of the FRAC in both planes",

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import elastic_robot
+from serial_arms import arm_forward
 from toolpoint.app.main import main
 from toolpoint.io import read_machine, write_machine
 from toolpoint.io.faults import FileFaults
-from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_forward
+from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.placement import place_machine
 

@@ -6,8 +6,9 @@ from scipy.spatial.transform import Rotation
 
 import elastic_robot
 import parallel_machines
+from serial_arms import arm_forward
 from toolpoint.kinematics import Axis, Drive, TreeChain
-from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_chain, arm_forward, arm_frames
+from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_chain, arm_frames
 from toolpoint.kinematics.arms.inverse import ToolOnWork, solve_all_inverse, solve_inverse, tool_on_work
 from toolpoint.kinematics.arms.spherical_wrist import SphericalWrist, move_tool
 from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix, gravity_force, inverse_dynamics

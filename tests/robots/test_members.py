@@ -33,7 +33,7 @@ def bar(wall=None):
 def test_a_slender_member_is_a_cantilever(wall, share):
     """3.516 / (2 pi) sqrt(EI / (m L^3)), Euler-Bernoulli; the far end of a hollow one is thicker: heavier at the tip."""
     mass = 3.0
-    body = solid_member("bar", bar(wall), mass, 1.0)
+    body = solid_member("bar", bar(wall), mass, sense=1.0)
     foot = d.JointDescription("ground", "bar", child_interface="near")
     tip = d.PointDescription("bar", interface="far")
     machine = build(d.MachineDescription("bar", {"bar": body}, {"foot": foot}, {}, {"tip": tip}))
@@ -91,4 +91,4 @@ def test_a_cylinder_is_not_meshed(sheet):
 
 def test_a_wall_that_leaves_no_hollow():
     with pytest.raises(ToolpointError, match=r"members.bar.wall: 20 mm; must leave it hollow"):
-        solid_member("bar", bar(0.02), 1.0, 1.0)
+        solid_member("bar", bar(0.02), 1.0, sense=1.0)

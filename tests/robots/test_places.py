@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from serial_arms import arm_forward
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
 from toolpoint.io.yaml import machine_file
-from toolpoint.kinematics.arms.denavit_hartenberg import arm_forward
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import arm_rows

@@ -46,7 +46,7 @@ def test_a_device_is_exactly_the_assembled_system():
     out = np.hstack([phi[:2], np.zeros((2, 1))])
     system = SecondOrderSystem(mass, k, c, output_map=out, input_map=out.T, outputs=PLANE, inputs=PLANE)
     direct = frequency_response.direct(system, LINES).values
-    assert np.allclose(at.with_device(damper_stiffness(at.omega, m, own, ratio)), direct, rtol=1e-9, atol=0)
+    assert np.allclose(at.with_device(damper_stiffness(at.omega, m, own, ratio=ratio)), direct, rtol=1e-9, atol=0)
 
 
 def test_velocity_feedback_damps_like_a_damper_to_the_ground():
@@ -129,8 +129,8 @@ def test_damper_for_a_cut_is_no_worse_than_those_for_other_goals():
     assert best.goal == "lobes" and best.depths is not None and best.depth_ratio > 1.1
     for goal in ("peak", "depth"):
         other = tune_damper(MODES, str(PLANE[0]), HEAD, mass=20.0, lines=lines, goal=goal)
-        z = damper_stiffness(at.omega, 20.0, 2 * np.pi * other.frequency, other.damping_ratio)
+        z = damper_stiffness(at.omega, 20.0, 2 * np.pi * other.frequency, ratio=other.damping_ratio)
         assert best.depths[1] >= least_depth(at.with_device(z), factors, lines)[0] * (1 - 1e-9)
     for f, ratio in ((1.02, 1), (0.98, 1), (1, 1.05), (1, 0.95)):
-        z = damper_stiffness(at.omega, 20.0, 2 * np.pi * f * best.frequency, ratio * best.damping_ratio)
+        z = damper_stiffness(at.omega, 20.0, 2 * np.pi * f * best.frequency, ratio=ratio * best.damping_ratio)
         assert least_depth(at.with_device(z), factors, lines)[0] <= best.depths[1] * (1 + 1e-6), "an optimum"

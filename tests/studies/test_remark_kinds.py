@@ -7,14 +7,14 @@ from toolpoint.io.yaml import machine_file
 from toolpoint.studies import chart_lobes, modal_dynamics
 from toolpoint.studies.cuts.uncertain_cut import Uncertainty
 from toolpoint.studies.machines.sensitivity_study import SHOWN, study_sensitivity
-from toolpoint.studies.remark_kinds import one_of_each_kind
+from toolpoint.studies.remark_kinds import first_of_each_kind
 from toolpoint.vibration import Modes
 
 
 def test_remarks_that_differ_in_numbers_alone_become_one_with_the_range():
     remarks = ["3 % of K2 at 10.5 Hz", "7 % of K2 at 9.5 Hz", "nothing", "5 % of K2 at 1e3 Hz", "nothing"]
-    assert one_of_each_kind(remarks) == ("3 to 7 % of K2 at 9.5 to 1e3 Hz", "nothing")
-    assert one_of_each_kind(["a 1", "b 1"]) == ("a 1", "b 1")
+    assert first_of_each_kind(remarks) == ("3 to 7 % of K2 at 9.5 to 1e3 Hz", "nothing")
+    assert first_of_each_kind(["a 1", "b 1"]) == ("a 1", "b 1")
 
 
 def test_a_hundred_samples_bring_no_hundred_notes(recwarn):

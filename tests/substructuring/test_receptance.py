@@ -9,11 +9,18 @@ from toolpoint.substructuring import ContactDescription, PlaneReceptance, Segmen
 from toolpoint.substructuring.gauge import identify_base
 from toolpoint.substructuring.receptance import complex_noise, plane_receptance
 from toolpoint.substructuring.shaft import shear_coefficient
-from toolpoint.substructuring.shaft_stiffness import free_receptance, station_stiffness
+from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Frf
 
 LINES = np.linspace(50.0, 5000.0, 200)
 MODES = ((300.0, 0.04, 1.2e8, 4.0), (900.0, 0.03, 1.6e8, 12.0), (1700.0, 0.02, 2.5e8, -25.0), (3200.0, 0.03, 4e8, 9.0))
+
+
+def free_receptance(shaft, frequency):
+    """Receptance of the free shaft over (deflection, slope) of base and tip, above 0 Hz."""
+    stiffness = station_stiffness(shaft, frequency, None)
+    keep = [0, 1, 2 * stiffness.count - 2, 2 * stiffness.count - 1]
+    return np.linalg.inv(stiffness.matrix)[:, keep][:, :, keep]
 
 
 def rod(length, diameter, **more):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 import video_scenes as scenes
+from scipy.ndimage import gaussian_filter
 
 from toolpoint import ToolpointError
 from toolpoint.vision.clip import Region, clip_of
@@ -12,7 +13,7 @@ from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, choose_point
 from toolpoint.vision.displacement.quality import judge_quality
 from toolpoint.vision.displacement.templates import TemplateProducts
 from toolpoint.vision.rendering.scene import MARGIN
-from toolpoint.vision.rendering.texture import random_texture, stripes
+from toolpoint.vision.rendering.texture import FINE, random_texture
 from toolpoint.vision.view import View
 
 METHODS = ("templates", "lucas-kanade", "phase")
@@ -70,6 +71,12 @@ def test_lamps_do_not_move_the_machine():
         error, _, _ = errors(measure(scanned, choose_points(scanned.reference, scanned.survey, 60, side=17)), scene)
         rms.append(float(np.sqrt((error**2).mean())))
     assert rms[1] < 1.05 * rms[0]
+
+
+def stripes(shape, period=24.0, blur=1.2):
+    """Coefficients of parallel edges: motion shows across them only."""
+    x = np.mgrid[:FINE * shape[0], :FINE * shape[1]][1] / FINE
+    return (120.0 + 40.0 * gaussian_filter(np.sign(np.sin(2 * np.pi * x / period)), FINE * blur)).astype(np.float32)
 
 
 def test_parallel_edges_show_one_direction_and_plain_parts_none():

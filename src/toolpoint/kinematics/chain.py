@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Protocol
 
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail
-from toolpoint.kinematics.axis import Axis
+from toolpoint._check import fail
 
 Pose = Mapping[str, ArrayLike]
 
@@ -26,23 +24,3 @@ def check_poses(poses: Sequence[Mapping[str, float]]) -> Sequence[Mapping[str, f
     if isinstance(poses, (Mapping, str)) or not all(isinstance(pose, Mapping) for pose in poses):
         fail("poses", repr(poses)[:60], "must be a sequence of poses", "put one pose into a list: [{'X': 0.2}]")
     return poses
-
-
-class Chain(Protocol):
-    """The interface of every chain: a Cartesian tree today, serial and parallel chains later.
-
-    A pose maps axis names to positions (m, rad), each a number or an array of shape (n_poses,).
-    """
-
-    @property
-    def axes(self) -> tuple[Axis, ...]:
-        """The driven axes."""
-        ...
-
-    def displacements(self, pose: Pose) -> FloatArray:
-        """Return how far every link has moved from its reference place, machine frame, shape (n_poses, n_links, 4, 4)."""
-        ...
-
-    def jacobian(self, pose: Pose, link: int, point: ArrayLike) -> FloatArray:
-        """Return the twist of a link about one of its points per axis rate, shape (n_poses, 6, n_axes)."""
-        ...

@@ -90,11 +90,11 @@ def _misfits(force: ComplexArray, response: ComplexArray) -> FloatArray:
     lines = power.mean(axis=0) > EXCITED * power.mean(axis=0).max()
     f, x = force[:, lines], response[:, lines]
     # In every own response small forces would blow up noise: regularised by a thousandth of the largest power.
-    own = x * (f.conj() / (np.abs(f) ** 2 + 1e-3 * (np.abs(f) ** 2).max(axis=1, keepdims=True)))[:, :, None]
+    response = x * (f.conj() / (np.abs(f) ** 2 + 1e-3 * (np.abs(f) ** 2).max(axis=1, keepdims=True)))[:, :, None]
     size = np.maximum((np.abs(x) ** 2).sum(axis=1), 1e-300)
     result = np.empty((len(f), len(f)))
     for i in range(len(f)):
-        left = (np.abs(x[i] - own * f[i][None, :, None]) ** 2).sum(axis=1)
+        left = (np.abs(x[i] - response * f[i][None, :, None]) ** 2).sum(axis=1)
         result[:, i] = (left / size[i]).mean(axis=1)
     np.fill_diagonal(result, 0.0)
     return result

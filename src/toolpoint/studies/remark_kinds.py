@@ -8,7 +8,7 @@ from collections.abc import Iterable
 NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d+)?(?:[eE][-+]?\d+)?(?![\w])")
 
 
-def one_of_each_kind(remarks: Iterable[str]) -> tuple[str, ...]:
+def first_of_each_kind(remarks: Iterable[str]) -> tuple[str, ...]:
     """Return the remarks with those that differ in numbers alone merged, in the order of their first: ``3 to 7 %``."""
     kinds: dict[str, list[str]] = {}
     for remark in dict.fromkeys(remarks):

@@ -80,17 +80,3 @@ def _contact_stiffness(segment: SegmentDescription, lines: int) -> ComplexArray:
     assert contact is not None
     k = np.diag([contact.stiffness, contact.rotational_stiffness]) * (1 + 1j * contact.loss_factor)
     return np.broadcast_to(np.block([[k, -k], [-k, k]]), (lines, 4, 4)).copy()
-
-
-def free_receptance(shaft: ShaftDescription, frequency: FloatArray, stations: Mapping[str, float] | None = None
-                    ) -> ComplexArray:
-    """Return the receptance of the free shaft over (deflection, slope) of base and tip, or of the stations, (n_f, 2 k, 2 k).
-
-    Above 0 Hz: a free body has no static response.
-    """
-    if np.min(frequency) <= 0:
-        fail("frequency", "a line at 0 Hz", "a free shaft has no static response", "start above 0 Hz")
-    stiffness = station_stiffness(shaft, frequency, stations)
-    sections = [0, stiffness.count - 1] if stations is None else list(stiffness.sections.values())
-    keep = [2 * s + i for s in sections for i in (0, 1)]
-    return np.linalg.inv(stiffness.matrix)[:, keep][:, :, keep]

@@ -67,8 +67,8 @@ def whirl_omega(mass: FloatArray, gyroscopic: FloatArray, stiffness: FloatArray)
     """Return the natural frequencies (rad/s) of M, G, K without damping, ascending, batched over poses, shape (..., n)."""
     inverse = np.linalg.inv(mass)
     n = mass.shape[-1]
-    zero, one = np.zeros_like(mass), np.broadcast_to(np.eye(n), mass.shape)
-    companion = np.concatenate([np.concatenate([zero, one], axis=-1),
+    zero, unit = np.zeros_like(mass), np.broadcast_to(np.eye(n), mass.shape)
+    companion = np.concatenate([np.concatenate([zero, unit], axis=-1),
                                 np.concatenate([-inverse @ stiffness, -inverse @ gyroscopic], axis=-1)], axis=-2)
     poles = np.linalg.eigvals(companion)
     growth = np.abs(poles.real).max()

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, nonnegative, positive, scalar
+from toolpoint._check import fail, nonnegative, positive, scalar
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,6 @@ class Material:
     def lame(self) -> float:
         """First constant of Lame, Pa."""
         return self.modulus * self.poisson / ((1 + self.poisson) * (1 - 2 * self.poisson))
-
-    @property
-    def elasticity(self) -> FloatArray:
-        """Stress per strain, Voigt order xx yy zz xy yz zx with engineering shear, shape (6, 6), Pa."""
-        matrix = np.diag([2 * self.shear_modulus] * 3 + [self.shear_modulus] * 3)
-        matrix[:3, :3] += self.lame
-        return matrix
 
 
 # Usual values (GJL-250 and structural steel), a place to begin from; none of them is of a certain casting.

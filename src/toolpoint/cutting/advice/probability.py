@@ -150,8 +150,8 @@ def deviations_of(modes: Modes) -> FloatArray:
     """Return the relative standard deviations of frequency and damping of every mode, (n_modes, 2): measured or usual."""
     if modes.covariance is None:
         return np.tile([0.01, 0.1], (modes.count, 1))
-    own = np.sqrt(np.diagonal(modes.covariance, axis1=-2, axis2=-1))
-    return np.asarray(own / np.stack([modes.frequency, modes.damping_ratio], axis=-1), float)
+    deviation = np.sqrt(np.diagonal(modes.covariance, axis1=-2, axis2=-1))
+    return np.asarray(deviation / np.stack([modes.frequency, modes.damping_ratio], axis=-1), float)
 
 
 def _mode_change(mode: int, what: str) -> Perturb:

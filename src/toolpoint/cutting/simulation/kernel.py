@@ -66,7 +66,9 @@ def simulate(rotation, structure, state, edges, law, trace):
     lag, share, outward, upward, radius = edges.lag, edges.share, edges.outward, edges.upward, edges.radius
     delay, extra = edges.delay, edges.extra
     elements, memory = delay.shape
-    cutting, edge, damping, friction, linear = law.cutting, law.edge, law.damping, law.friction, law.linear
+    tangential, normal, axial = law.cutting
+    edge_tangential, edge_normal, edge_axial = law.edge
+    damping, friction, linear = law.damping, law.friction, law.linear
     displacement, force, torque, chip_max = trace.displacement, trace.force, trace.torque, trace.chip
     start, angle_step, feed_step, fed = rotation.start, rotation.step, rotation.feed, rotation.fed
     before = fed.size - rotation.steps - 1
@@ -118,9 +120,7 @@ def simulate(rotation, structure, state, edges, law, trace):
                     h = min(h, (advance * s + extra[e, i]) * out + here - was)
                 if h <= 0.0 and not linear:
                     continue
-                ft = cutting[0] * h + edge[0]
-                fn = cutting[1] * h + edge[1]
-                fa = cutting[2] * h + edge[2]
+                ft, fn, fa = tangential * h + edge_tangential, normal * h + edge_normal, axial * h + edge_axial
                 if damping[kind] > 0.0:
                     drag = damping[kind] * (here - along(displacement, k - 1, out * s, out * c, up, spatial)) / length[kind]
                     fn += drag
@@ -138,10 +138,10 @@ def simulate(rotation, structure, state, edges, law, trace):
                 px += compliance[kind, 0, 2] * fz
                 py += compliance[kind, 1, 2] * fz
                 pz = rz + compliance[kind, 2, 0] * fx + compliance[kind, 2, 1] * fy + compliance[kind, 2, 2] * fz
-        displacement[k, 0], displacement[k, 1] = px, py
-        if spatial:
-            displacement[k, 2] = pz
-        force[k, 0], force[k, 1], force[k, 2] = fx, fy, fz
+        for direction in range(displacement.shape[1]):
+            displacement[k, direction] = (px, py, pz)[direction]
+        for direction, value in enumerate((fx, fy, fz)):
+            force[k, direction] = value
         for m in range(modes):
             zre[m] += last_re[kind, 0, m] * fx + last_re[kind, 1, m] * fy
             zim[m] += last_im[kind, 0, m] * fx + last_im[kind, 1, m] * fy
@@ -159,5 +159,5 @@ def along(displacement, k, x, y, z, spatial):
     """Displacement of step k along the outward normal [x, y, -z]."""
     total = x * displacement[k, 0] + y * displacement[k, 1]
     if spatial:
-        total -= z * displacement[k, 2]
+        total -= z * displacement[k, -1]
     return total

@@ -293,7 +293,10 @@ def _force_law(problem: MillingProblem, clock: Clock, m: int, method: ExactSteps
     angle_step = 2 * np.pi / (m * problem.tool.teeth)
     drag = problem.process_damping * clock.steps / (angle_step * problem.tool.radius)
     material = problem.coefficients
-    return ElementForces(material.cutting, material.edge, drag, problem.damping_friction, method.keeps_contact)
+    tangential, normal, axial = material.cutting.tolist()
+    edge_tangential, edge_normal, edge_axial = material.edge.tolist()
+    return ElementForces((tangential, normal, axial), (edge_tangential, edge_normal, edge_axial), drag,
+                         problem.damping_friction, method.keeps_contact)
 
 
 def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:

@@ -49,8 +49,8 @@ class ElementForces(NamedTuple):
     along the tangent; linear : edges outside the material stay in contact.
     """
 
-    cutting: FloatArray
-    edge: FloatArray
+    cutting: tuple[float, float, float]
+    edge: tuple[float, float, float]
     damping: FloatArray
     friction: float
     linear: bool

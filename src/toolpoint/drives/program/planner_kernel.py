@@ -75,9 +75,9 @@ def phases(length, top, junction, a, j, times):
             peak = low
         a1, a2, up = change(v0, peak, a[k], j[k])
         d1, d2, down = change(peak, v1, a[k], j[k])
-        times[k, 0], times[k, 1], times[k, 2] = a1, a2, a1
-        times[k, 3] = max((length[k] - up - down) / peak, 0.0) if peak > 0.0 else 0.0
-        times[k, 4], times[k, 5], times[k, 6] = d1, d2, d1
+        even = max((length[k] - up - down) / peak, 0.0) if peak > 0.0 else 0.0
+        for phase, duration in enumerate((a1, a2, a1, even, d1, d2, d1)):
+            times[k, phase] = duration
 
 
 @njit(cache=True, nogil=True)
@@ -96,7 +96,8 @@ def sample_motion(times, junction, j, length, step, segment, share, motion):
                 d = max(d, 0.0)
                 place = s + v * d + 0.5 * a * d * d + jerk * d * d * d / 6.0
                 segment[at], share[at] = k, min(max(place / length[k], 0.0), 1.0) if length[k] > 0.0 else 1.0
-                motion[at, 0], motion[at, 1], motion[at, 2] = base + place, v + a * d + 0.5 * jerk * d * d, a + jerk * d
+                for order, value in enumerate((base + place, v + a * d + 0.5 * jerk * d * d, a + jerk * d)):
+                    motion[at, order] = value
                 at += 1
             s += v * t + 0.5 * a * t * t + jerk * t * t * t / 6.0
             v += a * t + 0.5 * jerk * t * t

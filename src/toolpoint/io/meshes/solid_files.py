@@ -26,8 +26,8 @@ def read_solid(described: SolidDescription, folder: Path) -> SolidBody:
     model, notes, materials = _step(path, described) if path.suffix.lower() in SUFFIXES else _mesh(path, described)
     arrays = [model.nodes, *(block.nodes for block in model.blocks)]
     digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:32]
-    own = {field.name: getattr(described, field.name) for field in fields(described)} | {"materials": materials}
-    return SolidBody(**own, digest=digest, content=SolidContent(model, notes))
+    numbers = {field.name: getattr(described, field.name) for field in fields(described)} | {"materials": materials}
+    return SolidBody(**numbers, digest=digest, content=SolidContent(model, notes))
 
 
 def _step(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[str, ...], dict[str, ElasticMaterial]]:

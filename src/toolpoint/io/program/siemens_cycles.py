@@ -82,7 +82,7 @@ def pattern_places(call: CycleCall) -> Iterator[tuple[float, float]]:
                call.get("SPCO") + u * math.sin(turn) + v * math.cos(turn))
 
 
-def peck_depths(first: float, degression: float, total: float, least: float = 0.0) -> list[float]:
+def peck_depths(first: float, degression: float, total: float, *, least: float = 0.0) -> list[float]:
     """Return the depths (from the reference level) to which CYCLE83 drills one after the other.
 
     The first stroke is given; each next one is shorter by the degression, or by that factor where it is negative, and never
@@ -174,7 +174,7 @@ class _Hole:
         call, state = self.call, self.state
         first = abs(call.get("FDPR")) if "FDPR" in call.values else abs(call.get("RFP") - call.get("FDEP", call.get("RFP")))
         word, before = state.feed_word, 0.0
-        for k, depth in enumerate(peck_depths(first, call.get("DAM"), self.total, abs(call.get("MDEP")))):
+        for k, depth in enumerate(peck_depths(first, call.get("DAM"), self.total, least=abs(call.get("MDEP")))):
             if k and call.get("VARI") == 0:
                 self._rapid(self._level(before - min(abs(call.get("VRT")) or _CHIP_BACK / self.unit, before)))
             elif k:

@@ -255,8 +255,9 @@ def _corrected(system, state, passive, delta, work):
 
 
 @njit(cache=True)
-def _settle(tree, ways, loops, passive, balls, scale, start, goal, values, state, system, hand, work):
+def _settle(chain, start, goal, values, state, system, hand, work):
     """Follow a pose from start values to driven values of the goal; return whether it closed in the same assembly mode."""
+    tree, ways, loops, passive, balls, _ = chain
     driven = passive[0]
     part, step = 0.0, 1.0
     base, delta = start.copy(), np.empty(passive.size)
@@ -273,7 +274,7 @@ def _settle(tree, ways, loops, passive, balls, scale, start, goal, values, state
         good = _corrected(system, state, passive, delta, work) != 0.0
         if good:
             _advance(values, delta, passive, balls, work)
-            good = _newton(tree, ways, loops, passive, balls, scale, values, state, system, hand, work, delta)
+            good = _newton(chain, values, state, system, hand, work, delta)
         if good:
             part, step = ahead, 2 * step
             base[:] = values
@@ -283,7 +284,8 @@ def _settle(tree, ways, loops, passive, balls, scale, start, goal, values, state
 
 
 @njit(cache=True)
-def _newton(tree, ways, loops, passive, balls, scale, values, state, system, hand, work, delta):
+def _newton(chain, values, state, system, hand, work, delta):
+    tree, ways, loops, passive, balls, scale = chain
     for number in range(CORRECTIONS):
         forward(tree, ways, values, state, work)
         _equations(loops, state, system[0], system[1], work)
@@ -308,13 +310,12 @@ def settle_poses(tree, ways, loops, passive, balls, scale, start, goals, hand, v
     state = (np.empty((links, 3, 3)), np.empty((links, 3)), np.empty((links, 3, 3)), np.empty((links, 3)),
              np.empty((steps, 6)))
     system = (np.empty(count), np.empty((count, steps)), np.empty((count, count)), np.empty((count, 1)))
-    work, last = np.empty((7, 3, 3)), start.copy()
+    work, last, chain = np.empty((7, 3, 3)), start.copy(), (tree, ways, loops, passive, balls, scale)
     for pose in range(goals.shape[0]):
         home, near = 0.0, 0.0
         for s in range(goals.shape[1]):
             home += abs(goals[pose, s] - start[s])
             near += abs(goals[pose, s] - last[s])
-        settled[pose] = _settle(tree, ways, loops, passive, balls, scale, last if near < home else start, goals[pose],
-                                values[pose], state, system, hand, work)
+        settled[pose] = _settle(chain, last if near < home else start, goals[pose], values[pose], state, system, hand, work)
         if settled[pose]:
             last[:] = values[pose]

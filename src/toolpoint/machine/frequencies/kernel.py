@@ -13,23 +13,17 @@ BLOCK = 64
 
 
 @njit(cache=True, fastmath=False)
-def tree_mass_matrices(parents, frame_r, frame_t, axis_of, axis_twists, positions, at_child, body_mass, body_first,
-                       body_second, columns, column_link, on_path, out):
-    """Fill `out` (P, n, n) with mass matrices by composite inertias.
-
-    Body data are about the machine's origin at the reference pose: mass (nb,), first moment (nb, 3), second (nb, 3, 3).
-    `columns` (n, 6) are unit twists in joint frames, `column_link` their joints, `on_path[i, j]` whether link i is on the
-    path to link j.
-    """
+def tree_mass_matrices(tree, bodies, motions, positions, out):
+    """Fill `out` (P, n, n) with mass matrices of a `JointTree`, its `BodyMoments` and `JointMotions`, by composite inertias."""
+    parents, (columns, column_link, on_path) = tree.parents, motions
     links, n, poses = parents.size, columns.shape[0], positions.shape[0]
     moved_r, moved_t = np.empty((links, 3, 3)), np.empty((links, 3))
     rotation, place = np.empty((links, 3, 3)), np.empty((links, 3))
     mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
     twists, force, work = np.empty((n, 6)), np.empty(6), np.empty((4, 3, 3))
     for pose in range(poses):
-        _place(parents, frame_r, frame_t, axis_of, axis_twists, positions[pose], at_child, moved_r, moved_t, rotation,
-               place, work)
-        _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work)
+        _place(tree, positions[pose], moved_r, moved_t, rotation, place, work)
+        _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work)
         for j in range(n):
             _twist(columns[j], rotation[column_link[j]], place[column_link[j]], twists[j])
         for j in range(n):
@@ -66,7 +60,8 @@ def _moved(r, x, t, out):
 
 
 @njit(cache=True)
-def _place(parents, frame_r, frame_t, axis_of, axis_twists, position, at_child, moved_r, moved_t, rotation, place, work):
+def _place(tree, position, moved_r, moved_t, rotation, place, work):
+    parents, frame_r, frame_t, axis_of, axis_twists, at_child = tree
     now_r, spare, turn = work[0], work[1], work[2]
     now_t, shift, hold = work[3, 0], work[3, 1], work[3, 2]
     for i in range(parents.size):
@@ -113,14 +108,14 @@ def _motion(twist, amount, turn, shift):
 
 
 @njit(cache=True)
-def _inertias(parents, body_mass, body_first, body_second, moved_r, moved_t, mass, first, second, work):
+def _inertias(parents, bodies, moved_r, moved_t, mass, first, second, work):
     links = parents.size
     half, s, h, zero = work[0], work[1], work[2, 0], work[2, 1]
     zero[:] = 0.0
     for i in range(links):
-        r, t, m = moved_r[i], moved_t[i], body_mass[i]
-        _moved(r, body_first[i], zero, h)
-        _product(r, body_second[i], half)
+        r, t, m = moved_r[i], moved_t[i], bodies.mass[i]
+        _moved(r, bodies.first[i], zero, h)
+        _product(r, bodies.second[i], half)
         _product_transposed(half, r, s)
         # Second moment about the origin after moving by t: S + h t^T + t h^T + m t t^T.
         for a in range(3):

@@ -10,7 +10,7 @@ from toolpoint.machine.assembly.gyroscopics import elastic_spins, gyroscopic_mat
 from toolpoint.machine.assembly.joint_terms import follows_axis, joint_matrices
 from toolpoint.machine.assembly.system import equations, freedoms, mass_matrix
 from toolpoint.machine.frequencies.closed import solve_closed
-from toolpoint.machine.frequencies.tree_arrays import body_moments, paths_of
+from toolpoint.machine.frequencies.tree_arrays import tree_arrays
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.vibration.eigen import mass_normalised, natural_omega
@@ -108,22 +108,11 @@ def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | N
 
     at = machine.chain.step_values(poses)
     matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
-    data = _tree_arrays(machine)
+    data = tree_arrays(machine)
     result = np.empty((len(at), number))
     diagonal = bool(np.count_nonzero(factor - np.diag(np.diag(factor))) == 0)
     for start in range(0, len(at), _CHUNK):
         part = at[start:start + _CHUNK]
-        kernel.tree_mass_matrices(*data[:5], np.ascontiguousarray(part), *data[5:], matrices[:len(part)])
+        kernel.tree_mass_matrices(*data, np.ascontiguousarray(part), matrices[:len(part)])
         kernel.largest_scaled_eigenvalues(matrices[:len(part)], factor, diagonal, number, result[start:start + len(part)])
     return 1 / (2 * np.pi * np.sqrt(result))
-
-
-def _tree_arrays(machine: Machine) -> tuple[np.ndarray, ...]:
-    chain = machine.chain
-    columns = np.concatenate([law.basis.T for law in machine.joints])
-    column_link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
-    axis_of = np.array([step.joint for step in chain.steps], np.int64)
-    twists = np.eye(6)[[step.way for step in chain.steps]]
-    return (np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
-            np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists, np.array(machine.elastic_at_child),
-            *body_moments(machine), np.ascontiguousarray(columns), column_link, paths_of(machine))

@@ -2,10 +2,40 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from toolpoint._check import BoolArray, FloatArray
 from toolpoint.machine.parts.model import Machine
+
+
+class JointTree(NamedTuple):
+    """Joints of a tree: parents, frames at the reference pose, the joint and twist (n_steps, 6) of every step, and whether the
+    springs travel with the child."""
+
+    parents: np.ndarray
+    rotation: FloatArray
+    place: FloatArray
+    joint_of_step: np.ndarray
+    twists: FloatArray
+    at_child: np.ndarray
+
+
+class BodyMoments(NamedTuple):
+    """Mass (nb,), first (nb, 3) and second moment (nb, 3, 3) about the machine's origin at the reference pose."""
+
+    mass: FloatArray
+    first: FloatArray
+    second: FloatArray
+
+
+class JointMotions(NamedTuple):
+    """Unit twists (n, 6) in joint frames, their joints, and whether link i is on the path to link j."""
+
+    columns: FloatArray
+    joint: np.ndarray
+    on_path: np.ndarray
 
 
 def body_moments(machine: Machine) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -30,3 +60,16 @@ def paths_of(machine: Machine) -> BoolArray:
     for i in range(links):
         on_path[list(machine.chain.path(i)), i] = True
     return on_path
+
+
+def tree_arrays(machine: Machine) -> tuple[JointTree, BodyMoments, JointMotions]:
+    """Return joints, bodies and motions of a tree as the kernels take them."""
+    chain = machine.chain
+    columns = np.concatenate([law.basis.T for law in machine.joints])
+    column_link = np.concatenate([[i] * len(law.freedoms) for i, law in enumerate(machine.joints)]).astype(np.int64)
+    axis_of = np.array([step.joint for step in chain.steps], np.int64)
+    twists = np.eye(6)[[step.way for step in chain.steps]]
+    tree = JointTree(np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
+                     np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists, np.array(machine.elastic_at_child))
+    return (tree, BodyMoments(*body_moments(machine)),
+            JointMotions(np.ascontiguousarray(columns), column_link, paths_of(machine)))

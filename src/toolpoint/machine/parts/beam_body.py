@@ -27,16 +27,6 @@ NOTHING = ReducedBody(Body(np.zeros((6, 6))), {})
 _CLOSE = 1e-9  # m: an interface so near to a step of the section is at it
 
 
-def build_beam(description: BeamDescription) -> Body:
-    """Return the reduced body of a description, in the frame of the body: the beam along `axis`, from the origin on."""
-    return reduce_beam(description).at(description.numbers)
-
-
-def reduce_beam(description: BeamDescription) -> ReducedBody:
-    """Return the reduced body of a description in parts that scale, one a segment or sleeve."""
-    return _kept(ContentKey.of(description)).reduced
-
-
 def beam_mass(description: BeamDescription) -> MassProperties:
     """Return the mass properties of a described beam in the body's frame."""
     places, owners = _elements(description, fine=False)

@@ -176,7 +176,7 @@ class _Gathered:
         cut = (along, sense, member.at[along])
         if member.bending == "finite elements":
             mass = mass_properties(_body(name, member, self.density, self.meshes)).mass
-            self.bodies[link] = solid_member(name, member, mass, sense)
+            self.bodies[link] = solid_member(name, member, mass, sense=sense)
             self._hold((link, NEAR), (link, FAR), cut)
             return
         for body, part in zip((link, f"{link}_end"), split(member, sense), strict=True):

@@ -21,7 +21,7 @@ ENDS, FLANGE, BAND, ELEMENTS = 3.0, 0.9, 1000.0, 6
 _MOST_OF_LENGTH = 0.25
 
 
-def solid_member(name: str, member: RobotMember, mass: float, sense: float) -> d.BodyDescription:
+def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -> d.BodyDescription:
     """Return the body of a box by finite elements, in the machine frame at the reference pose.
 
     mass : kg, spread evenly over the walls; sense : on which side along the member the next joint is.

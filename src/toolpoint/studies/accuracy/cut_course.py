@@ -132,9 +132,9 @@ def _material(bed: PixelBed, places: FloatArray) -> np.ndarray:
     index = np.floor((places - np.array(bed.origin)) / bed.pixel).astype(int)
     layer = bed.material[0]
     inside = ((index >= 0) & (index < layer.shape)).all(axis=1)
-    found = np.zeros(len(places), bool)
-    found[inside] = layer[tuple(index[inside].T)]
-    return found
+    solid = np.zeros(len(places), bool)
+    solid[inside] = layer[tuple(index[inside].T)]
+    return solid
 
 
 def _clear(bed: PixelBed, centre: FloatArray, radius: float) -> None:

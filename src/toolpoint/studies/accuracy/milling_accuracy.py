@@ -155,18 +155,18 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 
-    def run(steps: int, system: VaryingSystem, chosen: MillingSetup, what: str) -> SideAccuracy:
+    def run(steps: int, system: VaryingSystem, chosen: MillingSetup, *, what: str) -> SideAccuracy:
         course = cut_course(problem, arcs, speed=setup.speed, depth=setup.depth, largest_feed=top * tooth, steps=steps,
                             with_force=setup.with_force)
         parts = machine.description, described, side.path, side.place, side.law, chosen, arcs, steps, system.length
         store = None if folder is None else RunStore.of(Path(folder), f"{name}-{what}", *parts)
         return run_side(structure, system, chosen, cut=course, progress=progress if what == "fine" else None, store=store)
 
-    fine = run(setup.steps, structure.system, setup, "fine")
+    fine = run(setup.steps, structure.system, setup, what="fine")
     halving = float("nan")
     if setup.halved:
         plain = replace(setup, with_energy=False, with_base=False)
-        rough = run(max(setup.steps // 2, 16), structure.system.thinned(), plain, "rough")
+        rough = run(max(setup.steps // 2, 16), structure.system.thinned(), plain, what="rough")
         halving = max(abs(getattr(rough, name) / getattr(fine, name) - 1) if getattr(fine, name) > 0 else 0.0
                       for name in ("position_error", "rotation_error"))
     notes = fine.notes if arcs is None else (*fine.notes, _arc_words(arcs, side.length))

@@ -52,7 +52,7 @@ class RunStore:
                                  ) from None
         return arrays["out"], arrays["base"]
 
-    def save(self, at: int, carried: RunArrays, out: FloatArray, base: FloatArray) -> None:
+    def save(self, at: int, carried: RunArrays, *, out: FloatArray, base: FloatArray) -> None:
         """Keep a finished block: the file appears whole or not at all."""
         handle, draft = tempfile.mkstemp(dir=self.folder, prefix=".run-", suffix=".tmp")
         try:

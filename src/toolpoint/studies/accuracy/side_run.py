@@ -140,12 +140,9 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     begin, end = _span(law.duration, setup.window, dt * cut.per_tooth)
     nodes = step_nodes(system, dt, with_energy=setup.with_energy)
     steps = int(np.ceil((end - begin) / dt - 1e-6))
-    keep = max(1, -(-steps // _KEPT))
-    keep += 1 - keep % 2 if keep > 1 else 0  # odd, so that all phases of the (even) tooth period are kept
-    size = system.size
-    state, delayed = np.zeros(2 * size), np.zeros((cut.per_tooth, 3))
+    keep = _every(steps)
     first = law.sample(np.array([begin]))
-    state[:], delayed[:] = _periodic_state(structure, system, nodes, cut.at(float(first[0, 0])), motion=first[0])
+    state, delayed = _periodic_state(structure, system, nodes, cut.at(float(first[0, 0])), motion=first[0])
     totals = np.zeros(4 if setup.with_energy else 0)
     energy = _energy(system, state, float(first[0, 0]))
     at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
@@ -174,22 +171,31 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
                 kept += advance(at_nodes, of_cut, course, carried, keep, at + low, out[kept:],
                                 base[kept:] if setup.with_base else base)
             if store:
-                store.save(at, carried, out[before:kept], base[before:kept if setup.with_base else before])
+                store.save(at, carried, out=out[before:kept], base=base[before:kept if setup.with_base else before])
         if progress:
             progress(min(at + _BLOCK, steps), steps)
-    time = begin + (np.arange(kept) * keep + 1) * dt
-    travelled = law.sample(time)
     if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
         fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
              "the cut chatters: take it below the stable depth (toolpoint lobes)")
-    balance = None
-    if setup.with_energy:
-        work, lost, moved, gained = (float(total) for total in totals)
-        change = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0])) - energy
-        balance = EnergyBalance(work, lost, gained, change - gained, moved)
+    time = begin + (np.arange(kept) * keep + 1) * dt
+    travelled = law.sample(time)
+    after = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0]))
     return SideAccuracy(structure.side.name, time, travelled[:, 0], out[:kept], _base_history(structure, base[:kept],
                                                                                               travelled),
-                        float("nan"), balance, _notes(structure))
+                        float("nan"), _balance(totals, after - energy), _notes(structure))
+
+
+def _every(steps: int) -> int:
+    """Return of how many steps one is kept: an odd number, so that all phases of the (even) tooth period are."""
+    keep = max(1, -(-steps // _KEPT))
+    return keep + (1 - keep % 2 if keep > 1 else 0)
+
+
+def _balance(totals: FloatArray, change: float) -> EnergyBalance | None:
+    if not totals.size:
+        return None
+    work, lost, moved, gained = (float(total) for total in totals)
+    return EnergyBalance(work, lost, gained, change - gained, moved)
 
 
 def _is_even(motion: FloatArray, table: CuttingTable) -> bool:

@@ -27,7 +27,7 @@ from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 from toolpoint.studies.machines.tool_point import batch_of, depth_limit, method_for, pose_problem, tool_point
-from toolpoint.studies.remark_kinds import one_of_each_kind
+from toolpoint.studies.remark_kinds import first_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
 Place = tuple[int, ...]
@@ -213,5 +213,5 @@ def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray,
         notes |= {} if values is None else dict.fromkeys(note for note in str(values["notes"]).split("\n") if note)
     full = (*places.shape, angles.size, speeds.size)
     return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
-                      np.array(depth).reshape(places.shape), cut, failures, one_of_each_kind(notes), places.poses,
+                      np.array(depth).reshape(places.shape), cut, failures, first_of_each_kind(notes), places.poses,
                       places.angles)

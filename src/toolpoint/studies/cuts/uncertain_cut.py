@@ -23,7 +23,7 @@ from toolpoint.cutting.advice.probability import (
 from toolpoint.cutting.cut.problem import MISSING
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.execute import Progress
-from toolpoint.studies.remark_kinds import one_of_each_kind
+from toolpoint.studies.remark_kinds import first_of_each_kind
 from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
@@ -71,7 +71,8 @@ def _remarks_of_samples() -> Iterator[list[str]]:
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", ToolpointWarning)
         yield lines
-    lines += one_of_each_kind(f"in the sampled charts: {w.message}" for w in caught if issubclass(w.category, ToolpointWarning))
+    lines += first_of_each_kind(f"in the sampled charts: {w.message}" for w in caught
+                                if issubclass(w.category, ToolpointWarning))
     for w in caught:
         if not issubclass(w.category, ToolpointWarning):
             warnings.warn_explicit(w.message, w.category, w.filename, w.lineno)

@@ -60,7 +60,7 @@ class ProofMassActuator:
 
     def passive(self, omega: FloatArray) -> ComplexArray:
         """Return its dynamic stiffness without feedback, N/m."""
-        return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, self.damping_ratio)
+        return damper_stiffness(omega, self.mass, 2 * np.pi * self.frequency, ratio=self.damping_ratio)
 
     def active(self, omega: FloatArray) -> ComplexArray:
         """Return what a gain of 1 N s/m adds to the dynamic stiffness, N/m."""

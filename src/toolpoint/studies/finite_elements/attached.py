@@ -60,7 +60,7 @@ def _check_lines(modes: Modes, lines: FloatArray) -> None:
              "must be two within it, or more", "take closer lines about the modes")
 
 
-def damper_stiffness(omega: FloatArray, mass: float, natural: float, ratio: float) -> ComplexArray:
+def damper_stiffness(omega: FloatArray, mass: float, natural: float, *, ratio: float) -> ComplexArray:
     r"""Return :math:`-\omega^2 m \kappa / (\kappa - \omega^2 m)`, :math:`\kappa = k + i \omega c`, of a sprung mass with its
     own angular frequency `natural` (rad/s) and damping ratio."""
     spring = mass * (natural**2 + 2j * ratio * natural * omega)

@@ -90,7 +90,7 @@ class FittedDampers(NotebookText):
         return {"tuned": self.tuned.to_dict(), "active": self.active.to_dict()}
 
 
-def fit_dampers(base: MachineOption, modes: Modes, place: str, mass: float, *, cut: CuttingDescription,
+def fit_dampers(base: MachineOption, modes: Modes, place: str, *, mass: float, cut: CuttingDescription,
                 actuator: ProofMassActuator | None = None) -> FittedDampers:
     """Return a tuned damper and an active one of the same moving mass (kg) at a place, each judged by the cut."""
     lines = np.asarray(base.response.frequency)

@@ -203,7 +203,7 @@ def study_finite_elements(
     fine = np.zeros(0) if finer is None else finer.solve(_MODES).frequency[:_MODES]
     step("the cut")
     base = judge_machine("as it is", machine, modes, cut=cut, lines=response_lines(pairs.frequency, cut))
-    dampers = fit_dampers(base, modes, damper_place, damper_mass, cut=cut)
+    dampers = fit_dampers(base, modes, damper_place, mass=damper_mass, cut=cut)
     options: list[MachineOption] = []
     for name, variant in (variants or {}).items():
         step(name)

@@ -129,7 +129,7 @@ def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[
     inverse = machine.inverse
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)
     values, gradients = functions(vectors)
-    adjoint = solve_beside(stiffness, mass, squares, vectors, which=at, right=gradients, inverse=inverse)
+    adjoint = solve_beside(stiffness, mass, squares, vectors=vectors, which=at, right=gradients, inverse=inverse)
     shapes, level = vectors[:, at], squares[at]
     along = (gradients * shapes).sum(axis=0)
     parts = {}

@@ -94,7 +94,7 @@ def tune_damper(
     omega = 2 * np.pi * np.asarray(lines)
 
     def response(values: FloatArray) -> ComplexArray:
-        force = damper_stiffness(omega, mass, float(np.exp(values[0])), float(np.exp(values[1])))
+        force = damper_stiffness(omega, mass, float(np.exp(values[0])), ratio=float(np.exp(values[1])))
         return g_tt - g_tp**2 * force / (1 + force * g_pp)
 
     def cost(values: FloatArray) -> float:
@@ -126,7 +126,7 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
     first = [_den_hartog(modes, tool, place, positive("mass", mass)) for tool in PLANE]
 
     def response(values: FloatArray) -> ComplexArray:
-        return at.with_device(damper_stiffness(at.omega, mass, float(np.exp(values[0])), float(np.exp(values[1]))))
+        return at.with_device(damper_stiffness(at.omega, mass, float(np.exp(values[0])), ratio=float(np.exp(values[1]))))
 
     def cost(values: FloatArray) -> float:
         return -float(np.log(least_depth(response(values), factors, at.lines)[0]))

@@ -140,4 +140,4 @@ def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape:
         return None
     mesh = np.meshgrid(*axes.values(), indexing="ij")
     poses = {name: at.ravel() for name, at in zip(axes, mesh, strict=True)}
-    return uncertainty.spread(lambda one: natural_frequencies(one, poses, modes).reshape(shape))
+    return uncertainty.spread(lambda machine: natural_frequencies(machine, poses, modes).reshape(shape))

@@ -75,7 +75,7 @@ class SparseModel:
         if not names:
             return Prediction(result)
         slopes = self._slopes(names, squares, vectors)
-        changes = solve_beside(k, m, squares, vectors, which=np.tile(np.arange(self.number), len(names)),
+        changes = solve_beside(k, m, squares, vectors=vectors, which=np.tile(np.arange(self.number), len(names)),
                                right=slopes.reshape(len(k.indptr) - 1, -1), inverse=inverse)
         turned = self._with_scale(names, changes.reshape(-1, len(names), self.number), kept)
         energies = -np.einsum("nr,npr->pr", kept, slopes)

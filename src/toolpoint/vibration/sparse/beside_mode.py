@@ -40,7 +40,7 @@ def polish(stiffness: csc_array, mass: csc_array, pairs: EigenPairs, *, inverse:
 
 
 def solve_beside(
-    stiffness: csc_array, mass: csc_array, squares: FloatArray, vectors: FloatArray, *, which: np.ndarray, right: FloatArray,
+    stiffness: csc_array, mass: csc_array, squares: FloatArray, *, vectors: FloatArray, which: np.ndarray, right: FloatArray,
     inverse: Factorisation,
 ) -> FloatArray:
     """Return the solutions beside modes, (n, k).

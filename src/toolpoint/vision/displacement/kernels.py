@@ -216,13 +216,12 @@ def filter_window(frame, top, left, size, stride, wave_re, wave_im, bell, across
 
 
 @njit(cache=True)
-def follow_phase(frames, corners, side, stride, wave_re, wave_im, bell, rest, slopes, inverse, last, turns, result):
-    """Displacement of windows from their local phase, unwrapped in time.
+def follow_phase(frames, corners, side, stride, wave, windows, result):
+    """Displacement of windows (`PhaseWindows`) from their local phase, unwrapped in time, by a filter (`PhaseFilter`).
 
-    rest : (n_points, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n_points, 2, 2, k, k)
-    derivative of the phase by right and down; inverse : (n_points, 2, 2); last, turns : (n_points, 2, k, k) phase of the
-    frame before and whole turns since the first.
+    The phases of the last frame and the turns since the first are kept in the windows.
     """
+    (wave_re, wave_im, bell), (rest, slopes, inverse, last, turns) = wave, windows
     m = wave_re.size
     number = rest.shape[3]
     lines_re = np.empty((number, side + m), np.float32)

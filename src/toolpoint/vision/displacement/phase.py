@@ -9,6 +9,7 @@ gradient is that of the texture at rest, and pixels count by their squared ampli
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.ndimage import convolve1d
@@ -21,6 +22,29 @@ from toolpoint.vision.displacement.templates import Pass
 
 # Standard deviations by which the amplitude of a filter must stand above its noise for its phase to be followed.
 CLEAR = 4.0
+
+
+class PhaseFilter(NamedTuple):
+    """A wave, real and imaginary part, along the motion, and a bell across it."""
+
+    real: FloatArray
+    imaginary: FloatArray
+    bell: FloatArray
+
+
+class PhaseWindows(NamedTuple):
+    """Windows that are followed by their phase.
+
+    rest : (n, 2, 2, k, k) real and imaginary part at rest for both orientations; slopes : (n, 2, 2, k, k) derivative of the
+    phase by right and down; inverse : (n, 2, 2); last, turns : (n, 2, k, k) phase of the frame before and whole turns since
+    the first.
+    """
+
+    rest: FloatArray
+    slopes: FloatArray
+    inverse: FloatArray
+    last: FloatArray
+    turns: IndexArray
 
 
 @dataclass(frozen=True)
@@ -78,12 +102,12 @@ class LocalPhase:
         lost = np.zeros(n, np.int64)
         at = np.flatnonzero(usable)
         corners = np.ascontiguousarray(windows.corners[at])
-        real, imaginary, across = (np.ascontiguousarray(part, np.float32) for part in (wave.real, wave.imag, bell))
-        fixed = rest[at], slopes[at], inverse[at], last[at], turns[at]
+        across = PhaseFilter(*(np.ascontiguousarray(part, np.float32) for part in (wave.real, wave.imag, bell)))
+        fixed = PhaseWindows(rest[at], slopes[at], inverse[at], last[at], turns[at])
 
         def measure(frames: Frames) -> FloatArray:
             part = np.zeros((len(frames), at.size, 2), np.float32)
-            follow_phase(frames, corners, side, self.stride, real, imaginary, across, *fixed, part)
+            follow_phase(frames, corners, side, self.stride, across, fixed, part)
             result = np.zeros((len(frames), n, 2), np.float32)
             result[:, at] = part
             return result

@@ -33,14 +33,6 @@ def random_texture(shape: tuple[int, int], rng: np.random.Generator, *, blur: fl
     return np.clip(grey + pattern, 5.0, 250.0).astype(np.float32)
 
 
-def stripes(shape: tuple[int, int], *, period: float = 24.0, blur: float = 1.2, contrast: float = 40.0, grey: float = 120.0,
-            angle: float = 0.0) -> FloatArray:
-    """Return coefficients of parallel edges: motion shows across them only (`angle` of their normal from right, rad)."""
-    y, x = np.mgrid[:FINE * shape[0], :FINE * shape[1]] / FINE
-    wave = np.sign(np.sin(2 * np.pi * (x * np.cos(angle) + y * np.sin(angle)) / period))
-    return (grey + contrast * gaussian_filter(wave, FINE * blur)).astype(np.float32)
-
-
 def plain(shape: tuple[int, int], grey: float = 120.0) -> FloatArray:
     """Return coefficients of one grey: nothing in it shows motion."""
     return np.full((FINE * shape[0], FINE * shape[1]), grey, np.float32)

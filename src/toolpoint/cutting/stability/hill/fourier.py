@@ -31,12 +31,12 @@ class Slices:
 class HillCut:
     """The force of the edges as a Fourier series over one period of the rotation.
 
-    The force on the tool is -(own r + C/v drag r' - sum_q late_q r(t - delay_q)); coefficient h of each belongs to
+    The force on the tool is -(now r + C/v drag r' - sum_q late_q r(t - delay_q)); coefficient h of each belongs to
     exp(i h 2 pi t/T), h from -top to top, `top` in the middle.
 
     Parameters
     ----------
-    own, drag : (2 top + 1, d, d) complex
+    now, drag : (2 top + 1, d, d) complex
         N/m and m.
     late : (2 top + 1, delays, d, d) complex
     delay : (delays,) floats
@@ -45,7 +45,7 @@ class HillCut:
         Periods in a revolution: the number of teeth of a regular tool, else one.
     """
 
-    own: ComplexArray
+    now: ComplexArray
     drag: ComplexArray
     late: ComplexArray
     delay: FloatArray
@@ -53,7 +53,7 @@ class HillCut:
 
     def scaled(self, factor: float) -> HillCut:
         """The same shape with the force multiplied (a plain edge is linear in depth)."""
-        return HillCut(factor * self.own, factor * self.drag, factor * self.late, self.delay, self.teeth)
+        return HillCut(factor * self.now, factor * self.drag, factor * self.late, self.delay, self.teeth)
 
 
 def is_plain(problem: MillingProblem) -> bool:
@@ -199,10 +199,10 @@ def _arc_waves(part: Slices, order: Array) -> ComplexArray:
 def _vectors(kappa: FloatArray) -> tuple[ComplexArray, ...]:
     """t, n and -m of `coefficients.edge_matrix` as series in exp(i q phi), q = -1, 0, 1; each (slices, q, component)."""
     sine, cosine = np.array([0.5j, 0, -0.5j]), np.array([0.5, 0, 0.5])
-    one, zero = np.array([0.0, 1, 0]), np.zeros(3)
+    unit, zero = np.array([0.0, 1, 0]), np.zeros(3)
     sk, ck = np.sin(kappa)[:, None, None], np.cos(kappa)[:, None, None]
     t = np.stack([cosine, -sine, zero], axis=-1)[None] + 0 * sk
-    radial, axial = np.stack([sine, cosine, zero], axis=-1), np.stack([zero, zero, one], axis=-1)
+    radial, axial = np.stack([sine, cosine, zero], axis=-1), np.stack([zero, zero, unit], axis=-1)
     n = radial * sk - axial * ck
     m = radial * ck + axial * sk
     return t, n, -m

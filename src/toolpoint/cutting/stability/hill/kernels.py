@@ -12,7 +12,7 @@ import numpy as np
 def fill_blocks(now, drag, late, turned, rate, response, first_row, first_column, out):
     """Write G_k (own_{k-l} + rate_l drag_{k-l} - sum_q turned_ql late_q,{k-l}) into out.
 
-    own, drag (2 top + 1, c, b) and late (2 top + 1, q, c, b): orders of the period; turned (columns, q): exp(-i nu_l delay_q);
+    now, drag (2 top + 1, c, b) and late (2 top + 1, q, c, b): orders of the period; turned (columns, q): exp(-i nu_l delay_q);
     rate (columns,): i omega_l C/v; response (rows, a, c); harmonics of row and column count from first_row and first_column.
     """
     top = (now.shape[0] - 1) // 2

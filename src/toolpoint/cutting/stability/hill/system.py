@@ -108,7 +108,7 @@ class HillSystem:
         rate = self._rate(hz)
         seen = self.seen.size
         out = np.empty((rows.size * response.shape[1], columns.size * seen), complex)
-        fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
+        fill_blocks(cut.now[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
                np.ascontiguousarray(response), rows[0], columns[0], out)
         return out
 
@@ -158,7 +158,7 @@ class HillSystem:
         parts = []
         for turned, rate in inputs:
             out = np.empty((self.basis.shape[0], count * seen), complex)
-            fill_blocks(cut.own[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
+            fill_blocks(cut.now[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
                         np.ascontiguousarray(self._unit_response(count)), self.harmonics[0], self.harmonics[0], out)
             parts.append(self.basis.conj().T @ out)
         direct, damped, *late = parts

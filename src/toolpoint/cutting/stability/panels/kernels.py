@@ -102,9 +102,11 @@ def directions(phi, kappa, law, cut, drag):
     s, c, sk, ck = math.sin(phi), math.cos(phi), math.sin(kappa), math.cos(kappa)
     n = (s * sk, c * sk, -ck)
     t = (c, -s, 0.0)
-    m = (s * ck, c * ck, sk)
+    m = (-s * ck, -c * ck, -sk)
     for a in range(cut.shape[0]):
-        k = law.material[0] * t[a] + law.material[1] * n[a] - law.material[2] * m[a]
+        k = 0.0
+        for part, vector in enumerate((t, n, m)):
+            k += law.material[part] * vector[a]
         for b in range(cut.shape[0]):
             cut[a, b] = k * n[b]
             drag[a, b] = (n[a] + law.friction * t[a]) * n[b]
@@ -118,7 +120,7 @@ def lay(angle, edges, walls, law, gx, gw, laid):
     they do not fit.
     """
     start, slope, ahead, ahead_slope = edges.start, edges.slope, edges.ahead, edges.ahead_slope
-    now, drag, first, matrix, back = laid.own, laid.drag, laid.first, laid.matrix, laid.back
+    now, drag, first, matrix, back = laid.now, laid.drag, laid.first, laid.matrix, laid.back
     d = now.shape[1]
     cut, push = np.empty((d, d)), np.empty((d, d))
     pieces = np.empty((2 * edges.marks.size, 2))
@@ -235,7 +237,7 @@ def responses(times, offset, count, poles, left, right, waves):
 def inverses(operator):
     """Write the inverse of I + own resp (+ drag resp') of every cutting panel into `operator.solved`."""
     layout, damped, depth, out = operator.layout, operator.damped, operator.depth, operator.solved
-    offset, count, cutting, now, drag = layout.offset, layout.number, layout.cutting, layout.own, layout.drag
+    offset, count, cutting, now, drag = layout.offset, layout.number, layout.cutting, layout.now, layout.drag
     resp, speed_resp = operator.waves.displacement, operator.waves.velocity
     d = now.shape[1]
     for p in range(count.size):

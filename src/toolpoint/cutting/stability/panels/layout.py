@@ -197,7 +197,7 @@ class CutPanels:
         entries = LookBack(np.zeros(used, np.int64), np.zeros(used, bool), np.zeros((used, int(count.max()))))
         look_back(self.angle, cut.first, cut.back[:used], PanelNodes(edges.period, self.ends, self.offset, count, x, bary),
                   self.needed, entries)
-        self.layout = Layout(self.offset, count, self.cutting, cut.own, cut.drag, cut.first, cut.matrix[:used], *entries)
+        self.layout = Layout(self.offset, count, self.cutting, cut.now, cut.drag, cut.first, cut.matrix[:used], *entries)
 
     @property
     def nodes(self) -> int:

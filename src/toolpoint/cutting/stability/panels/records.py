@@ -39,7 +39,7 @@ class LaidCut(NamedTuple):
     """The cut at every node: own force and damping (i, d, d) and, from first[i] on, the entries of delayed vibration: matrix
     (entries, d, d) and the angle looked back, rad."""
 
-    own: FloatArray
+    now: FloatArray
     drag: FloatArray
     first: Array
     matrix: FloatArray
@@ -72,7 +72,7 @@ class Layout(NamedTuple):
     offset: Array
     number: Array
     cutting: Array
-    own: FloatArray
+    now: FloatArray
     drag: FloatArray
     first: Array
     matrix: FloatArray

@@ -102,7 +102,7 @@ class PeriodMap:
         self._set(panels)
         operator = self.operator._replace(depth=panels.scale(depth))
         inverses(operator)
-        size = panels.nodes * operator.layout.own.shape[1] + 2 * self.system.poles.size
+        size = panels.nodes * operator.layout.now.shape[1] + 2 * self.system.poles.size
         most = min(size - 1, 160)
         basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
         basis[0] = self._start(size)
