@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from toolpoint.vibration.varying import CourseArrays, CutArrays, NodeArrays, RunArrays, VaryingSystem, step_nodes
-from toolpoint.vibration.varying_kernel import advance
-from toolpoint.vibration.varying_periods import advance_periods
+from toolpoint.vibration.simulation.varying import CourseArrays, CutArrays, NodeArrays, RunArrays, VaryingSystem, step_nodes
+from toolpoint.vibration.simulation.varying_kernel import advance
+from toolpoint.vibration.simulation.varying_periods import advance_periods
 
 STEP, PERIOD, STEPS = 2e-5, 50, 60_000
 

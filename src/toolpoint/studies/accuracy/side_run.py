@@ -23,7 +23,7 @@ from toolpoint.vibration.simulation.varying import (
     VaryingSystem,
     step_nodes,
 )
-from toolpoint.vibration.varying_periods import WholePeriod, advance_periods
+from toolpoint.vibration.simulation.varying_periods import WholePeriod, advance_periods
 
 Progress = Callable[[int, int], None]
 _BLOCK = 100_000

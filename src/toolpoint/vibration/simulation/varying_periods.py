@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.vibration.varying import CourseArrays, CutArrays, NodeArrays, RunArrays
+from toolpoint.vibration.simulation.varying import CourseArrays, CutArrays, NodeArrays, RunArrays
 
 
 class WholePeriod(NamedTuple):
@@ -35,7 +35,7 @@ def advance_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, mot
     known : the last maps, by table and node, kept from block to block (empty at first). Steps before the first whole period and
     after the last are advanced one by one. Not for feedback of the chip, energies and what acts on the base.
     """
-    from toolpoint.vibration.varying_kernel import advance
+    from toolpoint.vibration.simulation.varying_kernel import advance
 
     steps, period = course.share.size, cut.table.shape[1]
     begin = min(-first % period, steps)
