@@ -10,6 +10,7 @@ from toolpoint import ToolpointError
 from toolpoint.io.yaml import robot_file
 from toolpoint.machine import build
 from toolpoint.machine.description import machine as d
+from toolpoint.machine.description.elastic import CastingBox, ElasticDescription
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.robot.datasheet import RobotMember
 from toolpoint.machine.robot.model import bending_members, rigid_members, robot_machine
@@ -80,13 +81,52 @@ def test_the_error_of_rigid_members_and_of_beams_is_told(sheet):
     result = study_datasheet(sheet, robot_file.read_robot_machine(SHEET))
     rigid, beams, elements = result.ways.values()
     assert (elements < beams).all() and (beams < rigid).all()
-    assert "boxes by finite elements" in result.table() and set(result.to_dict()["frequency_by_members_hz"]) == set(result.ways)
+    assert "members by finite elements" in result.table()
+    assert set(result.to_dict()["frequency_by_members_hz"]) == set(result.ways)
 
 
-def test_a_cylinder_is_not_meshed(sheet):
-    wrong = replace(sheet, members=sheet.members | {"forearm": replace(sheet.members["forearm"], elastic="finite elements")})
-    with pytest.raises(ToolpointError, match=r"members.forearm.elastic: finite elements of a cylinder; only boxes are meshed"):
+def tube(wall=None, along="x"):
+    at = 0.4 * np.eye(3)["xyz".index(along)]
+    return RobotMember(1, "cylinder", tuple(at.tolist()), diameter=0.04, length=0.8, along=along, wall=wall, modulus=70e9,
+                       elastic="finite elements")
+
+
+@pytest.mark.parametrize(("wall", "along", "share"), [(None, "z", 0.01), (0.006, "x", 0.02), (0.003, "y", 0.03)])
+def test_a_slender_tube_is_a_cantilever_and_a_shaft(wall, along, share):
+    """1 / (2 pi) sqrt(3 EI / L^3 / (0.2427 m + m_tip)), Rayleigh, the far end's thickness at the tip (thin ends bend); a solid
+    one twists at sqrt(G / rho) / (4 L)."""
+    mass = 3.0
+    body = solid_member("tube", tube(wall, along), mass, sense=1.0)
+    foot = d.JointDescription("ground", "tube", child_interface="near")
+    tip = d.PointDescription("tube", interface="far")
+    machine = build(d.MachineDescription("tube", {"tube": body}, {"foot": foot}, {}, {"tip": tip}))
+    inner = 0.0 if wall is None else 0.04 - 2 * wall
+    bending = 70e9 * np.pi / 64 * (0.04**4 - inner**4)
+    found = natural_frequencies(machine, {}, 8)[0]
+    walls, ends = 0.8 * (0.04**2 - inner**2), 3 * (wall or 0.0) * inner**2
+    still = mass / (walls + 2 * ends) * (0.2427 * walls + ends)
+    assert found[0] == pytest.approx(np.sqrt(3 * bending / 0.8**3 / still) / (2 * np.pi), rel=share)
+    assert found[1] == pytest.approx(found[0], rel=1e-6)
+    assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(mass, rel=1e-9)
+    if wall is None:
+        twist = np.sqrt(70e9 / 2 / 1.33 / (mass / (np.pi * 0.02**2 * 0.8))) / (4 * 0.8)
+        assert np.abs(found / twist - 1).min() < 0.01
+
+
+def test_a_bore_through_both_ends_is_refused(sheet):
+    wrong = replace(sheet, members=sheet.members | {"forearm": replace(sheet.members["forearm"], elastic="finite elements",
+                                                                       bore=0.05)})
+    with pytest.raises(ToolpointError, match=r"members.forearm.bore: a bore through both ends; .* give the tube a wall"):
         robot_machine(wrong)
+
+
+def test_round_parts_of_another_axis_or_place_are_refused():
+    parts = (CastingBox((0, 0, 0), (0.1, 0.1, 0.3), round="z"), CastingBox((0, 0, 0), (0.1, 0.1, 0.1), round="x"))
+    for boxes, words in ((parts, r"boxes\[1\].round: 'x'; must be 'z'"),
+                         ((parts[0], CastingBox((0.01, 0, 0), (0.11, 0.1, 0.1), round="z")), r"boxes\[1\]: centre"),
+                         ((CastingBox((0, 0, 0), (0.1, 0.2, 0.1), round="z"),), r"must be square, a cylinder fits in it")):
+        with pytest.raises(ToolpointError, match=words):
+            ElasticDescription(boxes, {}, 1000.0, 0.05).model  # noqa: B018
 
 
 def test_a_wall_that_leaves_no_hollow():

@@ -4,5 +4,7 @@ from toolpoint.bodies.solid.casting import Casting, Cuboid
 from toolpoint.bodies.solid.material import CAST_IRON, STEEL, Material
 from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 from toolpoint.bodies.solid.patch import Patch
+from toolpoint.bodies.solid.round_casting import RoundCasting, RoundPart
 
-__all__ = ["CAST_IRON", "STEEL", "Casting", "Cuboid", "ElementBlock", "Material", "Patch", "SolidModel"]
+__all__ = ["CAST_IRON", "STEEL", "Casting", "Cuboid", "ElementBlock", "Material", "Patch", "RoundCasting", "RoundPart",
+           "SolidModel"]

@@ -13,7 +13,7 @@ from toolpoint._quantity import Quantity
 
 if TYPE_CHECKING:  # finite elements load where a body has them, not with every machine file
     from toolpoint.bodies.reduced import ElasticNumbers
-    from toolpoint.bodies.solid import Casting, Material, Patch, SolidModel
+    from toolpoint.bodies.solid import Casting, Material, Patch, RoundCasting, SolidModel
 
 Length = Annotated[float, Quantity("length", "m")]
 Place = tuple[Length, ...]
@@ -34,12 +34,17 @@ CAST_IRON = ElasticMaterial(110e9, 7200.0, 0.26, 2e-3)  # as `bodies.solid.CAST_
 
 @dataclass(frozen=True)
 class CastingBox:
-    """A box along the axes of the body's frame: material, or (`window`) an opening cut out of what came before."""
+    """A box along the axes of the body's frame: material, or (`window`) an opening cut out of what came before.
+
+    round : the direction of the cylinder's axis where it is the cylinder that fits in the box. A casting is of boxes alone, or
+    of cylinders and bores about one axis.
+    """
 
     low: Place
     high: Place
     window: bool = False
     material: str = "body"
+    round: Literal["", "x", "y", "z"] = ""
 
 
 @dataclass(frozen=True)
@@ -74,7 +79,8 @@ class PatchDescription:
 
 @dataclass(frozen=True)
 class ElasticDescription:
-    """A body by finite elements: boxes and windows, meshed with elements of at most `mesh_size`, reduced for `band`.
+    """A body by finite elements: boxes and windows, or cylinders and bores about one axis, meshed with elements of at most
+    `mesh_size`, reduced for `band`.
 
     `band` is the frequency up to which the machine is asked for; `size` the number of elastic
     coordinates, as many as the interfaces ask for where left out.
@@ -104,11 +110,13 @@ class ElasticDescription:
         return repr(replace(self, materials=_plain(self.materials)))
 
     @property
-    def casting(self) -> Casting:
+    def casting(self) -> Casting | RoundCasting:
         """The casting; boxes without a material of their own are of cast iron."""
         for box in self.boxes:
             if len(box.low) != 3 or len(box.high) != 3:
                 fail("boxes", f"{len(box.low)} and {len(box.high)} numbers", "must be three each: low and high corner")
+        if any(box.round for box in self.boxes):
+            return _round_casting(self.boxes, _materials(self.materials))
         from toolpoint.bodies.solid import Casting, Cuboid
 
         boxes = tuple(Cuboid(np.array(b.low), np.array(b.high), b.material, b.window) for b in self.boxes)
@@ -118,6 +126,27 @@ class ElasticDescription:
     def model(self) -> SolidModel:
         """The finite-element model in the body's frame."""
         return self.casting.meshed(self.mesh_size)
+
+
+def _round_casting(boxes: tuple[CastingBox, ...], materials: dict[str, Material]) -> RoundCasting:
+    """Return cylinders and bores about one axis."""
+    from toolpoint.bodies.solid import RoundCasting, RoundPart
+
+    axis = next(box.round for box in boxes if box.round)
+    along = "xyz".index(axis)
+    first, second = (k for k in range(3) if k != along)
+    parts, middle = [], (np.array(boxes[0].low) + np.array(boxes[0].high)) / 2
+    for i, box in enumerate(boxes):
+        if box.round != axis:
+            fail(f"boxes[{i}].round", repr(box.round), f"must be {axis!r} as of the others",
+                 "a casting is of boxes, or of cylinders about one axis; join others as bodies fixed to it")
+        size, centre = np.array(box.high) - np.array(box.low), (np.array(box.low) + np.array(box.high)) / 2
+        if abs(size[first] - size[second]) > 1e-9 * size[first]:
+            fail(f"boxes[{i}]", f"{size[first]:g} by {size[second]:g} m across {axis}", "must be square, a cylinder fits in it")
+        if np.abs(centre - middle)[[first, second]].max() > 1e-9 * size[first]:
+            fail(f"boxes[{i}]", f"centre {centre.tolist()}", f"must be on the axis of the first, {middle.tolist()}")
+        parts.append(RoundPart(box.low[along], box.high[along], float(size[first]), box.material, box.window))
+    return RoundCasting(tuple(parts), axis, (float(middle[0]), float(middle[1]), float(middle[2])), materials)
 
 
 @dataclass(frozen=True)

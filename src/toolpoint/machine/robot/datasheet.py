@@ -94,8 +94,7 @@ class RobotMember:
 
     fill : share of the calibrated density, below 1 for a hollow casting; mass : in its place, where it is known. elastic :
     how it bends, along `along` (the first member of its link), hollow with a `wall` (m), of a `modulus` (Pa, Poisson's ratio
-    0.33) and a loss factor: ``rigid``, ``beam`` (a box or a cylinder) or ``finite elements`` (a box); false is rigid, true
-    a beam.
+    0.33) and a loss factor: ``rigid``, ``beam`` (a box or a cylinder) or ``finite elements``; false is rigid, true a beam.
     """
 
     link: int
@@ -234,8 +233,8 @@ def _shape_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
         yield (*key, "diameter"), "a cylinder needs diameter and length"
     if member.bending == "beam" and member.kind == "mesh":
         yield (*key, "elastic"), "a mesh; only boxes and cylinders bend as beams"
-    if member.bending == "finite elements" and member.kind != "box":
-        yield (*key, "elastic"), f"finite elements of a {member.kind}; only boxes are meshed: a cylinder may bend as a beam"
+    if member.bending == "finite elements" and member.bore:
+        yield (*key, "bore"), "a bore through both ends; finite elements are held by them: give the tube a wall instead"
     if member.kind == "mesh" and not member.mesh:
         yield (*key, "mesh"), "missing; the STL file beside this one"
 

@@ -36,7 +36,7 @@ def bending_members(sheet: RobotDatasheet, bending: str) -> RobotDatasheet:
     one_of("bending", bending, ("beam", "finite elements"))
 
     def bends(part: RobotMember) -> bool:
-        return part.bending != "rigid" and (bending == "beam" or part.kind == "box")
+        return part.bending != "rigid" and (part.kind != "mesh" if bending == "beam" else not part.bore)
 
     return replace(sheet, members={name: replace(part, elastic=bending) if bends(part) else part  # type: ignore[arg-type]
                                    for name, part in sheet.members.items()})

@@ -22,7 +22,7 @@ from toolpoint.machine.robot.model import bending_members, rigid_members, robot_
 from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretch_arm
 from toolpoint.studies.text_table import text_table
 
-RIGID, BEAMS, ELEMENTS = "members rigid", "members as beams", "boxes by finite elements"
+RIGID, BEAMS, ELEMENTS = "members rigid", "members as beams", "members by finite elements"
 _STOPS = ((1, "vertical_moment"), (0, "horizontal_moment"))
 
 
@@ -32,7 +32,7 @@ class DatasheetStudy(NotebookText):
 
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
-    ways : the same with all members rigid, as beams, and (boxes) by finite elements; differences : what does not follow or
+    ways : the same with all members rigid, as beams, and by finite elements; differences : what does not follow or
     does not agree, a line each; origins : what every number rests on.
     """
 
@@ -102,8 +102,8 @@ class DatasheetStudy(NotebookText):
 def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, finite_elements: bool = True) -> DatasheetStudy:
     """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it.
 
-    With `finite_elements` the members that bend are also reduced from finite elements where they are boxes, to say what rigid
-    members and beams are worth (some seconds).
+    With `finite_elements` the members that bend are also reduced from finite elements, to say what rigid members and beams
+    are worth (some seconds).
     """
     machine = build(description)
     gearing = compute_gearing(sheet)
