@@ -12,7 +12,7 @@ from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reduction import span
-from toolpoint.substructuring.sliding import SlidingBody, fit_to_surroundings, station_loads, tabulate
+from toolpoint.substructuring.sliding import SlidingBody, _lowest_of, fit_to_surroundings, station_loads, tabulate
 
 LENGTH, WIDTH, HEIGHT, BLOCK = 0.8, 0.06, 0.05, 0.08
 LOW, HIGH = 0.05, 0.75
@@ -94,3 +94,20 @@ def test_fitted_to_its_surroundings_it_needs_fewer_coordinates(beam, free, slidi
         assert small.frequencies(z, around, 6)[0] == pytest.approx(sliding.frequencies(z, around, 6)[0], rel=1.5e-3)
     with pytest.raises(ToolpointError, match="must be 8"):
         fit_to_surroundings(sliding, around, PLACES, modes=6, size=300, kept=8)
+
+
+def test_one_place_is_the_table_at_many():
+    """Value and slopes at entries, between them and at both ends; the lowest modes are those of LAPACK's whole solution."""
+    rng = np.random.default_rng(3)
+    table = MotionTable(np.sort(rng.random(9)), rng.standard_normal((9, 6, 4)))
+    places = np.r_[table.positions, (table.positions[:-1] + table.positions[1:]) / 2]
+    for order in (0, 1, 2):
+        many = table.at(places, order)
+        assert np.allclose([table.at(float(z), order) for z in places], many, rtol=1e-12, atol=1e-9 * abs(many).max())
+    with pytest.raises(ToolpointError, match="not finite"):
+        table.at(float("nan"))
+    a = rng.standard_normal((90, 40))
+    matrix = a @ a.T + np.diag(np.linspace(1, 9, 90))
+    squares, vectors = _lowest_of(matrix, 7)
+    assert np.allclose(squares, np.linalg.eigvalsh(matrix)[:7], rtol=1e-11)
+    assert np.allclose(matrix @ vectors, vectors * squares, atol=1e-10) and np.allclose(vectors.T @ vectors, np.eye(7))

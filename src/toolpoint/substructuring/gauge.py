@@ -22,6 +22,7 @@ from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Dof, Frf
 
 UNLIKE = 3.0  # misfit over the noise (root mean square) above which the gauge is doubted
+REFINEMENTS = 2
 WEAKEST = 1e-6  # smallest over largest singular value of the geometry
 
 
@@ -55,7 +56,7 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws:
     """
     lines = frf.converted_to("receptance")
     pairs = _measured_pairs(lines, gauge, plane)
-    values, misfit = _base(pairs, gauge, lines.frequency, pairs.values)
+    values, misfit = _base(pairs, gauge, lines.frequency, pairs.values, is_refined=True)
     notes = [*lines.notes, *_doubts(misfit, pairs)]
     drawn = None
     if draws and (pairs.variance is not None or _uncertain_gauge(gauge)):
@@ -98,32 +99,91 @@ def _check_forces(outputs: IndexArray, inputs: IndexArray, names: list[str]) -> 
              "a force at one station only leaves open how the base tilts under a moment; strike the other station too")
 
 
-def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measured: ComplexArray
-          ) -> tuple[ComplexArray, ComplexArray]:
-    """Return the base's receptance (..., n_f, 2, 2) of measured values (..., n_f, p), and what they leave unexplained."""
+@dataclass(frozen=True, eq=False)
+class _HeldGauge:
+    """A gauge on each line (n_f first): its stiffness at its stations and at its base, and how pairs see the base.
+
+    dynamic : over all sections; sections : of the stations; held : responses with the base held (n, n); seen : Z, the held
+    gauge at its base (2, 2); design, weight, solver : of the three unknowns of a line in the measured pairs.
+    """
+
+    dynamic: ComplexArray
+    sections: IndexArray
+    held: ComplexArray
+    seen: ComplexArray
+    design: ComplexArray
+    weight: FloatArray
+    solver: ComplexArray
+
+    def unknowns(self, answers: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+        """Return the symmetric matrices (..., 2, 2) that give answers (..., n_f, p) best, and what they leave, weighted."""
+        three = (self.solver @ (self.weight * answers)[..., None])[..., 0]
+        misfit: ComplexArray = self.weight * (answers - (self.design @ three[..., None])[..., 0])
+        return np.stack([three[..., [0, 1]], three[..., [1, 2]]], axis=-2), misfit
+
+
+def _held_gauge(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray) -> _HeldGauge:
     stiffness = station_stiffness(gauge, frequency)
     z = stiffness.matrix
     held = np.linalg.inv(z[:, 2:, 2:])
     follow = -held @ z[:, 2:, :2]
-    seen = z[:, :2, :2] + z[:, :2, 2:] @ follow
-    sections = np.array(list(stiffness.sections.values()))
     padded = np.zeros((len(z), 2 + held.shape[1], 2 + held.shape[1]), complex)  # the base itself stands still
     padded[:, 2:, 2:] = held
     motion = np.concatenate([np.broadcast_to(np.eye(2), (len(z), 2, 2)), follow], axis=1)
-    at = 2 * sections
-    left, right = motion[:, at[pairs.output]], motion[:, at[pairs.input]]
+    sections = np.array(list(stiffness.sections.values()))
+    left, right = motion[:, 2 * sections[pairs.output]], motion[:, 2 * sections[pairs.input]]
     design = np.stack([left[..., 0] * right[..., 0], left[..., 0] * right[..., 1] + left[..., 1] * right[..., 0],
                        left[..., 1] * right[..., 1]], axis=-1)
     _check_geometry(design, gauge.length)
-    answer = measured - padded[:, at[pairs.output], at[pairs.input]]
     weight = np.ones(pairs.values.shape) if pairs.variance is None else 1 / np.sqrt(np.maximum(
         pairs.variance, 1e-12 * pairs.variance.max(axis=1, keepdims=True) + 1e-300))
-    solver: ComplexArray = np.linalg.pinv(weight[..., None] * design)
-    unknown = (solver @ (weight * answer)[..., None])[..., 0]
-    misfit: ComplexArray = weight * (answer - (design @ unknown[..., None])[..., 0])
-    joined = np.stack([unknown[..., [0, 1]], unknown[..., [1, 2]]], axis=-2)
-    base = np.linalg.solve(np.swapaxes(np.eye(2) - seen @ joined, -1, -2), np.swapaxes(joined, -1, -2))
-    return np.swapaxes(base, -1, -2), misfit
+    return _HeldGauge(z, sections, padded, z[:, :2, :2] + z[:, :2, 2:] @ follow, design, weight,
+                      np.linalg.pinv(weight[..., None] * design))
+
+
+def _base(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, measured: ComplexArray, *, is_refined: bool = False
+          ) -> tuple[ComplexArray, ComplexArray]:
+    """Return the base's receptance (..., n_f, 2, 2) of measured values (..., n_f, p), and what they leave unexplained.
+
+    Near a resonance of the held gauge both A and Phi H' Phi^T are large and differ by little; `is_refined` corrects the base
+    by what the whole with it still differs from the measured values.
+    """
+    held = _held_gauge(pairs, gauge, frequency)
+    at = 2 * held.sections
+    joined, misfit = held.unknowns(measured - held.held[:, at[pairs.output], at[pairs.input]])
+    right = np.linalg.solve(np.swapaxes(np.eye(2) - held.seen @ joined, -1, -2), np.swapaxes(joined, -1, -2))
+    base = np.swapaxes(right, -1, -2)
+    if not is_refined:
+        return base, misfit
+    for _ in range(REFINEMENTS):
+        whole = _whole(held, base)[:, pairs.output, pairs.input]
+        change, misfit = held.unknowns(measured - whole)
+        turn = np.eye(2) + base @ held.seen
+        base = base + turn @ change @ np.swapaxes(turn, -1, -2)
+    return base, misfit
+
+
+def _whole(held: _HeldGauge, base: ComplexArray) -> ComplexArray:
+    """Return the responses among the stations of the gauge on a base (n_f, 2, 2), to the last digit.
+
+    Deflections and forces at the base are solved for together, so that neither the base nor the held gauge is inverted; the
+    residuals are summed with the longest numbers that the machine has.
+    """
+    lines, n = held.dynamic.shape[:2]
+    matrix = np.zeros((lines, n + 2, n + 2), complex)
+    matrix[:, :n, :n], matrix[:, n:, n:] = held.dynamic, -base
+    matrix[:, [0, 1], [n, n + 1]] = matrix[:, [n, n + 1], [0, 1]] = 1.0
+    at = 2 * held.sections
+    right = np.zeros((lines, n + 2, len(at)), complex)
+    right[:, at, range(len(at))] = 1.0
+    scale = 1 / np.sqrt(np.abs(matrix).max(axis=2))
+    inverse = scale[:, :, None] * np.linalg.inv(scale[:, :, None] * matrix * scale[:, None, :]) * scale[:, None, :]
+    exact = matrix.astype(np.clongdouble)
+    solution = (inverse @ right).astype(np.clongdouble)
+    for _ in range(REFINEMENTS):
+        rest = right - np.einsum("fij,fjk->fik", exact, solution)
+        solution = solution + inverse @ rest.astype(complex)
+    return solution[:, at].astype(complex)
 
 
 def _check_geometry(design: ComplexArray, length: float) -> None:

@@ -10,8 +10,9 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.vibration.sparse import EigenPairs, Factorisation
-from toolpoint.vibration.sparse.factorisation import check_symmetric
+from toolpoint.vibration.sparse.factorisation import check_finite, check_symmetric
 from toolpoint.vibration.sparse.lanczos import modes_of
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 from toolpoint.vibration.sparse.pencil import Pencil
 
 STRAINED = 1e-8
@@ -38,8 +39,8 @@ class LargeBody:
         Where every row is, m: helps the ordering.
     """
 
-    stiffness: csc_array
-    mass: csc_array
+    stiffness: SymmetricMatrix
+    mass: SymmetricMatrix
     loads: FloatArray
     rigid: FloatArray | None = None
     weights: FloatArray | None = None
@@ -48,8 +49,9 @@ class LargeBody:
 
     def __post_init__(self) -> None:
         put = object.__setattr__
-        put(self, "stiffness", check_symmetric("stiffness", self.stiffness))
-        put(self, "mass", check_symmetric("mass", self.mass))
+        for name in ("stiffness", "mass"):
+            matrix = getattr(self, name)
+            put(self, name, (check_finite if isinstance(matrix, NodeMatrix) else check_symmetric)(name, matrix))
         n = self.size
         if self.mass.shape != self.stiffness.shape:
             fail("mass", f"shape {self.mass.shape}", f"must be that of the stiffness, {self.stiffness.shape}")
@@ -71,7 +73,8 @@ class LargeBody:
 
     def _check_rigid(self, rigid: FloatArray) -> None:
         force = float(np.abs(self.stiffness @ rigid).max())
-        size = float(abs(self.stiffness).max()) * float(np.abs(rigid).max())
+        largest = self.stiffness.largest if isinstance(self.stiffness, NodeMatrix) else float(abs(self.stiffness).max())
+        size = largest * float(np.abs(rigid).max())
         if force > STRAINED * size:
             fail("rigid", f"motions that strain the body (force {force / size:.2g} of the largest)", "must be rigid motions",
                  "a body that is held in its matrices has none")

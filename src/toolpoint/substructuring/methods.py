@@ -14,6 +14,7 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 from toolpoint._check import FloatArray, count, positive
 from toolpoint.substructuring.large_body import Preparation
 from toolpoint.substructuring.reduction import RawShapes
+from toolpoint.vibration.sparse.node_matrix import as_columns
 
 REACH = 1.5  # of the band: free modes up to here are kept
 SURE = 1.4  # least reach over band with which the error estimate is to be believed
@@ -88,11 +89,12 @@ def _held_modes(prepared: Preparation, top: float) -> tuple[FloatArray, FloatArr
         free = prepared.inverse.solve(np.asarray(right).reshape(n, -1))
         return (free - held @ (hold @ (body.loads.T @ free))).reshape(np.shape(right))
 
+    stiffness, mass = as_columns(body.stiffness), as_columns(body.mass)
     number, limit = 10, (2 * np.pi * top) ** 2
     while True:
         number = min(number, n - body.loads.shape[1] - 1)
         operator = LinearOperator((n, n), matvec=solve, dtype=float)
-        values, vectors = eigsh(body.stiffness, number, body.mass, sigma=-prepared.shift, OPinv=operator, which="LM",
+        values, vectors = eigsh(stiffness, number, mass, sigma=-prepared.shift, OPinv=operator, which="LM",
                                 v0=solve(np.random.default_rng(n).standard_normal(n)))
         order = np.argsort(values)
         if values.max() > limit or number == n - body.loads.shape[1] - 1:

@@ -20,6 +20,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody, Preparation, prepare
 
 DEPENDENT = 1e-12  # energy of a response over that of the largest below which it adds nothing
+LEAST_MASS = 1e-15  # of the largest mass per stiffness: rounding
 SNAPSHOTS = 5  # frequencies from 0 to the band at which the loads' responses are compared
 ABOVE = 0.8  # share of the way to a resonance beside the kept shapes that a response is followed
 
@@ -150,22 +151,30 @@ class ShapeSpan:
     def reduced(self, size: int | None = None) -> Reduction:
         """Return the reduction with so many coordinates (all independent shapes where left out): the kept shapes, and those
         combinations of responses that store most energy under the weighted loads."""
-        responses = self._compressed
-        most = self.kept + responses.shape[1]
+        most = self.largest
         number = most if size is None else count("size", size, 0)
         if not self.kept <= number <= most:
             fail("size", f"{number}", f"must be {self.kept} .. {most}", "the kept shapes, and responses to the loads")
-        r = self.prepared.rigid.shape[1]
-        basis = np.zeros((self.columns.shape[1], number))
-        basis[r:r + self.kept, :self.kept] = np.eye(self.kept)
-        basis[:, self.kept:] = responses[:, :number - self.kept]
-        m, k = basis.T @ self.mass @ basis, basis.T @ self.stiffness @ basis
-        squares, mix = eigh((k + k.T) / 2, (m + m.T) / 2)
+        basis, k, m = (matrix[:, :number] for matrix in self._basis)
+        squares, mix = _stiff_modes(k[:number], m[:number])
         shapes = basis @ mix
         vectors, body = self.columns @ shapes, self.prepared.body
         residual = ResidualProducts(self.inertial @ shapes, self.loads @ shapes, shapes, self.gram, self.prepared.shift)
         return Reduction(squares, vectors, body.loads.T @ vectors, body.loads.T @ self.prepared.rigid, self.reach,
                          self.method.name, self.prepared.solver, residual)
+
+    @cached_property
+    def _basis(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Return the kept shapes and the compressed responses over the columns, and their stiffness and mass.
+
+        These are summed from the shapes themselves: differences of responses that are nearly alike have lost digits.
+        """
+        r, body = self.prepared.rigid.shape[1], self.prepared.body
+        basis = np.zeros((self.columns.shape[1], self.largest))
+        basis[r:r + self.kept, :self.kept] = np.eye(self.kept)
+        basis[:, self.kept:] = self._compressed
+        shapes = self.columns @ basis
+        return basis, _even(shapes.T @ (body.stiffness @ shapes)), _even(shapes.T @ (body.mass @ shapes))
 
     @cached_property
     def _compressed(self) -> FloatArray:
@@ -192,6 +201,18 @@ class ShapeSpan:
         """Return X^T W, every load by its weight; where weights are left out, by what gives equal energies at rest."""
         driving = self.columns.T @ self.prepared.body.loads
         return driving * self.prepared.load_weights
+
+
+def _stiff_modes(stiffness: FloatArray, mass: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return squares, ascending, and shapes of unit mass, of matrices whose stiffness is the better conditioned one.
+
+    Responses that differ little carry hardly any mass, so little that rounding may make it negative; what they add to the
+    flexibility is kept, at a frequency beyond all others.
+    """
+    scale = 1 / np.sqrt(np.diag(stiffness))
+    inverse, mix = eigh(mass * scale[:, None] * scale, stiffness * scale[:, None] * scale)
+    inverse = np.maximum(inverse, LEAST_MASS * inverse.max(initial=0.0))[::-1]
+    return 1 / inverse, scale[:, None] * mix[:, ::-1] / np.sqrt(inverse)
 
 
 def _independent(parts: FloatArray, stiffness: FloatArray, before: FloatArray) -> FloatArray:
@@ -223,6 +244,10 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     responses: list[FloatArray] = [prepared.responses @ mix]
     for _ in range(raw.order - 1):
         responses.append(prepared.inverse.solve(body.mass @ responses[-1]))
+    # S M R = R / s0 and S M q = q' are known; the kept shapes and the last responses are solved for, then no more is.
+    solved = [prepared.inverse.solve(body.mass @ part) for part in (raw.kept, responses[-1])]
+    static = prepared.answers
+    prepared.let_go()
     columns = np.hstack([prepared.rigid, raw.kept, *responses])
     inertial, loads = np.zeros((columns.shape[1],) * 2), np.zeros((l, columns.shape[1]))
     inertial[:r + m, r:r + m], loads[:, r:r + m] = raw.inertial, raw.loads
@@ -232,12 +257,7 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     inertial[rest[:-k], rest[k:]] = 1.0
     loads[:, first] = mix
     weighty = body.mass @ columns
-    # S M R = R / s0 and S M q = q' are known; the kept shapes and the last responses are solved for.
-    solved = prepared.inverse.solve(np.hstack([weighty[:, r:r + m], weighty[:, -k:]]))
-    static = prepared.answers
-    prepared.let_go()
-    answers = np.hstack([prepared.rigid / shift if r else prepared.rigid, solved[:, :m], *responses[1:], solved[:, m:],
-                         static])
+    answers = np.hstack([prepared.rigid / shift if r else prepared.rigid, solved[0], *responses[1:], solved[1], static])
     gram = np.hstack([weighty, body.loads]).T @ answers
     return ShapeSpan(prepared, method, columns, _even(columns.T @ weighty), _even(columns.T @ (body.stiffness @ columns)),
                      inertial, loads, _even(gram), m, raw.reach)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
+from scipy.linalg import eigh, eigh_tridiagonal, lapack
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, count, fail, floats, positive
@@ -20,6 +20,7 @@ from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.estimate import Surroundings
 from toolpoint.substructuring.reduction import Reduction
 
+SMALLEST = 32  # coordinates from which our own way to the lowest modes pays
 SlidingWeights = Callable[[float], "csc_array | FloatArray"]
 
 
@@ -140,13 +141,30 @@ class SlidingBody:
 def _lowest(stiffness: FloatArray, outer_mass: FloatArray, number: int) -> tuple[FloatArray, FloatArray]:
     """Return the lowest eigenpairs where all coordinates have unit mass but the last, whose mass is a block of its own."""
     if not len(outer_mass):
-        return eigh(stiffness, subset_by_index=[0, number - 1], check_finite=False, driver="evr")
+        return _lowest_of(stiffness, number)
     inner = len(stiffness) - len(outer_mass)
     root = np.linalg.inv(np.linalg.cholesky(outer_mass)).T
     stiffness[:, inner:] = stiffness[:, inner:] @ root
     stiffness[inner:] = root.T @ stiffness[inner:]
-    squares, vectors = eigh(stiffness, subset_by_index=[0, number - 1], check_finite=False, overwrite_a=True, driver="evr")
+    squares, vectors = _lowest_of(stiffness, number)
     vectors[inner:] = root @ vectors[inner:]
+    return squares, vectors
+
+
+def _lowest_of(matrix: FloatArray, number: int) -> tuple[FloatArray, FloatArray]:
+    """Return the lowest eigenpairs of a symmetric matrix: tridiagonal, then the few that are asked for, turned back.
+
+    What `eigh` does with bisection and inverse iteration, at two thirds of its time for a hundred coordinates.
+    """
+    n = len(matrix)
+    if n < SMALLEST:
+        return eigh(matrix, subset_by_index=[0, number - 1], check_finite=False)
+    reflectors, diagonal, beside, sizes, info = lapack.dsytrd(matrix, lower=1, lwork=32 * n)
+    squares, vectors = eigh_tridiagonal(diagonal, beside, select="i", select_range=(0, number - 1), check_finite=False,
+                                        lapack_driver="stemr")
+    vectors[1:], _, failed = lapack.dormqr("L", "N", reflectors[1:, :-1], sizes, vectors[1:], 32 * number)
+    if info or failed:
+        fail("matrix", "not finite", "must be finite")
     return squares, vectors
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.sparse import csc_array, csr_array
 
 from toolpoint._check import FloatArray, IndexArray
+from toolpoint.vibration.sparse.node_matrix import NodePattern
 
 # Elements at a time: 60 x 60 matrices of so many take 30 MB.
 _CHUNK = 1024
@@ -43,6 +44,17 @@ def assemble_blocks(nodes: FloatArray, elements: IndexArray, width: int, *, matr
     kernels.expand(pointers, columns, data, indptr, indices, values)
     # The matrix is symmetric, so its rows are its columns.
     return csc_array((values, indices, indptr), shape=(size, size))
+
+
+def add_pairs(nodes: FloatArray, elements: IndexArray, pattern: NodePattern, blocks: FloatArray, *, matrices: ElementMatrices
+              ) -> None:
+    """Add element matrices to the stored blocks (pairs, width, width) of a pattern."""
+    from toolpoint.vibration.sparse import node_kernels
+
+    for part in chunks(len(elements)):
+        chosen = elements[part]
+        node_kernels.scatter_pairs(chosen, matrices(nodes[chosen]), blocks.shape[1], pattern.pointers, pattern.columns,
+                                   pattern.entries, blocks)
 
 
 def chunks(count: int) -> Iterator[slice]:

@@ -13,10 +13,11 @@ from toolpoint._check import FloatArray, IndexArray, fail, floats, frozen, posit
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.bodies.solid import matrices
-from toolpoint.bodies.solid.assembly import assemble_blocks, chunks
+from toolpoint.bodies.solid.assembly import add_pairs, assemble_blocks, chunks
 from toolpoint.bodies.solid.element_kinds import ElementKind, kind_of
 from toolpoint.bodies.solid.material import Material
 from toolpoint.vibration import Dof
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, pattern_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,16 +130,20 @@ class SolidModel(NotebookText):
                  for block in self.blocks if block.name == name]
         return parts[0] if len(parts) == 1 else csc_array(sum(parts[1:], parts[0]))
 
+    def node_matrices(self) -> tuple[NodeMatrix, NodeMatrix]:
+        """Return stiffness (N/m) and mass (kg) by node pairs, half of them stored: for a large body that is solved once."""
+        pattern = pattern_of([block.nodes for block in self.blocks], len(self.nodes))
+        stiffness, mass = np.zeros((pattern.block_count, 3, 3)), np.zeros((pattern.block_count, 1, 1))
+        for block in self.blocks:
+            material = self.materials[block.name]
+            add_pairs(self.nodes, block.nodes, pattern, stiffness, matrices=partial(_stiffness, material, block.kind))
+            add_pairs(self.nodes, block.nodes, pattern, mass, matrices=partial(_scalar_mass, material, block.kind))
+        return NodeMatrix(pattern, stiffness), NodeMatrix(pattern, mass.ravel())
+
     def assembled(self) -> tuple[csc_array, csc_array]:
-        """Return stiffness (N/m) and mass (kg) without keeping their parts: for a body that is solved once."""
-        stiffness, mass = None, None
-        for name in self.set_names:
-            part = self._sum(name, 3, partial(_stiffness, self.materials[name]))
-            stiffness = part if stiffness is None else csc_array(stiffness + part)
-            scalar = self._sum(name, 1, partial(_scalar_mass, self.materials[name]))
-            mass = scalar if mass is None else csc_array(mass + scalar)
-        assert stiffness is not None and mass is not None
-        return stiffness, csc_array(kron(mass, eye_array(3), format="csc"))
+        """Return stiffness (N/m) and mass (kg) without keeping their parts, as compressed columns."""
+        stiffness, mass = self.node_matrices()
+        return stiffness.columns(), mass.columns()
 
     def projected(self, name: str, motion: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return stiffness and mass (m, m) of a set in the shapes `motion` (size, m), summed by elements."""

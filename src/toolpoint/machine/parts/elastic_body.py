@@ -85,7 +85,7 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
         columns += loads
         repeats += [float(len(loads))] * (6 * len(loads))
     rigid = model.rigid_motion()
-    body = LargeBody(*model.assembled(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
+    body = LargeBody(*model.node_matrices(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
                      coordinates=model.dof_places)
     reduction = reduce(body, method or ActingLoads(band), size)
     nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, surface=_surface(model, reduction),

@@ -5,10 +5,10 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, IndexArray
 from toolpoint.vibration.sparse import cuts, dissection, kernels, symbolic
+from toolpoint.vibration.sparse.node_matrix import WIDTH, NodeMatrix, SymmetricMatrix
 
 # Below this many vertices a part is ordered by minimum degree.
 _LEAF = 60
@@ -19,15 +19,8 @@ _CHUNK = 2_000_000
 class EliminationPlan:
     """Order of elimination for all matrices of a pattern; rows that share a place (`coordinates`) are ordered together."""
 
-    def __init__(self, pattern: csc_array, coordinates: FloatArray | None = None) -> None:
-        n = pattern.shape[0]
-        indptr, indices = pattern.indptr.astype(np.int64), pattern.indices
-        group = _node_groups(indptr, indices, n, coordinates)
-        xadj, adj, _ = symbolic.quotient(indptr, indices, group, int(group.max()) + 1)
-        keys = np.random.default_rng(7).integers(1, 2**62, len(xadj) - 1)
-        twin, count = symbolic.twins(xadj, adj, keys)
-        group = twin[group]
-        xadj, adj, weight = symbolic.quotient(indptr, indices, group, count)
+    def __init__(self, pattern: SymmetricMatrix, coordinates: FloatArray | None = None) -> None:
+        xadj, adj, weight, group = _graph(pattern, coordinates)
         places = _places(xadj, adj, group, coordinates)
         self.name = "nested dissection by place" if coordinates is not None else "nested dissection by graph"
         order = dissection.dissect(xadj, adj, weight, places, _LEAF)
@@ -71,6 +64,22 @@ class EliminationPlan:
         ends = np.searchsorted(self.starts, np.arange(_CHUNK, self.factor_size, _CHUNK))
         ends = np.unique(np.concatenate([[0], ends, [len(self.parent)]]))
         return [(int(a), int(b)) for a, b in pairwise(ends)]
+
+
+def _graph(pattern: SymmetricMatrix, coordinates: FloatArray | None) -> tuple[IndexArray, IndexArray, IndexArray, IndexArray]:
+    """Return pointers, neighbours and rows of vertices (nodes with the same neighbours are one), and each row's vertex."""
+    if isinstance(pattern, NodeMatrix):
+        indptr, indices = pattern.pattern.pointers, pattern.pattern.columns
+        group: IndexArray = np.arange(pattern.pattern.node_count)
+        width = WIDTH
+    else:
+        indptr, indices, width = pattern.indptr, pattern.indices, 1
+        group = _node_groups(indptr, indices, pattern.shape[0], coordinates)
+    xadj, adj, _ = symbolic.quotient(indptr, indices, group, int(group.max()) + 1)
+    keys = np.random.default_rng(7).integers(1, 2**62, len(xadj) - 1)
+    twin, count = symbolic.twins(xadj, adj, keys)
+    xadj, adj, weight = symbolic.quotient(indptr, indices, twin[group], count)
+    return xadj, adj, width * weight, np.repeat(twin[group], width)
 
 
 def _node_groups(indptr: IndexArray, indices: IndexArray, n: int, coordinates: FloatArray | None) -> IndexArray:

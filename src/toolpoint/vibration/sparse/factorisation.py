@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from scipy.sparse import csc_array, sparray, spmatrix
 
 from toolpoint._check import FloatArray, fail, floats, one_of
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix
 from toolpoint.vibration.sparse.superlu import SuperLu
 
 SparseMatrix: TypeAlias = sparray | spmatrix
@@ -123,6 +124,13 @@ def _asymmetry(columns: csc_array) -> float:
     from toolpoint.vibration.sparse import symbolic
 
     return float(symbolic.asymmetry(columns.indptr, columns.indices, columns.data))
+
+
+def check_finite(name: str, matrix: NodeMatrix) -> NodeMatrix:
+    """Return a matrix of node pairs, which is symmetric as it is stored, after checking that it is finite."""
+    if not np.isfinite(matrix.largest):
+        fail(name, "values that are not finite", "must be finite")
+    return matrix
 
 
 def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 from numba import njit
+from numba.extending import overload
 
 from toolpoint.vibration.sparse.dense_calls import cholesky, product, scratch, solve_triangle, square_update
 
@@ -22,7 +23,8 @@ def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diag
     """Factorise the groups low .. high - 1 of K + shift M; return -1, or the first row (in elimination order) without a
     usable pivot.
 
-    `stiffness`, `mass` are compressed columns (pointers, rows, values); `plan` (order, place, begins, pointers, rows, parent,
+    `stiffness`, `mass` are compressed columns (pointers, rows, values) or blocks of node pairs (pointers, columns, entries,
+    blocks); `plan` (order, place, begins, pointers, rows, parent,
     starts); `factor` holds each group's columns from `starts` (none: they are not kept), `diagonal` D of L D L^T (ones for a
     Cholesky factorisation, `positive`). `work` goes on between calls: `stack`, `state` (top, and where each group's
     contribution lies), `local`, and room for the largest front's columns and contribution.
@@ -58,8 +60,19 @@ def factorise_groups(low, high, stiffness, mass, shift, plan, work, factor, diag
     return -1
 
 
-@njit(cache=True)
 def _gather(matrix, scale, order, place, first, width, front, local, panel):
+    """Add a group's columns of a matrix, from the diagonal down, to its panel."""
+
+
+@overload(_gather)
+def _gather_of(matrix, scale, order, place, first, width, front, local, panel):
+    """Choose the loop by how the matrix is stored: compressed columns (3 arrays), or blocks of node pairs (4)."""
+    if len(matrix) == 3:
+        return _columns_of
+    return _blocks_of if matrix[3].ndim == 3 else _scalars_of
+
+
+def _columns_of(matrix, scale, order, place, first, width, front, local, panel):
     indptr, indices, data = matrix
     for j in range(width):
         column = order[first + j]
@@ -69,24 +82,50 @@ def _gather(matrix, scale, order, place, first, width, front, local, panel):
                 panel[j * front + local[row]] += scale * data[k]
 
 
+def _blocks_of(matrix, scale, order, place, first, width, front, local, panel):
+    pointers, columns, entries, blocks = matrix
+    for j in range(width):
+        node, b = order[first + j] // 3, order[first + j] % 3
+        for k in range(pointers[node], pointers[node + 1]):
+            other, block = columns[k], blocks[entries[k]]
+            for a in range(3):
+                row = place[3 * other + a]
+                if row >= first + j:
+                    value = block[a, b] if other >= node else block[b, a]
+                    panel[j * front + local[row]] += scale * value
+
+
+def _scalars_of(matrix, scale, order, place, first, width, front, local, panel):
+    pointers, columns, entries, values = matrix
+    for j in range(width):
+        node, b = order[first + j] // 3, order[first + j] % 3
+        for k in range(pointers[node], pointers[node + 1]):
+            row = place[3 * columns[k] + b]
+            if row >= first + j:
+                panel[j * front + local[row]] += scale * values[entries[k]]
+
+
 @njit(cache=True)
 def _take_children(s, begins, pointers, rows, stack, state, local, width, front, below, panel, rest):
     """Add the contributions of the children, a linked list in `state`: 1 + s first child, 1 + n + s next, 1 + 2 n + s place."""
     count = begins.size - 1
+    place = np.empty(front, np.int64)
     child = state[1 + s]
     while child >= 0:
         size = pointers[child + 1] - pointers[child]
         base = state[1 + 2 * count + child]
         for j in range(size):
-            column = local[rows[pointers[child] + j]]
+            place[j] = local[rows[pointers[child] + j]]
+        for j in range(size):
+            column = place[j]
             if column < width:
-                at = column * front
+                target = panel[column * front:(column + 1) * front]
                 for i in range(j, size):
-                    panel[at + local[rows[pointers[child] + i]]] += stack[base + i - j]
+                    target[place[i]] += stack[base + i - j]
             else:
-                at = (column - width) * below - width
+                target = rest[(column - width) * below:(column - width + 1) * below]
                 for i in range(j, size):
-                    rest[at + local[rows[pointers[child] + i]]] += stack[base + i - j]
+                    target[place[i] - width] += stack[base + i - j]
             base += size - j
         child = state[1 + count + child]
 

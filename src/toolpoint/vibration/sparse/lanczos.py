@@ -175,7 +175,7 @@ class _Basis:
         n = search.m.shape[0]
         self._random = np.random.default_rng(n)
         self._width = min(n, 6)
-        self._store: FloatArray = np.empty((n, min(n, max(2 * number, 24)) + self._width), order="F")
+        self._store: FloatArray = np.empty((n, min(n, max(6 * number, 60)) + self._width), order="F")
         self._filled = 0
         self._heavy: FloatArray = np.zeros((n, 0))
         self._projected: FloatArray = np.zeros((0, 0))
@@ -209,11 +209,13 @@ class _Basis:
         the basis, and its triangle."""
         along: FloatArray = np.zeros((self._filled, block.shape[1]))
         # What is left of a block that the basis holds already is rounding, and must not be blown up.
-        rounding = (1e-13**2) * float(np.einsum("ij,ij->j", block, self._search.m @ block).max(initial=0.0))
-        for _ in range(2):
+        heavy = self._search.m @ block
+        rounding = (1e-13**2) * float(np.einsum("ij,ij->j", block, heavy).max(initial=0.0))
+        for turn in range(2):
             if beside is not None:
                 block = block - beside @ (beside.T @ (self._search.m @ block))
-            heavy = self._search.m @ block
+            if beside is not None or turn:
+                heavy = self._search.m @ block
             part = self._vectors.T @ heavy
             block = block - self._vectors @ part
             along += part

@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.vibration.sparse import dense_calls, kernels
 from toolpoint.vibration.sparse.elimination import EliminationPlan
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 
 # Of the largest entry: a pivot this small means that the matrix, or a leading part of it, has no inverse.
 _TINY = 1e-15
+# Right sides that are solved for at a time: the factor is read once for all of them, and they take room of their own.
+_TOGETHER = 24
 
 
 class Multifrontal:
     """Factors of K + shift M (of K where there is no M) in a planned order; the sum itself is never made."""
 
-    def __init__(self, plan: EliminationPlan, stiffness: csc_array, mass: csc_array | None = None, shift: float = 0.0,
-                 is_positive: bool = True) -> None:
+    def __init__(self, plan: EliminationPlan, stiffness: SymmetricMatrix, *, mass: SymmetricMatrix | None = None,
+                 shift: float = 0.0, is_positive: bool = True) -> None:
         self._plan, self._routines = plan, dense_calls.addresses()
         diagonal = stiffness.diagonal() if mass is None else stiffness.diagonal() + shift * mass.diagonal()
         self.is_positive = is_positive and bool((diagonal > 0).all())
@@ -29,29 +31,31 @@ class Multifrontal:
         self.negative_pivots = int((self._diagonal < 0).sum())
         self.name = f"multifrontal {'Cholesky' if self.is_positive else 'L D L^T'} ({plan.name})"
 
-    def _eliminate(self, stiffness: csc_array, mass: csc_array | None, shift: float, positive: bool) -> int:
-        return _eliminate(self._plan, stiffness, mass, shift, self._factor, self._diagonal, positive)
+    def _eliminate(self, stiffness: SymmetricMatrix, mass: SymmetricMatrix | None, shift: float, positive: bool) -> int:
+        return _eliminate(self._plan, stiffness, mass, shift=shift, factor=self._factor, diagonal=self._diagonal,
+                          positive=positive)
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return the solution for one right side (n,) or several (n, k)."""
-        plan = self._plan
-        block = np.ascontiguousarray(np.atleast_2d(right.T)[:, plan.order])
-        kernels.solve_groups(block, plan.begins, plan.pointers, plan.rows, plan.starts, self._factor, self._diagonal,
-                             self._routines, self.is_positive)
-        result = np.empty_like(block)
-        result[:, plan.order] = block
+        plan, rows = self._plan, np.atleast_2d(right.T)
+        result = np.empty(rows.shape)
+        for part in (slice(at, at + _TOGETHER) for at in range(0, len(rows), _TOGETHER)):
+            block = np.ascontiguousarray(rows[part][:, plan.order])
+            kernels.solve_groups(block, plan.begins, plan.pointers, plan.rows, plan.starts, self._factor, self._diagonal,
+                                 self._routines, self.is_positive)
+            result[part][:, plan.order] = block
         return result[0] if right.ndim == 1 else result.T
 
 
-def count_negative(plan: EliminationPlan, stiffness: csc_array, mass: csc_array, shift: float) -> int:
+def count_negative(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: SymmetricMatrix, shift: float) -> int:
     """Return the number of negative pivots of K + shift M, whose factors are not kept."""
     diagonal = np.ones(stiffness.shape[0])
-    _refuse(plan, _eliminate(plan, stiffness, mass, shift, np.empty(0), diagonal, False))
+    _refuse(plan, _eliminate(plan, stiffness, mass, shift=shift, factor=np.empty(0), diagonal=diagonal, positive=False))
     return int((diagonal < 0).sum())
 
 
-def _eliminate(plan: EliminationPlan, stiffness: csc_array, mass: csc_array | None, shift: float, factor: FloatArray,
-               diagonal: FloatArray, positive: bool) -> int:
+def _eliminate(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: SymmetricMatrix | None, *, shift: float,
+               factor: FloatArray, diagonal: FloatArray, positive: bool) -> int:
     """Eliminate in the planned order; return -1, or the first place without a usable pivot."""
     first = _arrays(stiffness)
     second = first if mass is None else _arrays(mass)
@@ -66,11 +70,15 @@ def _eliminate(plan: EliminationPlan, stiffness: csc_array, mass: csc_array | No
     return -1
 
 
-def _arrays(matrix: csc_array) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _arrays(matrix: SymmetricMatrix) -> tuple[np.ndarray, ...]:
+    if isinstance(matrix, NodeMatrix):
+        return matrix.pattern.pointers, matrix.pattern.columns, matrix.pattern.entries, matrix.blocks
     return matrix.indptr, matrix.indices, matrix.data
 
 
-def _largest(matrix: csc_array) -> float:
+def _largest(matrix: SymmetricMatrix) -> float:
+    if isinstance(matrix, NodeMatrix):
+        return matrix.largest
     return max(float(matrix.data.max(initial=0.0)), -float(matrix.data.min(initial=0.0)))
 
 

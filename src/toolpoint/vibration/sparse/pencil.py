@@ -10,6 +10,7 @@ from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray
 from toolpoint.vibration.sparse.factorisation import Factorisation, check_coordinates, chosen_solver, factorise
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix, as_columns
 
 if TYPE_CHECKING:
     from toolpoint.vibration.sparse.elimination import EliminationPlan
@@ -21,8 +22,8 @@ class Pencil:
     Sums of K and M are not made where our own solver works: large bodies have K and M in memory once.
     """
 
-    def __init__(self, stiffness: csc_array, mass: csc_array, shift: float, *, coordinates: FloatArray | None = None,
-                 solver: str = "auto") -> None:
+    def __init__(self, stiffness: SymmetricMatrix, mass: SymmetricMatrix, shift: float, *,
+                 coordinates: FloatArray | None = None, solver: str = "auto") -> None:
         self.stiffness, self.mass, self.shift = stiffness, mass, shift
         self.coordinates = check_coordinates(coordinates, stiffness.shape[0])
         self.solver = self.solver_name = chosen_solver(solver, stiffness.shape[0])
@@ -45,7 +46,8 @@ class Pencil:
         if self.solver == "multifrontal":
             from toolpoint.vibration.sparse.multifrontal import Multifrontal
 
-            return Factorisation(Multifrontal(self._plan, self.stiffness, self.mass, self.shift), self.stiffness.shape[0])
+            ours = Multifrontal(self._plan, self.stiffness, mass=self.mass, shift=self.shift)
+            return Factorisation(ours, self.stiffness.shape[0])
         return factorise(self._sum(self.shift), solver=self.solver)
 
     def let_go(self) -> None:
@@ -61,13 +63,17 @@ class Pencil:
         return factorise(self._sum(-square), solver=self.solver, is_positive=False).negative_pivots
 
     def _sum(self, shift: float) -> csc_array:
-        return csc_array(self.stiffness + shift * self.mass) if shift else self.stiffness
+        stiffness = as_columns(self.stiffness)
+        return csc_array(stiffness + shift * as_columns(self.mass)) if shift else stiffness
 
 
-def _common_pattern(stiffness: csc_array, mass: csc_array) -> csc_array:
+def _common_pattern(stiffness: SymmetricMatrix, mass: SymmetricMatrix) -> SymmetricMatrix:
     """Return a matrix on the pattern of both: the stiffness itself where it holds the mass's."""
     from toolpoint.vibration.sparse import symbolic
 
+    if isinstance(stiffness, NodeMatrix) and isinstance(mass, NodeMatrix) and stiffness.pattern is mass.pattern:
+        return stiffness
+    stiffness, mass = as_columns(stiffness), as_columns(mass)
     if stiffness.has_canonical_format and mass.has_canonical_format and symbolic.holds(
             stiffness.indptr, stiffness.indices, mass.indptr, mass.indices):
         return stiffness

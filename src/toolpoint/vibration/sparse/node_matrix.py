@@ -1,0 +1,121 @@
+"""NodeMatrix: a symmetric matrix with three rows a node, half of its blocks stored: what a large finite-element body needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from scipy.sparse import bsr_array, csc_array, csr_array, eye_array, kron
+
+from toolpoint._check import FloatArray, IndexArray, fail
+
+WIDTH = 3
+
+
+@dataclass(frozen=True, eq=False)
+class NodePattern:
+    """Which nodes share an element with each node, and where their block is stored.
+
+    pointers (n + 1,), columns: neighbours of each node, itself among them, ascending; entries: the number of the stored block
+    of each pair, the same for (i, j) and (j, i).
+    """
+
+    pointers: IndexArray
+    columns: IndexArray
+    entries: IndexArray
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return len(self.pointers) - 1
+
+    @cached_property
+    def block_count(self) -> int:
+        """Number of stored blocks: pairs i >= j."""
+        return int(self.entries.max(initial=-1)) + 1
+
+
+def pattern_of(elements: list[IndexArray], node_count: int) -> NodePattern:
+    """Return the pattern of groups of elements (e, nodes each)."""
+    from toolpoint.vibration.sparse import node_kernels
+
+    total = None
+    for nodes in elements:
+        e, n = nodes.shape
+        rows = np.repeat(np.arange(e, dtype=np.int32), n)
+        incidence = csr_array((np.ones(e * n, dtype=bool), (rows, nodes.ravel().astype(np.int32))), shape=(e, node_count))
+        graph = incidence.T @ incidence
+        total = graph if total is None else total + graph
+    if total is None:
+        fail("elements", "none", "must be at least one group")
+    graph = csr_array(total)
+    graph.sort_indices()
+    pointers, columns = graph.indptr.astype(np.int32), graph.indices.astype(np.int32)
+    return NodePattern(pointers, columns, node_kernels.number_pairs(pointers, columns))
+
+
+@dataclass(frozen=True, eq=False)
+class NodeMatrix:
+    """A symmetric matrix, shape (3 nodes, 3 nodes).
+
+    Parameters
+    ----------
+    pattern : NodePattern
+    blocks : (pairs, 3, 3) floats, or (pairs,)
+        Block of rows of node i and columns of node j, i >= j; a number stands for itself times the unit matrix.
+    """
+
+    pattern: NodePattern
+    blocks: FloatArray
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns."""
+        return (WIDTH * self.pattern.node_count,) * 2
+
+    @property
+    def largest(self) -> float:
+        """Size of the largest entry; not finite where any is not."""
+        return max(float(self.blocks.max(initial=0.0)), -float(self.blocks.min(initial=0.0)))
+
+    def diagonal(self) -> FloatArray:
+        """Return the diagonal."""
+        pattern = self.pattern
+        rows = np.repeat(np.arange(pattern.node_count), np.diff(pattern.pointers))
+        own = self.blocks[pattern.entries[pattern.columns == rows]]
+        return np.repeat(own, WIDTH) if own.ndim == 1 else np.einsum("naa->na", own).ravel()
+
+    def __matmul__(self, motion: FloatArray) -> FloatArray:
+        from toolpoint.vibration.sparse import node_kernels
+
+        pattern = self.pattern
+        x = np.ascontiguousarray(motion, dtype=float).reshape(pattern.node_count, WIDTH, -1)
+        result = np.zeros_like(x)
+        if self.blocks.ndim == 3:
+            node_kernels.multiply(pattern.pointers, pattern.columns, pattern.entries, self.blocks, x, result)
+        else:
+            node_kernels.multiply_scalars(pattern.pointers, pattern.columns, pattern.entries, self.blocks,
+                                          x.reshape(pattern.node_count, -1), result.reshape(pattern.node_count, -1))
+        return result.reshape(np.shape(motion))
+
+    def columns(self) -> csc_array:
+        """Return all of it as compressed columns."""
+        pattern = self.pattern
+        if self.blocks.ndim == 1:
+            half = (self.blocks[pattern.entries], pattern.columns, pattern.pointers)
+            return csc_array(kron(csr_array(half, shape=(pattern.node_count,) * 2), eye_array(WIDTH), format="csc"))
+        rows = np.repeat(np.arange(pattern.node_count), np.diff(pattern.pointers))
+        blocks = self.blocks[pattern.entries]
+        above = pattern.columns > rows
+        blocks[above] = blocks[above].transpose(0, 2, 1)
+        return csc_array(bsr_array((blocks, pattern.columns, pattern.pointers), shape=self.shape))
+
+
+SymmetricMatrix: TypeAlias = csc_array | NodeMatrix
+
+
+def as_columns(matrix: SymmetricMatrix) -> csc_array:
+    """Return a matrix as compressed columns."""
+    return matrix.columns() if isinstance(matrix, NodeMatrix) else matrix
