@@ -128,12 +128,16 @@ def count_at(frozen: Frozen, speed: float, depth: float) -> int:
 
 
 def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> _Boundary | None:
-    """Secant iteration for d = (boundary of the shape frozen at d), None where it leaves the cell."""
+    r"""Secant iteration for d = (boundary of the shape frozen at d), None where it leaves the cell.
+
+    With R(s) the boundary of the shape frozen at s, the growth G(w, s) changes along s = w by :math:`G_w (1 - R')`: where the
+    boundary moves faster than the depth, a multiplier that leaves the circle of the frozen shape enters that of the cut.
+    """
     d0 = (a + b) / 2
     row = _nearest(frozen(d0, speed, 1.5 * b), d0)
     if row is None:
         return None
-    g0, d1 = row[0] - d0, row[0]
+    g0, d1, slope = row[0] - d0, row[0], -1.0
     for _ in range(12):
         if not a <= d1 <= b:
             return None
@@ -141,13 +145,15 @@ def _fixed_point(frozen: Frozen, speed: float, a: float, b: float) -> _Boundary 
         if row is None:
             return None
         g1 = row[0] - d1
+        if g1 != g0 and abs(d1 - d0) > 1e-9 * d1:
+            slope = (g1 - g0) / (d1 - d0)  # R' - 1
         if abs(g1) < 1e-11 * d1 or g1 == g0:
             break
-        d0, d1, g0 = d1, d1 - g1 * (d1 - d0) / (g1 - g0), g1
+        d0, d1, g0 = d1, d1 - g1 / slope, g1
     if abs(g1) > 1e-8 * d1:
         return None
     depth, angle, change, error = row
-    return _Boundary(depth, angle, change, error + 2 * abs(g1))
+    return _Boundary(depth, angle, change if slope < 0 else -change, error + 2 * abs(g1))
 
 
 def _nearest(rows: FloatArray, depth: float) -> Array | None:

@@ -15,6 +15,7 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.floquet.helical import boundaries, count_at, helical_nodes
 from toolpoint.cutting.stability.floquet.records import NUMBERS, POINT, SEEN, ArcSet, HillLines, ScanMemory
 from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.levels import depth_levels, spacing_note
 from toolpoint.cutting.stability.method import TURNING, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -102,7 +103,8 @@ class FloquetDeterminant:
 
     def _helical(self, problem: MillingProblem, speeds: FloatArray, depth_max: float) -> StabilityChart:
         """Chart of a helical tool: counts at levels with the shape of each, boundaries as fixed points."""
-        levels = np.concatenate([[0.0], depth_max * (np.arange(1, 21) / 20) ** 2])
+        inside = depth_levels(problem, depth_max, 20, power=2.0)
+        levels = np.concatenate([[0.0], inside])
         rows, state = [], 0
         for i, speed in enumerate(speeds):
             frozen = Frozen(self, problem, float(speed))
@@ -111,9 +113,8 @@ class FloquetDeterminant:
             state = max(state, frozen.state)
         table = np.array(rows, float).reshape(-1, 5)
         frequency = chatter_frequency(problem, speeds[table[:, 0].astype(int)], table[:, 2])
-        note = "helix: bands narrower than the spacing of 20 search levels can be missed"
         return assemble_chart(speeds, depth_max, (table[:, 0], table[:, 1], table[:, 2], frequency, table[:, 3], table[:, 4]),
-                         method=str(self), notes=(*problem.notes, note), search=STATUS[state])
+                         method=str(self), notes=(*problem.notes, f"helix: {spacing_note(inside)}"), search=STATUS[state])
 
     def _note(self, depth_max: float) -> str:
         return (f"exact in depth; error of each point estimated from two discretisations; stable or unstable bands "

@@ -11,6 +11,7 @@ from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.hill.fourier import is_plain
 from toolpoint.cutting.stability.hill.response import HarmonicResponse
+from toolpoint.cutting.stability.levels import depth_levels, spacing_note
 from toolpoint.cutting.stability.method import TURNING, Problem, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -92,27 +93,31 @@ class HillDeterminant:
         problem = require_milling(self, problem)
         rows: list[tuple[float, ...]] = []
         status, notes = "complete", problem.notes
+        levels = self._levels(problem, depth_max)
         for i, speed in enumerate(speeds.tolist()):
             plane = problem.plane_at(speed).with_modal_residual()
             notes = tuple(dict.fromkeys((*notes, *plane.notes)))
             response = HarmonicResponse.of(plane, self.reach, problem.tool.teeth * speed / 60)
             _affordable(problem, response, speed)
-            search = HillSearch(HillSystem(problem, speed, response), self.base, self._levels(problem), depth_max)
+            search = HillSearch(HillSystem(problem, speed, response), self.base, levels)
             for depth, theta, change, error in search.rows():
                 rows.append((i, depth, theta, chatter_frequency(search.system, theta), change, error))
             status = search.status if status == "complete" else status
         columns = np.array(rows, float).reshape(-1, 6).T
-        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*notes, self._note(problem)), search=status)
+        notes = (*notes, self._note(problem, levels))
+        return assemble_chart(speeds, depth_max, columns, method=str(self), notes=notes, search=status)
 
-    def _levels(self, problem: MillingProblem) -> int:
-        return FINER * self.levels if is_plain(problem) else self.levels
+    def _levels(self, problem: MillingProblem, depth_max: float) -> FloatArray:
+        if is_plain(problem):
+            return depth_levels(problem, depth_max, FINER * self.levels, power=2.0)
+        return depth_levels(problem, depth_max, self.levels, power=1.5)
 
-    def _note(self, problem: MillingProblem) -> str:
+    def _note(self, problem: MillingProblem, levels: FloatArray) -> str:
         source = "harmonics beyond the matrix" if problem.plane.is_modal else (
             "the ends of the band, the lines' spacing, and 95 % of the lines' noise "
             f"({'by their scatter' if problem.plane.variance is None else 'as stated'})")
-        return (f"count of multipliers from Hill's determinant; error of each point from {source}; bands narrower than the "
-                f"{self._levels(problem)} search levels can be missed")
+        return (f"count of multipliers from Hill's determinant; error of each point from {source}; "
+                f"{spacing_note(levels)}")
 
 
 def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: float) -> None:

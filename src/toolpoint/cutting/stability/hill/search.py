@@ -151,10 +151,8 @@ def first_nodes(system: HillSystem, base: int) -> FloatArray:
 class HillSearch:
     """Boundary points of one speed."""
 
-    def __init__(self, system: HillSystem, base: int, levels: int, depth_max: float) -> None:
-        self.system, self.base = system, base
-        share = np.arange(1, levels + 1) / levels
-        self.grid = depth_max * (share**2 if system.plain else share**1.5)
+    def __init__(self, system: HillSystem, base: int, levels: FloatArray) -> None:
+        self.system, self.base, self.grid = system, base, levels
         self.count = self._counting(base)
         self.bracketed = False
 

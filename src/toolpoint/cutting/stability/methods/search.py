@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.levels import depth_levels, spacing_note
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 
 Multipliers = Callable[[MillingProblem, float, float], ComplexArray]
@@ -36,12 +37,12 @@ class MultiplierMethod(Protocol):
 def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: FloatArray, *, depth_max: float,
                   notes: tuple[str, ...] = ()) -> StabilityChart:
     """Return the chart of a method that computes multipliers; the depth error is that of the bisection only."""
-    grid = depth_max * (np.arange(1, method.levels + 1) / method.levels) ** 1.5
+    grid = depth_levels(problem, depth_max, method.levels, power=1.5)
     rows = []
     for i, speed in enumerate(speeds):
         rows += [(i, *row) for row in _boundaries(problem, float(speed), grid, method.multipliers, method.tolerance)]
     columns = np.array(rows, float).reshape(-1, 6).T
-    text = f"bands narrower than the {method.levels} search levels can be missed; the stated error is that of the bisection"
+    text = f"{spacing_note(grid)}; the stated error is that of the bisection"
     return assemble_chart(speeds, depth_max, columns, method=str(method),
                      notes=(*modal_plane(problem.plane).notes, *notes, text))
 

@@ -15,6 +15,7 @@ import numpy as np
 from toolpoint._check import ComplexArray
 
 PLACES = np.array([0.25, 0.5, 0.75])
+Peak = tuple[float, float]  # growth towards the circle, depth
 SHARE = 0.3  # of the smaller distance from the circle at the ends, below which a predicted growth is looked at
 
 
@@ -51,20 +52,34 @@ def bump(window: tuple[Level | None, Level, Level, Level | None]) -> float | Non
     before, a, b, beyond = window
     if (a.growth > 0) != (b.growth > 0) or not np.isfinite(a.mean + b.mean):
         return None
-    w = a.depth + (b.depth - a.depth) * PLACES
-    mean = a.mean + (b.mean - a.mean) * PLACES
     away = -1.0 if a.growth > 0 else 1.0
-    peaks = []
-    for near, far in ((a, before), (b, beyond)):
-        if far is None or not np.isfinite(far.cosine):
-            continue
-        cosine = near.cosine + (near.cosine - far.cosine) / (near.depth - far.depth) * (w - near.depth)
-        met = (np.abs(cosine) > 1) if away > 0 else (np.abs(cosine) < 1)
-        growth = away * (mean + np.arccosh(np.maximum(np.abs(cosine), 1.0)))
-        growth[~met] = -np.inf
-        at = int(np.argmax(growth))
-        peaks.append((float(growth[at]), float(w[at])))
+    peaks = [peak for peak in (_continued(a, b, a, before), _continued(a, b, b, beyond), _meeting(a, b)) if peak is not None]
     if not peaks:
         return None
     growth_there, place = max(peaks)
     return place if growth_there > SHARE * away * min(a.growth, b.growth, key=abs) else None
+
+
+def _continued(a: Level, b: Level, near: Level, far: Level | None) -> Peak | None:
+    """Largest growth towards the circle between a and b, and its place, with the cosine continued from one side."""
+    if far is None or not np.isfinite(far.cosine):
+        return None
+    away = -1.0 if a.growth > 0 else 1.0
+    w = a.depth + (b.depth - a.depth) * PLACES
+    mean = a.mean + (b.mean - a.mean) * PLACES
+    cosine = near.cosine + (near.cosine - far.cosine) / (near.depth - far.depth) * (w - near.depth)
+    met = (np.abs(cosine) > 1) if away > 0 else (np.abs(cosine) < 1)
+    growth = away * (mean + np.arccosh(np.maximum(np.abs(cosine), 1.0)))
+    growth[~met] = -np.inf
+    at = int(np.argmax(growth))
+    return float(growth[at]), float(w[at])
+
+
+def _meeting(a: Level, b: Level) -> Peak | None:
+    """The growth where one pair, real at one end and complex at the other, meets on the axis: there the radius has its kink,
+    and it is the mean."""
+    if a.cosine * b.cosine < 0 or (abs(a.cosine) > 1) == (abs(b.cosine) > 1):
+        return None
+    share = (1 - abs(a.cosine)) / (abs(b.cosine) - abs(a.cosine))
+    away = -1.0 if a.growth > 0 else 1.0
+    return away * (a.mean + share * (b.mean - a.mean)), a.depth + share * (b.depth - a.depth)

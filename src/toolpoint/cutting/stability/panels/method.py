@@ -10,6 +10,7 @@ import numpy as np
 from toolpoint._check import ComplexArray, FloatArray, count, positive
 from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
+from toolpoint.cutting.stability.levels import depth_levels, spacing_note
 from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, refuse_overdamped, require_milling
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
 from toolpoint.cutting.stability.warm_start import WarmStart
@@ -87,8 +88,9 @@ class PanelArnoldi:
             overflow |= search.overflow
             is_normal &= search.is_normal
         columns = np.array(rows, float).reshape(-1, 6).T
-        note = (f"largest multipliers of the one-period map; error of each point from two discretisations; bands narrower "
-                f"than the {self.levels} search levels can be missed")
+        note = ("largest multipliers of the one-period map; error of each point from two discretisations; "
+                f"{spacing_note(depth_levels(problem, depth_max, self.levels, power=1.5))}, unless the multipliers beside "
+                "them announce it")
         status = BEYOND if overflow else "complete" if is_normal else NOT_NORMAL
         return assemble_chart(speeds, depth_max, columns, method=str(self), notes=(*modal_plane(problem.plane).notes, note),
                          search=status)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from itertools import pairwise
 
 import numpy as np
 
@@ -11,10 +10,12 @@ from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.stability.levels import depth_levels
 from toolpoint.cutting.stability.methods.search import mean_period
 from toolpoint.cutting.stability.panels.arnoldi import extend, ritz
 from toolpoint.cutting.stability.panels.balance import PLAIN, balance, decay_between_cuts
-from toolpoint.cutting.stability.panels.bumps import Level, bump
+from toolpoint.cutting.stability.panels.between import changes_of_sign, complete_beside, complete_levels
+from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import inverses, responses
 from toolpoint.cutting.stability.panels.layout import CutPanels, rising_table
@@ -150,7 +151,7 @@ def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> flo
 
 DECAY = 2.0
 Point = tuple[float, float]  # depth, growth
-ROUNDS = 3  # of looking for meetings of multipliers between levels
+AGAIN = 4  # rounds of looking for more beside the roots that were new
 Start = tuple[float, float]  # depth of a root, slope of the growth there
 
 
@@ -188,50 +189,40 @@ class PanelSearch:
         return float(np.log(max(abs(value), 1e-300))), complex(value)
 
     def rows(self) -> list[tuple[float, ...]]:
-        """Rows (depth, theta, frequency, change, error)."""
-        n = self.levels
-        grid = (self.top * (np.arange(1, n + 1) / n) ** 1.5).tolist()
+        """Rows (depth, theta, frequency, change, error).
+
+        Beside every root it is looked for more: a band can open and close next to it (a flip lobe before a Hopf lobe), and
+        nothing of that shows at the levels."""
+        grid = depth_levels(self.problem, self.top, self.levels, power=1.5).tolist()
         self.store.levels.update(grid)
         levels = [self._look(w) for w in grid]
-        levels = self._bumps(self._between([self._least(levels[0]), *levels]))
-        rows = []
-        for a, b in pairwise(levels):
-            if (a.growth > 0) != (b.growth > 0):
-                rows += self._boundaries((a.depth, a.growth), (b.depth, b.growth))
+        levels = complete_levels([self._least(levels[0]), *levels], self._look)
+        rows: list[tuple[float, ...]] = []
+        for _ in range(AGAIN):
+            fresh: list[Level] = []
+            for low, high in changes_of_sign(levels):
+                if not any(low.depth < row[0] < high.depth for row in rows):
+                    row, slope = self._boundary((low.depth, low.growth), (high.depth, high.growth))
+                    rows.append(row)
+                    fresh += self._beside(row, slope, low, high)
+            if not fresh:
+                break
+            levels = complete_beside(levels, fresh, self._look)
         return rows
 
     def _look(self, depth: float) -> Level:
         """The leading multipliers at a depth, well enough for a verdict."""
         return Level.of(depth, self.map(0).multipliers(depth, self.waves, -1e-6))
 
-    def _bumps(self, levels: list[Level]) -> list[Level]:
-        """Add depths where multipliers may meet on the real axis between two levels, and again about those (`bumps`)."""
-        fresh = set(levels)
-        for _ in range(ROUNDS):
-            before, beyond = [None, *levels[:-2]], [*levels[2:], None]
-            windows = zip(before, levels[:-1], levels[1:], beyond)
-            places = [bump(window) for window in windows if fresh.intersection(window)]
-            fresh = {self._look(w) for w in places if w is not None}
-            if not fresh:
-                break
-            levels = sorted([*levels, *fresh], key=_depth)
-        return levels
-
-    def _boundaries(self, low: Point, high: Point, again: int = 3) -> list[tuple[float, ...]]:
-        """Rows of all roots in a bracket: before and beyond the one found it is looked once more, for a band can open and
-        close beside it (a flip lobe before a Hopf lobe)."""
-        row, slope = self._boundary(low, high)
-        w, near, a, b = row[0], 1e-6 * row[0] + 2 * row[-1], low[0], high[0]
-        if again == 0 or w - near <= a or w + near >= b:
-            return [row]
-        beside = max(abs(slope) * near, 1e-300) * (1 if high[1] > 0 else -1)
-        left = [low, *(self._point(a + (w - a) * place) for place in BEFORE), (w - near, -beside)]
-        right = [(w + near, beside), *(self._point(w + (b - w) * place) for place in BEYOND), high]
-        parts = [part for side in (left, right) for part in pairwise(side)]
-        return [row] + [r for x, y in parts if (x[1] > 0) != (y[1] > 0) for r in self._boundaries(x, y, again - 1)]
-
-    def _point(self, depth: float) -> Point:
-        return depth, self.growth(depth, accuracy=-1e-6)[0]
+    def _beside(self, row: tuple[float, ...], slope: float, low: Level, high: Level) -> list[Level]:
+        """Levels on both sides of a root, close to it and on the way to its neighbours."""
+        w, near, a, b = row[0], 1e-6 * row[0] + 2 * row[-1], low.depth, high.depth
+        if w - near <= a or w + near >= b:
+            return []
+        size = max(abs(slope) * near, 1e-300) * (1 if high.growth > 0 else -1)
+        sides = [replace(self._look(w - near), growth=-size), replace(self._look(w + near), growth=size)]
+        return [*sides, *(self._look(a + (w - a) * place) for place in BEFORE),
+                *(self._look(w + (b - w) * place) for place in BEYOND)]
 
     def _least(self, first: Level) -> Level:
         """A depth so small that the cut is stable, from the first level down."""
@@ -241,41 +232,6 @@ class PanelSearch:
             if place.growth <= 0 or w < 1e-9 * self.top:
                 return replace(place, growth=min(place.growth, -1e-12))
             w *= 0.1
-
-    def _between(self, levels: list[Level]) -> list[Level]:
-        """Add depths wherever the radius may reach 1 and come back between two levels: where its slopes at both lead towards
-        1, the tangents' crossing is looked at, and the halves again."""
-        jumps = np.abs(np.diff([level.growth for level in levels]))
-        out = list(levels)
-        stack = [(a, b, 0) for i, (a, b) in enumerate(pairwise(levels))
-                 if min(abs(a.growth), abs(b.growth)) < 1.5 * jumps[max(i - 1, 0):i + 2].max()]
-        while stack:
-            a, b, depth = stack.pop()
-            if (a.growth > 0) != (b.growth > 0) or depth > 4:
-                continue
-            w = self._approach(a, b)
-            if w is not None:
-                middle = self._look(w)
-                out.append(middle)
-                stack += [(a, middle, depth + 1), (middle, b, depth + 1)]
-        return sorted(out, key=_depth)
-
-    def _approach(self, a: Level, b: Level) -> float | None:
-        """Depth between two levels of one sign where their tangents cross, None where the growth does not come near zero."""
-        step = 0.02 * (b.depth - a.depth)
-        away = -1.0 if a.growth > 0 else 1.0  # growth counted positive beyond the circle as seen from here
-        left = away * (self._look(a.depth + step).growth - a.growth) / step
-        near = 0.3 * away * min(a.growth, b.growth, key=abs)  # what counts as near the circle
-        if left <= 0 or away * a.growth + left * (b.depth - a.depth) < near:
-            return None
-        right = away * (b.growth - self._look(b.depth - step).growth) / step
-        if right >= 0:
-            return None
-        ga, gb = away * a.growth, away * b.growth
-        w = (gb - ga + left * a.depth - right * b.depth) / (left - right)
-        w = min(max(w, a.depth + 5 * step), b.depth - 5 * step)
-        reach = ga + left * (w - a.depth)
-        return w if reach > near else None
 
     def _boundary(self, low: Point, high: Point) -> tuple[tuple[float, ...], float]:
         """Row of a root in a bracket, and the slope of the growth there."""
@@ -373,7 +329,3 @@ class PanelSearch:
         f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
         size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))
         return float(f[np.argmax(size)])
-
-
-def _depth(level: Level) -> float:
-    return level.depth
