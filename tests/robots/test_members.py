@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from test_mesh_files import write_inp
 
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import robot_file
@@ -118,6 +119,40 @@ def test_a_bore_through_both_ends_is_refused(sheet):
                                                                        bore=0.05)})
     with pytest.raises(ToolpointError, match=r"members.forearm.bore: a bore through both ends; .* give the tube a wall"):
         robot_machine(wrong)
+
+
+FACES = """near: {centre: [150 mm, 0, -55 mm], along: [1, 0, 0], across: [0, -1, 0], length: 108 mm, width: 99 mm},
+    far: {centre: [150 mm, 0, 305 mm], along: [1, 0, 0], across: [0, 1, 0], length: 108 mm, width: 99 mm}"""
+
+
+def mesh_sheet(tmp_path, file="arm.inp"):
+    text = SHEET.read_text(encoding="utf-8")
+    start = text.index("  upper_arm: {")
+    row = f"""  upper_arm: {{link: 2, kind: mesh, mesh: {file}, mesh_unit: 1 mm, along: z, elastic: finite elements,
+    {FACES}, source: chosen}}"""
+    path = tmp_path / "robot.yaml"
+    path.write_text(text[:start] + row + text[text.index("\n", start):], encoding="utf-8")
+    return path
+
+
+def test_a_member_of_another_program_s_mesh_is_the_same_box(sheet, tmp_path):
+    bent = replace(sheet, members=sheet.members | {"upper_arm": replace(sheet.members["upper_arm"],
+                                                                        elastic="finite elements", wall=None)})
+    box = robot_machine(bent)
+    write_inp(tmp_path / "arm.inp", box.bodies["link2"].elastic.model)
+    path = mesh_sheet(tmp_path)
+    machine = robot_file.read_robot_machine(path)
+    assert machine.bodies["link2"].solid is not None and machine.joints["joint_q3"].parent_interface == "far"
+    mine, other = build(machine), build(box)
+    assert sum(b.mass[0, 0] for b in mine.bodies) == pytest.approx(32.0, rel=1e-9)
+    assert np.allclose(natural_frequencies(mine, {}, 4), natural_frequencies(other, {}, 4), rtol=1e-6)
+    study = study_datasheet(robot_file.read(path), machine, finite_elements=False)
+    assert study.still.vertical_force == pytest.approx(313.6, abs=1e-9)
+
+
+def test_a_surface_alone_is_no_finite_elements(tmp_path):
+    with pytest.raises(ToolpointError, match=r"arm.stl is a surface alone; finite elements need a STEP solid"):
+        robot_file.read(mesh_sheet(tmp_path, "arm.stl"))
 
 
 def test_round_parts_of_another_axis_or_place_are_refused():

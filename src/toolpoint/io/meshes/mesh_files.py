@@ -60,6 +60,11 @@ def read_nodes(path: Path) -> dict[str | int, FloatArray]:
     return {int(number): at for number, at in zip(content.numbers, content.places, strict=True)}
 
 
+def read_sets(path: Path) -> tuple[str, ...]:
+    """Return the names of the sets of elements of a mesh file."""
+    return tuple(_content(path).elements)
+
+
 def _content(path: Path) -> MeshContent:
     check_regular(path)
     reader = _READERS.get(path.suffix.lower())

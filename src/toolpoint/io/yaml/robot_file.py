@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 from pydantic import BaseModel
 
@@ -19,10 +20,13 @@ from toolpoint.io.yaml.document import Document, parse, validate
 from toolpoint.io.yaml.machine_file import cutting_of
 from toolpoint.joints import Reducer
 from toolpoint.machine.description import MachineDescription, MeshDescription
-from toolpoint.machine.robot.datasheet import RobotDatasheet, find_datasheet_faults
+from toolpoint.machine.description.elastic import SolidBody
+from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.model import robot_machine
+from toolpoint.machine.robot.solid_member import solid_of_member
 
 VERSION = 1
+_UNITS: dict[Literal["m", "mm", "cm", "in"], float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 
 
 @door("robot datasheet")
@@ -35,9 +39,30 @@ def read(path: str | Path) -> RobotDatasheet:
 def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = None) -> MachineDescription:
     """Return the machine of a datasheet with the cut that stands in its file, see `machine.robot.model.robot_machine`."""
     sheet, cutting, document = _read(Path(path))
-    meshes = {name: MeshDescription(part.mesh, stl.read(document.file.parent / part.mesh) * part.mesh_unit)
-              for name, part in sheet.members.items() if part.kind == "mesh"}
-    return robot_machine(sheet, cutting=cutting, meshes=meshes, loads=loads)
+    folder = document.file.parent
+    parts = {name: part for name, part in sheet.members.items() if part.kind == "mesh"}
+    solids = {name: _solid(name, part, folder) for name, part in parts.items() if part.bending == "finite elements"}
+    meshes = {name: MeshDescription(part.mesh, stl.read(folder / part.mesh) * part.mesh_unit)
+              for name, part in parts.items() if name not in solids}
+    return robot_machine(sheet, cutting=cutting, meshes=meshes, solids=solids, loads=loads)
+
+
+def _solid(name: str, part: RobotMember, folder: Path) -> SolidBody:
+    """Return the finite elements of a member's file."""
+    from toolpoint.io.meshes.mesh_files import is_mesh, read_sets
+    from toolpoint.io.meshes.solid_files import read_solid
+
+    unit = next((word for word, size in _UNITS.items() if abs(part.mesh_unit / size - 1) < 1e-9), None)
+    if unit is None:
+        raise ToolpointError(f"members.{name}.mesh_unit: {part.mesh_unit:g} m; must be 1 m, 1 mm, 1 cm or 1 in")
+    try:
+        described = solid_of_member(part, unit)
+        if is_mesh(folder / part.mesh) and (folder / part.mesh).is_file():  # one material, whatever its sets are called
+            sets = dict.fromkeys(read_sets(folder / part.mesh), described.materials["body"])
+            described = replace(described, materials=sets)
+        return read_solid(described, folder)
+    except ToolpointError as error:
+        raise ToolpointError(f"members.{name}.mesh: {error}") from None
 
 
 def _read(path: Path) -> tuple[RobotDatasheet, CuttingDescription | None, Document]:

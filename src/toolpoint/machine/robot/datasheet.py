@@ -9,6 +9,7 @@ from typing import Annotated, Literal
 from toolpoint._check import suggestion
 from toolpoint._quantity import Key, Quantity, limit_faults
 from toolpoint.joints import Reducer
+from toolpoint.machine.description.elastic import PatchDescription
 
 Place = Annotated[float, Quantity("length", "m")]
 Turn = Annotated[float, Quantity("angle", "rad")]
@@ -94,7 +95,8 @@ class RobotMember:
 
     fill : share of the calibrated density, below 1 for a hollow casting; mass : in its place, where it is known. elastic :
     how it bends, along `along` (the first member of its link), hollow with a `wall` (m), of a `modulus` (Pa, Poisson's ratio
-    0.33) and a loss factor: ``rigid``, ``beam`` (a box or a cylinder) or ``finite elements``; false is rigid, true a beam.
+    0.33) and a loss factor: ``rigid``, ``beam`` (a box or a cylinder) or ``finite elements``; false is rigid, true a beam. A
+    mesh by finite elements is held at its flat faces `near` and `far`, that of the next joint.
     """
 
     link: int
@@ -107,6 +109,9 @@ class RobotMember:
     bore: Annotated[float, Quantity("length", "m", least=0)] = 0.0
     mesh: str = ""
     mesh_unit: PositivePlace = 1.0
+    mesh_size: PositivePlace | None = None
+    near: PatchDescription | None = None
+    far: PatchDescription | None = None
     elastic: Bending = False
     wall: PositivePlace | None = None
     modulus: PositiveModulus = 70e9
@@ -237,6 +242,18 @@ def _shape_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
         yield (*key, "bore"), "a bore through both ends; finite elements are held by them: give the tube a wall instead"
     if member.kind == "mesh" and not member.mesh:
         yield (*key, "mesh"), "missing; the STL file beside this one"
+    if member.kind == "mesh" and member.bending == "finite elements":
+        yield from _solid_faults(key, member)
+
+
+def _solid_faults(key: Key, member: RobotMember) -> Iterator[tuple[Key, str]]:
+    if member.mesh.lower().endswith(".stl"):
+        yield (*key, "mesh"), (f"{member.mesh} is a surface alone; finite elements need a STEP solid, or a mesh of 10-node "
+                               "tetrahedra or 20-node hexahedra (.inp, .cdb, .bdf)")
+    for name in ("near", "far"):
+        if getattr(member, name) is None:
+            yield (*key, name), ("missing; a mesh by finite elements needs the flat faces that hold it: centre, along, across, "
+                                 "length, width")
 
 
 def _origin_faults(sheet: RobotDatasheet) -> Iterator[tuple[Key, str]]:

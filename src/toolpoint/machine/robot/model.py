@@ -13,12 +13,13 @@ from toolpoint.cutting.description import CuttingDescription
 from toolpoint.joints import Reducer
 from toolpoint.kinematics.arms.denavit_hartenberg import ArmRow, arm_frames
 from toolpoint.machine.description import machine as d
+from toolpoint.machine.description.elastic import SolidBody
 from toolpoint.machine.description.frames import describe_frame, frame
 from toolpoint.machine.parts.mass import mass_properties
 from toolpoint.machine.robot.datasheet import RobotDatasheet, RobotMember, find_datasheet_faults
 from toolpoint.machine.robot.gearing import compute_gearing, reducers_of
 from toolpoint.machine.robot.lumped_beam import beam_springs, split
-from toolpoint.machine.robot.solid_member import FAR, NEAR, solid_member
+from toolpoint.machine.robot.solid_member import FAR, NEAR, mesh_member, middle_of, solid_member, surface_of
 from toolpoint.spatial import transform as tf
 
 REDUCER_LENGTH = 0.4  # of its diameter, as a cylinder of uniform density (chosen)
@@ -43,7 +44,8 @@ def bending_members(sheet: RobotDatasheet, bending: str) -> RobotDatasheet:
 
 
 def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None = None, meshes: Meshes | None = None,
-                  loads: Mapping[str, float] | None = None) -> d.MachineDescription:
+                  solids: Mapping[str, SolidBody] | None = None, loads: Mapping[str, float] | None = None
+                  ) -> d.MachineDescription:
     """Return the machine of a datasheet.
 
     Parameters
@@ -52,6 +54,8 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
     cutting : CuttingDescription, optional
     meshes : mapping of member to MeshDescription
         Of members that are meshes.
+    solids : mapping of member to SolidBody
+        Of members that are meshes by finite elements, in the machine frame.
     loads : mapping of axis to N m, optional
         Torque about which the torsion of each reducer is linearised (its static load at the pose of interest); none where left
         out.
@@ -66,8 +70,9 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
         raise ToolpointError("\n".join(faults))
     rows = arm_rows(sheet)
     joints, links = arm_frames(rows)
-    density = calibrate_density(sheet, meshes)
-    parts = _Gathered(sheet, density, dict(meshes or {}), links[-1])
+    whole = {**{name: surface_of(solid) for name, solid in (solids or {}).items()}, **(meshes or {})}
+    density = calibrate_density(sheet, whole)
+    parts = _Gathered(sheet, density, whole, dict(solids or {}), flange=links[-1])
     parts.add_links(joints, dict(loads or {}))
     parts.add_masses(joints)
     tip = parts.add_payload(links[-1])
@@ -134,8 +139,9 @@ def _body(name: str, member: RobotMember, density: float, meshes: Meshes) -> d.B
 class _Gathered:
     """Bodies and joints of the machine while they are gathered."""
 
-    def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes, flange: FloatArray) -> None:
-        self.sheet, self.density, self.meshes, self.flange = sheet, density, meshes, flange
+    def __init__(self, sheet: RobotDatasheet, density: float, meshes: Meshes, solids: Mapping[str, SolidBody], *,
+                 flange: FloatArray) -> None:
+        self.sheet, self.density, self.meshes, self.solids, self.flange = sheet, density, meshes, solids, flange
         self.ends: list[Holder] = []  # of every link, what carries the next joint
         self.starts: list[Holder] = []  # and what its own joint holds
         self.cuts: list[tuple[int, float, float] | None] = []  # of an elastic one: direction, sense and place of its middle
@@ -172,11 +178,13 @@ class _Gathered:
             self._hold((link, None), (link, None), None)
             return
         along = "xyz".index(member.along)
-        sense = 1.0 if outward[along] >= 0 else -1.0
-        cut = (along, sense, member.at[along])
+        middle, way = middle_of(member)
+        sense = 1.0 if (way if way.any() else outward)[along] >= 0 else -1.0
+        cut = (along, sense, float(middle[along]))
         if member.bending == "finite elements":
             mass = mass_properties(_body(name, member, self.density, self.meshes)).mass
-            self.bodies[link] = solid_member(name, member, mass, sense=sense)
+            self.bodies[link] = (mesh_member(name, member, self._solid(name), mass) if member.kind == "mesh" else
+                                 solid_member(name, member, mass, sense=sense))
             self._hold((link, NEAR), (link, FAR), cut)
             return
         for body, part in zip((link, f"{link}_end"), split(member, sense), strict=True):
@@ -185,6 +193,11 @@ class _Gathered:
             link, f"{link}_end", d.FrameDescription(_vector(np.array(member.at))), beam_springs(name, member),
             loss_factor=member.loss_factor, source=f"computed: a beam of {member.modulus / 1e9:g} GPa")
         self._hold((link, None), (f"{link}_end", None), cut)
+
+    def _solid(self, name: str) -> SolidBody:
+        if name not in self.solids:
+            fail(f"members.{name}.mesh", "no finite elements", "must be given", "read the datasheet from its file")
+        return self.solids[name]
 
     def _hold(self, start: Holder, end: Holder, cut: tuple[int, float, float] | None) -> None:
         self.starts.append(start)

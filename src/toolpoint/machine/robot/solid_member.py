@@ -6,11 +6,21 @@ joints, as the ends of the beam do, so the two differ by the member alone.
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Literal
+
 import numpy as np
 
 from toolpoint._check import fail
 from toolpoint.machine.description import machine as d
-from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, ElasticMaterial, PatchDescription
+from toolpoint.machine.description.elastic import (
+    CastingBox,
+    ElasticDescription,
+    ElasticMaterial,
+    PatchDescription,
+    SolidBody,
+    SolidDescription,
+)
 from toolpoint.machine.robot.datasheet import RobotMember
 from toolpoint.machine.robot.lumped_beam import POISSON
 
@@ -45,6 +55,41 @@ def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -
     places = {NEAR: _end(member, -sense), FAR: _end(member, sense)}
     elastic = ElasticDescription(tuple(boxes), places, BAND, float(size.max()) / ELEMENTS, {"body": material})
     return d.BodyDescription(elastic=elastic, source=f"{name} by finite elements: {member.source}")
+
+
+def mesh_member(name: str, member: RobotMember, solid: SolidBody, mass: float) -> d.BodyDescription:
+    """Return the body of a member by the finite elements of its file, of a mass (kg) spread evenly."""
+    from toolpoint.bodies.solid.checks import check_solid
+
+    even = replace(solid, materials={key: replace(part, density=1.0) for key, part in solid.materials.items()})
+    volume = check_solid(even.model).mass
+    material = ElasticMaterial(member.modulus, mass / volume, POISSON, member.loss_factor)
+    return d.BodyDescription(solid=replace(solid, materials=dict.fromkeys(solid.materials, material)),
+                             source=f"{name} by finite elements: {member.source}")
+
+
+def solid_of_member(member: RobotMember, unit: Literal["m", "mm", "cm", "in"]) -> SolidDescription:
+    """Return what is to be read of a member that is a mesh by finite elements."""
+    assert member.near is not None and member.far is not None
+    material = ElasticMaterial(member.modulus, 1000.0, POISSON, member.loss_factor)
+    return SolidDescription(member.mesh, {NEAR: member.near, FAR: member.far}, BAND, member.mesh_size,
+                            unit, {"body": material})
+
+
+def surface_of(solid: SolidBody) -> d.MeshDescription:
+    """Return the outer surface of a solid, whose volume the calibrated density fills."""
+    from toolpoint.bodies.solid.faces import outer_triangles
+
+    nodes, triangles = outer_triangles(solid.model)
+    return d.MeshDescription(solid.file, solid.model.nodes[nodes][triangles])
+
+
+def middle_of(member: RobotMember) -> tuple[np.ndarray, np.ndarray]:
+    """Return the middle of a member, and the way from its near to its far face (nothing where they are not told)."""
+    if member.near is None or member.far is None:
+        return np.array(member.at), np.zeros(3)
+    near, far = np.array(member.near.centre), np.array(member.far.centre)
+    return (near + far) / 2, far - near
 
 
 def _outer_size(member: RobotMember) -> np.ndarray:

@@ -12,7 +12,8 @@ import numpy as np
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.assembly.inverse_dynamics import axis_mass_matrix
-from toolpoint.machine.description import MachineDescription
+from toolpoint.machine.description import MachineDescription, MeshDescription
+from toolpoint.machine.description.elastic import SolidBody
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.build import build
 from toolpoint.machine.parts.model import Machine
@@ -108,8 +109,9 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     machine = build(description)
     gearing = compute_gearing(sheet)
     # Weights and inertia are those of the members as they stand; finite elements have none of their own there.
-    meshes = {name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}
-    arm = build(robot_machine(rigid_members(sheet), meshes=meshes)) if any(b.modal_count for b in machine.bodies) else machine
+    meshes, solids = _given_shapes(sheet, description)
+    bends = any(body.modal_count for body in machine.bodies)
+    arm = build(robot_machine(rigid_members(sheet), meshes=meshes, solids=solids)) if bends else machine
     pose = stretch_arm(arm)
     still = base_load(arm, "at rest", pose, sheet=sheet)
     stops = tuple(stop_loads(arm, sheet, pose))
@@ -122,11 +124,29 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
 
 def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool) -> dict[str, FloatArray]:
     """Return the first natural frequencies with members rigid, as beams, and by finite elements where they can."""
-    meshes = {name: body.mesh for name, body in description.bodies.items() if body.mesh is not None}
+    meshes, solids = _given_shapes(sheet, description)
     sheets = {RIGID: rigid_members(sheet), BEAMS: bending_members(sheet, "beam")}
     if finite_elements:
         sheets[ELEMENTS] = bending_members(sheet, "finite elements")
-    return {name: natural_frequencies(build(robot_machine(part, meshes=meshes)), {}, 4)[0] for name, part in sheets.items()}
+    return {name: natural_frequencies(build(robot_machine(part, meshes=meshes, solids=solids)), {}, 4)[0]
+            for name, part in sheets.items()}
+
+
+def _given_shapes(sheet: RobotDatasheet, description: MachineDescription
+                  ) -> tuple[dict[str, MeshDescription], dict[str, SolidBody]]:
+    """Return the surfaces and the finite elements of the members that are meshes, by member."""
+    meshes: dict[str, MeshDescription] = {}
+    solids: dict[str, SolidBody] = {}
+    links: set[int] = set()
+    for name, member in sheet.members.items():
+        body = description.bodies.get(name if member.link in links else f"link{member.link}")
+        links.add(member.link)
+        if member.kind == "mesh" and body is not None:
+            if body.mesh is not None:
+                meshes[name] = body.mesh
+            if body.solid is not None:
+                solids[name] = body.solid
+    return meshes, solids
 
 
 def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGearing, ...], pose: Mapping[str, float],
