@@ -74,6 +74,9 @@ def test_mass_centre_and_inertia_are_those_of_the_drawing(beam: Path) -> None:
     assert known.inertia[2, 2] == pytest.approx(about_z, rel=2e-4)
     assert known.inertia[0, 0] == pytest.approx(about_x, rel=2e-4)
     assert part.geometry.volume == pytest.approx(mass / STEEL.density, rel=1e-9)
+    assert part.geometry.inertia[2, 2] * STEEL.density == pytest.approx(about_z, rel=1e-9)
+    assert part.geometry.inertia[0, 0] * STEEL.density == pytest.approx(about_x, rel=1e-9)
+    assert "% and inertia" in part.notes[0]
     assert part.check.jacobian_ratio > 0.1
     assert "bar.step in mm" in part.notes[0]
 

@@ -89,6 +89,30 @@ def test_bearing_at_speed_keeps_its_forces_in_balance():
     assert abs(BEARING.single[5, 5]) < 1e-9 * BEARING.single[3, 3]
 
 
+def test_rings_at_a_fixed_distance_press_their_balls_harder_as_the_speed_grows():
+    """Distance of the rings: both races' lengths along the axis, by hand; force and stiffness at speed; alike at rest."""
+    rigid = replace(BEARING, preload_by="distance")
+    assert rigid.axial_force() == BEARING.preload and np.array_equal(rigid.single, BEARING.single)
+
+    def apart(bearing):
+        angles, forces = bearing.race_state()
+        constant = (2 / compliance_constant("ball", bearing.ball_diameter)) ** 1.5
+        return float(((0.02 * bearing.ball_diameter + (forces / constant) ** (2 / 3)) * np.sin(angles)).sum())
+
+    forces = []
+    for speed in (0.0, 10000.0, 20000.0):
+        at_speed = replace(rigid, speed=speed)
+        assert apart(at_speed) == pytest.approx(apart(rigid), rel=1e-9)
+        (inner, outer), (force_in, force_out) = at_speed.race_state()
+        assert force_in * np.sin(inner) == pytest.approx(force_out * np.sin(outer), rel=1e-12)
+        forces.append(at_speed.axial_force())
+    assert forces[0] < forces[1] < forces[2]
+    assert apart(replace(BEARING, speed=20000.0)) < 0.999 * apart(rigid)  # under a spring the rings give way
+    assert replace(rigid, speed=20000.0).single[0, 0] > replace(BEARING, speed=20000.0).single[0, 0]
+    with pytest.raises(ToolpointError, match="as many"):
+        _ = BearingDescription(((0, 0, 0),), (1,), 20, 0.0087, 0.05, 500.0, preload_by="distance").stiffness
+
+
 def test_back_to_back_pair_resists_tilting_more_than_face_to_face():
     places = ((0.0, 0.0, -0.02), (0.0, 0.0, 0.02))
     back, face = (BearingDescription(places, ways, 20, 0.0087, 0.05, 500.0).stiffness for ways in ((1, -1), (-1, 1)))

@@ -3,7 +3,8 @@ r"""Angular-contact ball bearing under axial preload at speed: balls in balance 
 Unknown are the axial shift of the inner ring and the ball's place; :math:`Q = K \delta^{3/2}` at either race,
 :math:`Q_i \sin\alpha_i = Q_o \sin\alpha_o = F_a/Z,\; Q_o \cos\alpha_o - Q_i \cos\alpha_i = F_c`. The tangent of a race is
 :math:`Q' n n^T + (Q/L)(I - n n^T)`, L the distance of ball and groove centres; the ball's own motion is condensed.
-Gyroscopic moments of the balls are left out. Sources: Jones, J. Basic Eng. 82 (1960); Harris, chapter 9.
+Under rigid preload the rings keep the axial distance of standstill, and F_a is what the speed makes of it. Gyroscopic moments
+of the balls, growth of the rings by speed and heat are left out. Sources: Jones, J. Basic Eng. 82 (1960); Harris, chapter 9.
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ STEPS = 60
 class BearingDescription:
     """Angular-contact ball bearings of one type at places in the joint's frame, axis along `along`.
 
-    `preload` is the axial force of each, kept as the speed grows (a spring or hydraulic preload); `directions` are +1 or -1
+    `preload` is the axial force of each at standstill; with `preload_by: force` (a spring, hydraulics) it is kept as the speed
+    grows, with `preload_by: distance` (rigid spacers) the rings keep their distance and the force grows; `directions` are +1 or -1
     for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius over the ball
     diameter. With `follows: spin` the speed is that of the spinning body in place of `speed`.
     """
@@ -42,10 +44,15 @@ class BearingDescription:
     follows: Literal["", "spin"] = ""
     groove: Annotated[float, Quantity("ratio", "1", above=0.5, most=0.6)] = 0.52
     ball_density: Annotated[float, Quantity("density", "kg/m^3", above=0)] = 7850.0
+    preload_by: Literal["force", "distance"] = "force"
+
+    def axial_force(self) -> float:
+        """Axial force of each bearing at its speed, N."""
+        return self.preload if self.preload_by == "force" else _force_of_distance(self)
 
     def race_state(self) -> tuple[FloatArray, FloatArray]:
         """Return contact angles (inner, outer), rad, and contact forces (inner, outer), N, of every ball."""
-        return _balance(self)
+        return _balance(self, self.axial_force(), self.speed)
 
     @property
     def single(self) -> FloatArray:
@@ -69,6 +76,9 @@ class BearingDescription:
         """Stiffness (6, 6) about the joint's frame; none about the axis."""
         if len(self.directions) != len(self.at) or any(way not in (1, -1) for way in self.directions):
             fail("directions", f"{self.directions} for {len(self.at)} places", "must be +1 or -1 for every bearing")
+        if self.preload_by == "distance" and sum(self.directions):
+            fail("directions", f"{self.directions} with preload_by: distance", "must be as many +1 as -1",
+                 "spacers hold bearings against each other; a bearing that a spring pushes is preload_by: force")
         n, single = AXES[self.along], self.single
         total = np.zeros((6, 6))
         for place, way in zip(self.at, self.directions, strict=True):
@@ -91,24 +101,26 @@ def _tangent(angle: float, force: float, constant: float, free: float) -> FloatA
     return 1.5 * force / delta * along + force / (free + delta) * (np.eye(2) - along)
 
 
-def _balance(bearing: BearingDescription) -> tuple[FloatArray, FloatArray]:
-    """Solve for both contact angles by Newton's method on the ball's radial balance."""
-    d, share = bearing.ball_diameter, bearing.preload / bearing.balls
+def _balance(bearing: BearingDescription, axial: float, speed: float) -> tuple[FloatArray, FloatArray]:
+    """Return contact angles and forces at an axial force (N) and a speed (rpm)."""
+    outer, inner, error = _angles(bearing, axial, speed)
+    if error > 1e-6:
+        fail("bearing", f"no balance at {speed:g} rev/min with {axial:g} N", "must hold its balls between both races",
+             "raise the preload or lower the speed")
+    share = axial / bearing.balls
+    return np.array([inner, outer]), np.array([share / np.sin(inner), share / np.sin(outer)])
+
+
+def _angles(bearing: BearingDescription, axial: float, speed: float) -> tuple[float, float, float]:
+    """Solve the ball's radial balance by bisection; return outer and inner angle, rad, and the distance left open (ratio)."""
+    d, share = bearing.ball_diameter, axial / bearing.balls
     free, constant = (bearing.groove - 0.5) * d, _race_constant(bearing)
-    omega = bearing.speed * 2 * np.pi / 60
-    ratio = d * np.cos(bearing.contact_angle) / bearing.pitch_diameter
-    if ratio >= 1:
-        fail("ball_diameter", f"{1e3 * d:g} mm on a pitch of {1e3 * bearing.pitch_diameter:g} mm", "must be smaller")
-    orbit = 0.5 * omega * (1 - ratio)
-    thrown = bearing.ball_density * np.pi / 6 * d**3 * orbit**2 * bearing.pitch_diameter / 2
+    thrown = _thrown(bearing, speed)
     # The grooves' centres keep their radial distance 2 free cos(a0); each race's share is L cos(a), with Q sin(a) = share.
     radial = 2 * free * np.cos(bearing.contact_angle)
 
-    def force(angle: float) -> float:
-        return float(share / np.sin(angle))
-
     def reach(angle: float) -> float:
-        return float((free + (force(angle) / constant) ** (2 / 3)) * np.cos(angle))
+        return float((free + (share / np.sin(angle) / constant) ** (2 / 3)) * np.cos(angle))
 
     def inner_of(outer: float) -> float:
         # share (cot outer - cot inner) = thrown
@@ -124,7 +136,42 @@ def _balance(bearing: BearingDescription) -> tuple[FloatArray, FloatArray]:
             high = middle
     outer = 0.5 * (low + high)
     inner = inner_of(outer)
-    if abs(reach(outer) + reach(inner) - radial) > 1e-6 * radial:
-        fail("bearing", f"no balance at {bearing.speed:g} rev/min with {bearing.preload:g} N",
+    return outer, inner, abs(reach(outer) + reach(inner) - radial) / radial
+
+
+def _thrown(bearing: BearingDescription, speed: float) -> float:
+    """Return the centrifugal force of a ball, N."""
+    d, omega = bearing.ball_diameter, speed * 2 * np.pi / 60
+    ratio = d * np.cos(bearing.contact_angle) / bearing.pitch_diameter
+    if ratio >= 1:
+        fail("ball_diameter", f"{1e3 * d:g} mm on a pitch of {1e3 * bearing.pitch_diameter:g} mm", "must be smaller")
+    orbit = 0.5 * omega * (1 - ratio)
+    return float(bearing.ball_density * np.pi / 6 * d**3 * orbit**2 * bearing.pitch_diameter / 2)
+
+
+def _distance(bearing: BearingDescription, axial: float, speed: float) -> float:
+    """Return the axial distance of the grooves' centres, m; less than any where the balls are not held."""
+    outer, inner, error = _angles(bearing, axial, speed)
+    if error > 1e-6:
+        return -np.inf
+    free, constant, share = (bearing.groove - 0.5) * bearing.ball_diameter, _race_constant(bearing), axial / bearing.balls
+    return float(sum((free + (share / np.sin(angle) / constant) ** (2 / 3)) * np.sin(angle) for angle in (outer, inner)))
+
+
+def _force_of_distance(bearing: BearingDescription) -> float:
+    """Return the axial force at the bearing's speed, N, with which the rings keep the distance of standstill."""
+    if bearing.speed == 0:
+        return bearing.preload
+    kept = _distance(bearing, bearing.preload, 0.0)
+    low, high = np.log(1e-3 * bearing.preload), np.log(1e4 * bearing.preload)
+    for _ in range(STEPS):
+        middle = 0.5 * (low + high)
+        if _distance(bearing, float(np.exp(middle)), bearing.speed) < kept:
+            low = middle
+        else:
+            high = middle
+    force = float(np.exp(0.5 * (low + high)))
+    if abs(_distance(bearing, force, bearing.speed) / kept - 1) > 1e-6:
+        fail("bearing", f"no balance at {bearing.speed:g} rev/min between rings at a fixed distance",
              "must hold its balls between both races", "raise the preload or lower the speed")
-    return np.array([inner, outer]), np.array([force(inner), force(outer)])
+    return force

@@ -136,7 +136,7 @@ def _labels_differ(keys: list[tuple[int, int]]) -> bool:
 
 
 def write(path: Path, matrices: Sequence[LabelledMatrix]) -> None:
-    """Write matrices as large-field DMIG cards with 16 characters a number: what is written has at most 10 or 11 digits."""
+    """Write matrices as large-field DMIG cards with 16 characters a number: what is written has 9 to 13 digits."""
     lines = []
     for item in matrices:
         whole = csc_array(item.matrix)
@@ -165,5 +165,10 @@ def _cards(item: LabelledMatrix, part: csc_array, is_complex: bool) -> Iterator[
 
 
 def _sixteen(value: float) -> str:
-    """Return a number in 16 characters with as many digits as fit."""
-    return f"{value:16.9E}".replace("E", "D")
+    """Return a number in 16 characters with as many digits as fit: 9 to 13, all of them where fewer say it."""
+    for digits in range(16, 7, -1):
+        mantissa, _, exponent = f"{value:.{digits}E}".partition("E")
+        text = f"{mantissa.rstrip('0') if '.' in mantissa else mantissa}D{int(exponent)}"
+        if len(text) <= 16:
+            return f"{text:>16s}"
+    raise AssertionError("nine digits fit every number")  # sign, point, D, and four of the exponent

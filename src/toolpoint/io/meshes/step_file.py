@@ -29,7 +29,8 @@ MILLIMETRE = 1e-3  # OpenCASCADE gives millimetres, whatever the file's unit
 
 @dataclass(frozen=True, eq=False)
 class StepGeometry:
-    """What the one solid of a STEP file is, m: its volume, centre and corners.
+    """What the one solid of a STEP file is, m: its volume, centre and corners, and its inertia about the centre (of unit
+    density, m^5).
 
     stated : the length unit of the file, m; digest : of the file's content.
     """
@@ -39,6 +40,7 @@ class StepGeometry:
     centre: FloatArray
     low: FloatArray
     high: FloatArray
+    inertia: FloatArray
     stated: float
     digest: str
 
@@ -50,7 +52,7 @@ class StepGeometry:
     def scaled(self, factor: float) -> StepGeometry:
         """Return the geometry in another unit."""
         return replace(self, volume=self.volume * factor**3, centre=self.centre * factor, low=self.low * factor,
-                       high=self.high * factor)
+                       high=self.high * factor, inertia=self.inertia * factor**5)
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,8 +97,8 @@ def measure_step(path: Path) -> StepGeometry:
     stated = file_unit(path)
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     content = _asked(path, None, digest)
-    return StepGeometry(path, float(content["volume"]), content["centre"], content["low"], content["high"], stated,
-                        digest).scaled(MILLIMETRE)
+    return StepGeometry(path, float(content["volume"]), content["centre"], content["low"], content["high"],
+                        content["inertia"], stated, digest).scaled(MILLIMETRE)
 
 
 def mesh_step(geometry: StepGeometry, mesh_size: float, *, factor: float = 1.0) -> StepMesh:

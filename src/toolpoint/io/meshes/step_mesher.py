@@ -37,9 +37,10 @@ def read_solid(path: str) -> Any:
 
 
 def measure(solid: Any) -> dict[str, Any]:
-    """Return volume, centre and corners of the geometry, mm."""
+    """Return volume, centre, corners and inertia about the centre (of unit density, mm^5) of the geometry, mm."""
     low, high, centre = (np.array([p.x, p.y, p.z]) for p in (*solid.bounding_box, solid.center))
-    return {"volume": float(solid.mass), "centre": centre, "low": low, "high": high}
+    inertia = np.array([[solid.inertia[i, j] for j in range(3)] for i in range(3)])
+    return {"volume": float(solid.mass), "centre": centre, "low": low, "high": high, "inertia": inertia}
 
 
 def mesh_solid(solid: Any, size: float) -> dict[str, Any]:

@@ -123,7 +123,8 @@ def _mesh_note(model: SolidModel, check: SolidCheck, geometry: StepGeometry, *, 
     size = " x ".join(f"{s:.4g}" for s in check.size)
     return (f"{geometry.path.name} in {unit_name(geometry.stated)}: {size} m, {check.mass:.5g} kg, {model.element_count} "
             f"tetrahedra by {mesher}, worst Jacobian ratio {check.jacobian_ratio:.2g}, volume "
-            f"{100 * _excess(model, geometry):+.2g} % from the geometry's; the error of the mesh is not estimated: compare "
+            f"{100 * _excess(model, geometry):+.2g} % and inertia {100 * _inertia_error(model, geometry):.2g} % from the "
+            "geometry's; the error of the mesh is not estimated: compare "
             "with a finer one")
 
 
@@ -134,7 +135,14 @@ def _excess(model: SolidModel, geometry: StepGeometry) -> float:
 def _doubts(model: SolidModel, geometry: StepGeometry) -> tuple[str, ...]:
     excess, centre = _excess(model, geometry), model.mass_properties.centre
     away = float(np.linalg.norm(centre - geometry.centre) / np.linalg.norm(geometry.high - geometry.low))
-    if abs(excess) <= APART and away <= APART:
+    turning = _inertia_error(model, geometry)
+    if max(abs(excess), away, turning) <= APART:
         return ()
-    return (f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * away:.2g} % of the size: the "
-            "mesh is too coarse; take a smaller mesh_size",)
+    return (f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * away:.2g} % of the size, its "
+            f"inertia by {100 * turning:.2g} % of the largest: the mesh is too coarse; take a smaller mesh_size",)
+
+
+def _inertia_error(model: SolidModel, geometry: StepGeometry) -> float:
+    """Return the largest difference of the mesh's inertia from the geometry's, over the largest moment of inertia."""
+    meshed = model.mass_properties.inertia / model.materials["body"].density
+    return float(np.abs(meshed - geometry.inertia).max() / np.linalg.eigvalsh(geometry.inertia)[-1])
