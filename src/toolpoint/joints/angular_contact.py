@@ -27,8 +27,8 @@ class BearingDescription:
     """Angular-contact ball bearings of one type at places in the joint's frame, axis along `along`.
 
     `preload` is the axial force of each at standstill; with `preload_by: force` (a spring, hydraulics) it is kept as the speed
-    grows, with `preload_by: distance` (rigid spacers) the rings keep their distance and the force grows; `directions` are +1 or -1
-    for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius over the ball
+    grows, with `preload_by: distance` (rigid spacers) the rings keep their distance and the force grows. `directions` are
+    +1 or -1 for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius over the ball
     diameter. With `follows: spin` the speed is that of the spinning body in place of `speed`.
     """
 
@@ -76,7 +76,7 @@ class BearingDescription:
         """Stiffness (6, 6) about the joint's frame; none about the axis."""
         if len(self.directions) != len(self.at) or any(way not in (1, -1) for way in self.directions):
             fail("directions", f"{self.directions} for {len(self.at)} places", "must be +1 or -1 for every bearing")
-        if self.preload_by == "distance" and sum(self.directions):
+        if self.preload_by == "distance" and sum(self.directions) != 0:
             fail("directions", f"{self.directions} with preload_by: distance", "must be as many +1 as -1",
                  "spacers hold bearings against each other; a bearing that a spring pushes is preload_by: force")
         n, single = AXES[self.along], self.single
