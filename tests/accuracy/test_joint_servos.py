@@ -15,6 +15,7 @@ from toolpoint.studies.accuracy.joint_servos import JointServo, servos_of
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import line
+from toolpoint.vibration.simulation.varying import VaryingSystem, reduce_system
 
 MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
 CUT = CuttingDescription.of(diameter=0.006, teeth=2, tangential=1780e6, normal=593e6, direction="slot", feed_per_tooth=1e-5)
@@ -22,6 +23,7 @@ SETUP = MillingSetup(15000, 0.5e-3, window=0.1, halved=False)
 PATH = line([0, 0, 0], [0.02, 0, 0])[0]
 MASS, K, C = 8.0, 4e5, 60.0
 SERVO = JointServo(position=40.0, velocity=0.8, integral=30.0, inertia=2e-4, travel=0.01 / (2 * np.pi))
+PROPORTIONAL = replace(SERVO, integral=0.0)
 
 
 def slide(way="x"):
@@ -34,10 +36,10 @@ def slide(way="x"):
 
 @pytest.mark.parametrize("way", ["x", "-x"])
 def test_slide_and_rotor_are_two_masses(way):
-    system = structure_along(slide(way), PATH, ToolStance(), spacing=5e-3, servos={"X": SERVO}).system
+    system = structure_along(slide(way), PATH, ToolStance(), spacing=5e-3, servos={"X": PROPORTIONAL}).system
     assert system.size == 3
     squares = np.sort(np.linalg.eigvals(np.linalg.solve(system.mass[0], system.stiffness[0])).real)
-    rotor, loop = SERVO.inertia / SERVO.travel**2, (0.8 * 40 + 30) / SERVO.travel**2
+    rotor, loop = SERVO.inertia / SERVO.travel**2, 0.8 * 40 / SERVO.travel**2
     a, b = K / MASS + (K + loop) / rotor, K * loop / (MASS * rotor)
     pair = (a + np.array([-1, 1]) * np.sqrt(a**2 - 4 * b)) / 2
     assert np.allclose(squares, np.sort([*pair, 3 * K / MASS]), rtol=1e-9)
@@ -47,12 +49,51 @@ def test_slide_and_rotor_are_two_masses(way):
     assert system.output_map[0, 0] @ give == pytest.approx(1 / K + 1 / loop)
 
 
+def test_the_integral_part_is_that_of_the_cascade():
+    r"""Pole of the loops: det of [m s^2 + c s + k, -(c s + k); ., J s^2 + K_v s + K_v K_p + K_i + K_i K_p / s + c s + k]."""
+    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": replace(SERVO, sample_time=1e-9)}).system
+    assert system.size == 4
+    n, mass = system.size, system.mass[0]
+    first = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, system.stiffness[0]),
+                                                    -np.linalg.solve(mass, system.damping[0])]])
+    poles = np.linalg.eigvals(first)
+    slide_, spring = np.array([MASS, C, K]), np.array([C, K])
+    rotor = np.array([SERVO.inertia, 0.8, 0.8 * 40 + 30, 30 * 40]) / SERVO.travel**2  # times s
+    coupled = np.polymul([1, 0], spring)
+    whole = np.polysub(np.polymul(slide_, np.polyadd(rotor, coupled)), np.polymul(coupled, spring))
+    expected = np.roots(whole)
+    assert all(np.abs(poles / root - 1).min() < 1e-5 for root in expected)
+    # It holds a steady load as a clamp does.
+    give = np.linalg.solve(system.stiffness[0], system.input_map[0][:, 0])
+    assert system.output_map[0, 0] @ give == pytest.approx(1 / K)
+
+
+def test_many_coordinates_are_reduced_and_the_motors_kept():
+    rng, n, nodes = np.random.default_rng(2), 90, 5
+    root = rng.normal(size=(n, n))
+    stiffness = 1e5 * np.eye(n) + 1e3 * root @ root.T
+    mass = np.diag(np.r_[np.ones(n - 2), 0.3, 0.3])
+    stiffness[-1, :-2] = stiffness[:-2, -1] = 0
+    stiffness[-2, -1], stiffness[-1, -2], stiffness[-1, -1] = 500.0, -1.0, 0.0  # an integral
+    same = [np.repeat(a[None], nodes, 0) for a in (mass, 1e-5 * stiffness + 3 * mass, stiffness, rng.normal(size=(n, 3)),
+                                                   rng.normal(size=(6, n)))]
+    same[3][:, -2:] = 0
+    whole = VaryingSystem(np.arange(nodes) * 1e-3, *same, np.zeros((nodes, 6, n)))
+    small = reduce_system(whole, kept=2)
+    assert small.size < n - 20
+    answers = [s.output_map[0] @ np.linalg.solve(s.stiffness[0] + 20j * s.damping[0] - 400 * s.mass[0], s.input_map[0])
+               for s in (whole, small)]
+    assert np.allclose(answers[0], answers[1], atol=1e-3 * np.abs(answers[0]).max())
+
+
 @pytest.mark.slow
 def test_energy_balances_and_stiff_loops_change_nothing():
     """Teeth pass at 40 Hz, near the slide's 36 Hz: far above it mass alone would count, and no servo."""
     slow = replace(SETUP, speed=1200, window=0.5)
-    result = mill_side(slide(), PATH, replace(slow, servos={"X": SERVO}, with_energy=True))
+    result = mill_side(slide(), PATH, replace(slow, servos={"X": PROPORTIONAL}, with_energy=True))
     assert result.energy.gap < 1e-6 and "servo loops of X" in result.notes[-1]
+    with pytest.raises(ToolpointError, match="with_energy: servos with an integral part"):
+        mill_side(slide(), PATH, replace(slow, servos={"X": SERVO}, with_energy=True))
     plain = mill_side(slide(), PATH, slow)
     assert abs(result.position_error / plain.position_error - 1) > 1e-3
     stiff = replace(SERVO, position=1e6, velocity=1e3)
@@ -68,7 +109,7 @@ def test_the_path_s_inertia_acts_on_the_rotor():
 
 def test_coupled_joints_of_an_arm_feel_both_motors():
     robot = machine_file.read(MACHINES / "milling_robot.yaml")
-    servo = JointServo(30.0, 0.02, 0.5, 3e-5, 1 / 100)
+    servo = JointServo(30.0, 0.02, 0.0, 3e-5, 1 / 100)
     side = line([0.69, -0.01, 0.1], [0.69, 0.01, 0.1])[0]
     bare = structure_along(robot, side, ToolStance(), spacing=5e-3).system
     system = structure_along(robot, side, ToolStance(), spacing=5e-3, servos={"q2": servo, "q3": servo}).system

@@ -40,7 +40,7 @@ class Demo:
 @click.argument("name", default=DEFAULT)
 @click.option("--list", "listed", is_flag=True, help="Print the names and what they show.")
 @click.option("--full", is_flag=True,
-              help="At full length: of the milling robot, whole sides of all 23 variants (about an hour).")
+              help="At full length: of the milling robot, all four sides of all 23 variants (four minutes).")
 @OUTPUT
 def demo(name: str, listed: bool, full: bool, output: Path) -> None:
     """A published system by name (see --list): by default a machining centre with modes, tool-point responses and lobes."""

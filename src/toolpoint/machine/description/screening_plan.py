@@ -21,7 +21,8 @@ PathTime = Annotated[float, Quantity("time", "s", above=0)]
 class MilledSquare:
     """A square that is milled: side (m), centre (m), the directions of its first and second side; and how.
 
-    window : s of the middle of every side that is run, whole sides where left out; sides : which of the four.
+    window : s of the middle of every side that is run, whole sides where left out; sides : which of the four; spacing : m
+    between the places at which the structure is assembled.
     """
 
     side: PathLength
@@ -37,6 +38,7 @@ class MilledSquare:
     window: PathTime | None = None
     sides: tuple[int, ...] = (1, 2, 3, 4)
     branch: str = ""
+    spacing: PathLength = 2e-3
 
 
 @dataclass(frozen=True)

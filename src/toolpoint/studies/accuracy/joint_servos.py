@@ -2,10 +2,11 @@ r"""Servo loops under the joints of a machine along a path: rotors that give way
 
 An axis' motor turns by a small :math:`\theta` (in the axis' own coordinate, through the travel r a radian of the motor) about
 its set point. The joints that the axis drives by factors f feel it: their springs and dampers act on :math:`q - \sum f
-\theta`, q the deviation of the joint. The rotor brings :math:`J / r^2`, the cascade :math:`(K_v K_p + K_i) / r^2` of stiffness
-and :math:`K_v / r^2` of damping. Left out: the integral of the position's deviation, which holds slow loads stiffer below
-:math:`K_p K_i / (K_v K_p + K_i)` rad/s, sampling and delays, the current loop, the turn of the rotor with the body that
-carries it, and the lag behind the set point itself.
+\theta`, q the deviation of the joint. The rotor brings :math:`J / r^2`, the cascade :math:`(K_v K_p + K_i) / r^2` of stiffness,
+:math:`K_v / r^2` of damping, and :math:`K_i K_p / r^2` on the integral s of the position's deviation, which takes slow loads
+away below :math:`K_p K_i / (K_v K_p + K_i)` rad/s. s is a coordinate of its own, :math:`\tau \ddot s + \dot s = \theta`, with
+half the position loop's sample time for :math:`\tau`. Left out, and stated: the sampling's delay, the current loop, the turn
+of the rotor with the body that carries it, and the lag behind the set point itself.
 """
 
 from __future__ import annotations
@@ -39,6 +40,8 @@ class JointServo:
         Of the rotor with what turns with it, kg m^2.
     travel : float
         Of the axis for a radian of the motor: rad (one over the gear ratio) or m (lead over 2 pi).
+    sample_time : float
+        Of the position loop, s.
     """
 
     position: float
@@ -46,9 +49,10 @@ class JointServo:
     integral: float
     inertia: float
     travel: float
+    sample_time: float = 1e-3
 
     def __post_init__(self) -> None:
-        for name in ("position", "velocity", "inertia", "travel"):
+        for name in ("position", "velocity", "inertia", "travel", "sample_time"):
             positive(f"JointServo.{name}", getattr(self, name))
         nonnegative("JointServo.integral", np.array(self.integral))
 
@@ -68,8 +72,18 @@ class JointServo:
         return self.velocity / self.travel**2
 
     @property
+    def integral_stiffness(self) -> float:
+        """On the integral of the position's deviation, N/(m s) or N m/(rad s)."""
+        return self.integral * self.position / self.travel**2
+
+    @property
+    def delayed(self) -> float:
+        """Degrees by which hold and delay of the position loop's sampling, left out, would turn it at its own gain."""
+        return float(np.degrees(1.5 * self.sample_time * self.position))
+
+    @property
     def slow(self) -> float:
-        """Frequency (Hz) below which the integral part, which is left out, would hold stiffer."""
+        """Frequency (Hz) below which the integral part holds stiffer."""
         return self.position * self.integral / (self.velocity * self.position + self.integral) / (2 * np.pi)
 
 
@@ -92,18 +106,19 @@ def servos_of(drives: DriveDescription, machine: Machine) -> dict[str, JointServ
         travel = 1 / drive.mechanics.gear_ratio if axes[name].is_rotary else travel_per_angle(drive.mechanics)
         time = drive.velocity.integral_time
         servos[name] = JointServo(drive.position.gain, drive.velocity.gain, 0.0 if time is None else drive.velocity.gain / time,
-                                  drive.mechanics.inertia, travel)
+                                  drive.mechanics.inertia, travel, drive.position.sample_time)
     return servos
 
 
 def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, ...], *, servos: Mapping[str, JointServo],
                batch: Mapping[str, FloatArray], loads: tuple[str, ...], reference: float) -> VaryingSystem:
-    """Return a system with a rotor for every servo, behind the coordinates that it has.
+    """Return a system with a rotor for every servo, then an integral for each that has one, behind the coordinates it has.
 
     coordinates : their names; batch : axis positions at the nodes; loads : see `MillingSetup`; reference : Hz at which loss
     factors are as viscous dampers.
     """
-    n, count = system.size, len(servos)
+    integrals = [i for i, servo in enumerate(servos.values()) if servo.integral > 0]
+    n, count = system.size, len(servos) + len(integrals)
     if len(coordinates) != n:
         fail("servos", "a machine whose loops close", "must be a chain without loops here", "leave the servos out")
     stiffness, viscous, mass = (_grown(matrix, count) for matrix in (system.stiffness, system.damping, system.mass))
@@ -112,13 +127,18 @@ def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, 
         k, loss = part.stiffness.get(way, 0.0), part.loss_factor
         share = loss.get(way, 0.0) if isinstance(loss, Mapping) else loss
         for matrix, value in ((stiffness, k), (viscous, part.damping.get(way, 0.0) + share * k / (2 * np.pi * reference))):
-            matrix[:, at, n:] -= value * factors
-            matrix[:, n:, at] -= value * factors
-            matrix[:, n:, n:] += value * np.outer(factors, factors)
+            rotors = slice(n, n + len(servos))
+            matrix[:, at, rotors] -= value * factors
+            matrix[:, rotors, at] -= value * factors
+            matrix[:, rotors, rotors] += value * np.outer(factors, factors)
     for i, servo in enumerate(servos.values()):
         mass[:, n + i, n + i] += servo.mass
         stiffness[:, n + i, n + i] += servo.stiffness
         viscous[:, n + i, n + i] += servo.damping
+    for k, i in enumerate(integrals):
+        servo, at = list(servos.values())[i], n + len(servos) + k
+        mass[:, at, at], viscous[:, at, at] = servo.sample_time / 2, 1.0
+        stiffness[:, n + i, at], stiffness[:, at, n + i] = servo.integral_stiffness, -1.0
     inputs = np.concatenate([system.input_map, np.zeros((len(mass), count, system.input_map.shape[2]))], axis=1)
     if "path" in loads:
         for i, (name, servo) in enumerate(servos.items()):
@@ -156,5 +176,7 @@ def _driven(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str,
 def servo_words(servos: Mapping[str, JointServo]) -> str:
     """Return what is in the servos and what is left out."""
     slow = max(servo.slow for servo in servos.values())
-    return (f"servo loops of {', '.join(servos)}: rotors and cascades in the equations; their integral part, which holds loads "
-            f"below {slow:.2g} Hz stiffer, sampling, current loops and the lag of the set points are left out")
+    turn = max(servo.delayed for servo in servos.values())
+    words = f"servo loops of {', '.join(servos)}: rotors, cascades and their integral parts (below {slow:.2g} Hz)"
+    return (f"{words} in the equations; left out: delay of the sampling ({turn:.2g} degrees at the position gain), current "
+            "loops and the lag of the set points")

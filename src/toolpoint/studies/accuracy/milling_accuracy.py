@@ -152,6 +152,9 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
                                 span=places_of(side, setup, tooth), servos=setup.servos)
     if setup.regenerative:
         check_regeneration(problem)
+    if setup.with_energy and any(servo.integral > 0 for servo in (setup.servos or {}).values()):
+        fail("with_energy", "servos with an integral part", "feed energy as they like: there is no balance",
+             "take their integral gains away for it")
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 

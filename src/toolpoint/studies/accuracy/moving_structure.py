@@ -101,12 +101,13 @@ def structure_along(machine: Machine, side: PathSide, stance: ToolStance, *, spa
     mass, viscous, stiffness = (np.swapaxes(align, -1, -2) @ matrix @ align
                                 for matrix in (system.mass, _viscous(system), system.stiffness))
     whole = VaryingSystem(length, mass, viscous, stiffness, np.concatenate(columns, axis=-1), output, momentum)
+    mechanical = whole.size
     if servos:
         whole = add_servos(machine, whole, tuple(system.coordinates), servos=servos, batch=batch, loads=loads,
                            reference=reference)
     nominal = base_reaction(machine, batch, gravity=gravity) if "gravity" in loads and _is_rigid(machine) else np.zeros((count,
                                                                                                                          6))
-    return MovingStructure(side, reach, reduce_system(whole), axes, tips, nominal, loads)
+    return MovingStructure(side, reach, reduce_system(whole, kept=whole.size - mechanical), axes, tips, nominal, loads)
 
 
 def _nodes(whole: float, spacing: float, span: tuple[float, float] | None) -> FloatArray:

@@ -64,26 +64,31 @@ class VaryingSystem:
         return matrices[i] + t * (matrices[i + 1] - matrices[i])
 
 
-def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30) -> VaryingSystem:
+def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30, kept: int = 0) -> VaryingSystem:
     """Return a system of more than `most` coordinates on a basis of fewer, the same all along: undamped modes and static
-    deflections
-    to all inputs at five nodes. Below the highest of those modes it answers as the whole does; smaller systems stay as they
-    are."""
-    if system.size <= most:
+    deflections to all inputs at five nodes; smaller systems stay as they are.
+
+    The last `kept` coordinates (motors, controllers) stay, and what moves with them is in the basis. Below the highest of those
+    modes it answers as the whole does.
+    """
+    count = system.size - kept
+    if count <= most:
         return system
     rows = []
     for i in np.unique(np.linspace(0, system.length.size - 1, 5).astype(int)):
-        factor = np.linalg.inv(np.linalg.cholesky(system.mass[i]))
-        _, shapes = np.linalg.eigh(factor @ system.stiffness[i] @ factor.T)
-        static = np.linalg.solve(system.stiffness[i], system.input_map[i])
-        rows += [factor.T @ shapes[:, :modes], static / np.linalg.norm(np.linalg.cholesky(system.mass[i]).T @ static, axis=0)]
-    middle = np.linalg.cholesky(system.mass[system.length.size // 2])
+        mass, stiffness = system.mass[i, :count, :count], system.stiffness[i, :count, :count]
+        factor = np.linalg.inv(np.linalg.cholesky(mass))
+        _, shapes = np.linalg.eigh(factor @ stiffness @ factor.T)
+        pulls = np.hstack([system.input_map[i, :count], system.stiffness[i, :count, count:]])
+        static = np.linalg.solve(stiffness, pulls[:, np.abs(pulls).max(axis=0) > 0])
+        rows += [factor.T @ shapes[:, :modes], static / np.linalg.norm(np.linalg.cholesky(mass).T @ static, axis=0)]
+    middle = np.linalg.cholesky(system.mass[system.length.size // 2, :count, :count])
     u, size, _ = np.linalg.svd(middle.T @ np.hstack(rows), full_matrices=False)
-    basis = np.linalg.solve(middle.T, u[:, size > 1e-4 * size[0]][:, :most])
-    if basis.shape[1] >= system.size:
+    part = np.linalg.solve(middle.T, u[:, size > 1e-4 * size[0]][:, :most])
+    if part.shape[1] >= count:
         return system
-    turned = (basis.T @ matrix @ basis for matrix in (system.mass, system.damping, system.stiffness))
-    mass, viscous, stiffness = turned
+    basis = scipy.linalg.block_diag(part, np.eye(kept)) if kept else part
+    mass, viscous, stiffness = (basis.T @ matrix @ basis for matrix in (system.mass, system.damping, system.stiffness))
     return VaryingSystem(system.length, mass, viscous, stiffness, basis.T @ system.input_map, system.output_map @ basis,
                          system.momentum_map @ basis)
 
