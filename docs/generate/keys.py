@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib
 import json
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -44,23 +45,36 @@ def _gather(schema: dict[str, Any], node: dict[str, Any], value: Any, part: str,
                 _gather(schema, choice["items"], inner, "", seen)
 
 
+def _is_of(document: dict[str, Any], schema: dict[str, Any]) -> bool:
+    """Whether a document is of the kind that a schema describes: nearly all of its first keys, and all that are needed."""
+    known = set(schema["properties"])
+    return set(schema.get("required", ())) <= set(document) and len(set(document) & known) >= 0.8 * len(document)
+
+
 def _shown(value: Any) -> str:
     text = re.sub(r'"([^",:{}\[\]]*)"', r"\1", json.dumps(value)) if isinstance(value, dict | list | bool) else str(value)
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def _invented(entry: dict[str, Any]) -> str:
-    """An example of a key that no shipped file uses: its first choice, its default, or a number in its unit."""
+@cache
+def _written() -> dict[str, dict[str, Any]]:
+    """Return the examples of keys that no shipped file uses."""
+    text = Path(__file__).with_name("key_examples.yaml").read_text(encoding="utf-8")
+    return YAML(typ="safe", pure=True).load(text)
+
+
+def example_of(part: str, key: str, entry: dict[str, Any]) -> str:
+    """Return an example of a key that no shipped file uses: a written one, its first choice, or a usual value of its unit."""
+    written = _written()
+    for place in (part, "any"):
+        if key in written.get(place, {}):
+            return str(written[place][key])
     for choice in [entry, *entry.get("anyOf", ())]:
         if choice.get("enum"):
             return str(choice["enum"][0])
         if choice.get("type") == "boolean":
             return "true"
-    words = entry.get("description", "")
-    if "a bare number is in " in words:
-        return f"1 {words.split('a bare number is in ')[1].split(';')[0]}"
-    types = {choice.get("type") for choice in entry.get("anyOf", [entry])}
-    return "[1, 2]" if "array" in types else "1" if types & {"number", "integer"} else "{...}" if "object" in types else "name"
+    return ""
 
 
 def _limits(entry: dict[str, Any]) -> str:
@@ -80,23 +94,30 @@ def _table(name: str, part: dict[str, Any], seen: dict[tuple[str, str], str]) ->
         meaning = "; ".join(word for word in (entry.get("description", ""), _limits(entry)) if word)
         stated = entry.get("default")
         default = "needed" if key in required else "none" if stated in (None, "") else _shown(stated)
-        example = seen.get((name, key)) or _invented(entry)
+        example = seen.get((name, key)) or example_of(name.removesuffix("Model"), key, entry)
         lines.append(f"| `{key}` | {_cell(meaning)} | {_cell(default)} | `{example.replace('|', ' ')}` |")
     return [*lines, ""]
 
 
+def _examples() -> dict[tuple[str, str], str]:
+    """Return the first value of every key of every part in the shipped files; keys of a file itself by the kind of file."""
+    seen: dict[tuple[str, str], str] = {}
+    for name, (module, _) in FILES.items():
+        schema = importlib.import_module(f"toolpoint.io.yaml.{module}").json_schema()
+        for document in _documents():
+            if isinstance(document, dict) and _is_of(document, schema):
+                _gather(schema, schema, document, name, seen)
+    return seen
+
+
 def write_keys(folder: Path) -> None:
     """Write the page of every kind of file and the page that lists them."""
-    documents = _documents()
+    seen = _examples()
     for name, (module, title) in FILES.items():
         schema = importlib.import_module(f"toolpoint.io.yaml.{module}").json_schema()
-        seen: dict[tuple[str, str], str] = {}
-        for document in documents:
-            if isinstance(document, dict) and set(document) <= set(schema["properties"]):
-                _gather(schema, schema, document, "", seen)
         lines = [f"# {title}", "",
                  "Every key, its meaning, unit, limits, default and an example. A number without a unit is in SI.", "",
-                 *_table("", schema, seen)]
+                 *_table(name, schema, seen)]
         for part, entry in sorted(schema.get("$defs", {}).items()):
             if entry.get("properties"):
                 lines += [f"## {part.removesuffix('Model').removesuffix('Part')}", "", *_table(part, entry, seen)]

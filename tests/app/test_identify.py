@@ -1,6 +1,7 @@
 """`toolpoint identify`: from a universal file with its geometry to a table, saved modes and a page."""
 
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -158,6 +159,12 @@ def test_poles_added_and_removed_by_hand_are_brought_again_by_the_command_of_the
     for page in ("a", "b"):
         text = (tmp_path / page / "index.html").read_text()
         assert f'"command":"toolpoint identify {file} --band 10:75 --json -o {tmp_path / page}"' in text
+    main(["identify", str(file), "--json", "-o", str(tmp_path / "c")])
+    whole = json.loads(capsys.readouterr().out)
+    command = re.search(r'"command":"toolpoint (identify [^"]*)"', (tmp_path / "c" / "index.html").read_text())[1].split()
+    assert command[-2] == "--band" and command[-1] != "5:80"  # lines at the ends show nothing but noise
+    main(command)
+    assert json.loads(capsys.readouterr().out)["frequency_hz"] == whole["frequency_hz"]
     with pytest.raises(SystemExit):
         main([*given, "--remove", "45"])
     assert "the nearest is" in capsys.readouterr().err

@@ -1,5 +1,7 @@
 """The manual cannot fall behind: every error has its page, every key and command its row, every tutorial runs."""
 
+import importlib
+import re
 import sys
 from pathlib import Path
 
@@ -11,6 +13,8 @@ sys.path.insert(0, str(ROOT / "docs"))
 from generate import against, commands, errors, keys  # noqa: E402
 from generate.sites import sites  # noqa: E402
 from generate.tutorials import blocks_of, run_tutorial  # noqa: E402
+
+from toolpoint.io.quantities import units  # noqa: E402
 
 TUTORIALS = sorted(page for page in (ROOT / "docs" / "tutorials").glob("*.md") if page.stem != "index")
 
@@ -38,6 +42,21 @@ def test_every_kind_of_file_has_its_page_with_examples(tmp_path):
         rows = [line for line in (tmp_path / f"keys_{name}.md").read_text().splitlines() if line.startswith("| `")]
         cells = [[cell.strip() for cell in row.replace("\\|", "").strip("|").split("|")] for row in rows]
         assert rows and [row for row in cells if len(row) != 4 or not all(row)] == []
+
+
+@pytest.mark.parametrize("name", list(keys.FILES))
+def test_written_examples_of_keys_are_of_their_kind(name):
+    """No key without an example; quantities have the dimension of their key, choices are among those that are allowed."""
+    kinds = {kind.unit: kind for kind in vars(units).values() if isinstance(kind, units.Kind)}
+    schema = importlib.import_module(f"toolpoint.io.yaml.{keys.FILES[name][0]}").json_schema()
+    for part, entry in [(name, schema), *schema.get("$defs", {}).items()]:
+        for key, node in entry.get("properties", {}).items():
+            text = keys.example_of(part.removesuffix("Model"), key, node)
+            words = node.get("description", "").partition("a bare number is in ")[2].partition(";")[0]
+            choices = [word for choice in [node, *node.get("anyOf", ())] for word in choice.get("enum", ())]
+            if text and words in kinds:
+                units.quantity(float(text) if re.fullmatch(r"[\d.e+-]+", text) else text, kinds[words])
+            assert not (text and choices) or text in map(str, choices), (part, key, text)
 
 
 def test_every_command_has_its_help(tmp_path):

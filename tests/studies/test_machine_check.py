@@ -2,7 +2,7 @@
 
 import pytest
 
-from toolpoint.io import read_machine
+from toolpoint.io import read_machine, write_machine
 from toolpoint.io.template_files import read_template
 from toolpoint.studies.machines.check.machine_check import check_machine
 
@@ -53,3 +53,17 @@ def test_what_is_assumed_is_said(tmp_path):
     lines = "\n".join(checked(tmp_path, ("damping_ratio: 3 %", "# damping_ratio: 3 %"), ("table: work  #", "# table: work  #")
                               ).assumed)
     assert "no damping at all" in lines and "the work stands still" in lines and "no gravity" in lines
+
+
+@pytest.mark.parametrize(("place", "is_doubted"), [("at: [0, 0, 0]", False), ("", True)])
+def test_a_place_left_out_is_doubted_and_one_at_zero_is_not(place, is_doubted, tmp_path):
+    doubts = checked(tmp_path, ("at: [0, 0.1, 0]", place)).doubts
+    assert any(line.startswith("joints.feet: no place is given") for line in doubts) == is_doubted
+
+
+def test_a_place_survives_writing(tmp_path):
+    checked(tmp_path, ("at: [0, 0.1, 0]", ""))
+    machine = read_machine(tmp_path / "m.yaml")
+    assert not machine.description.joints["feet"].placed
+    write_machine(machine.description, tmp_path / "again.yaml")
+    assert read_machine(tmp_path / "again.yaml").description.joints["feet"].placed

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.stats import t as student
+from scipy.special import stdtrit
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative
 from toolpoint._notebook import NotebookText
@@ -50,7 +50,7 @@ class Calibration(NotebookText):
     @property
     def interval(self) -> FloatArray:
         """95 % confidence interval of every parameter, shape (p, 2)."""
-        half = student.ppf(0.975, self.freedom) * np.sqrt(np.diag(self.covariance))
+        half = stdtrit(self.freedom, 0.975) * np.sqrt(np.diag(self.covariance))
         return np.stack([self.values - half, self.values + half], axis=1)
 
     @property

@@ -174,7 +174,7 @@ def _joint(part: schema.JointModel, document: Document) -> d.JointDescription:
         loss if isinstance(loss, float) else _set(loss), part.free, part.stiffness_matrix, part.damping_matrix,
         part.elastic_at, part.closes_loop, part.parent_interface, part.child_interface, part.source, part.passive,
         {way: limits_of(f"limits.{way}", span, "r" in way) for way, span in part.limits.items()}, part.largest_tilt,
-        part.screws, None if part.law is None else describe(LawDescription, part.law))
+        part.screws, None if part.law is None else describe(LawDescription, part.law), part.at is not None)
     joint_law(joint)
     return joint
 
@@ -333,6 +333,7 @@ def write(description: d.MachineDescription, path: str | Path) -> None:
     data = {"toolpoint": schema.VERSION, **_lowered(description)}
     for joint in data["joints"].values():
         joint.update({"at": [0.0, 0.0, 0.0]} | joint.pop("frame", {}))
+        joint.pop("placed", None)
     for name, body in description.bodies.items():
         if body.spin is not None:
             data["bodies"][name]["spin"]["speed"] = f"{body.spin.speed * 30 / math.pi!r} rpm"

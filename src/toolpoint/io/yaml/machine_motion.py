@@ -108,9 +108,14 @@ def place_joints(document: Document, parts: dict[str, dict[str, Any]]) -> None:
         shared = _shared_place(part, parts["bodies"])
         if shared is not None:
             parts["joints"][name] = part.model_copy(update={"at": shared})
-        elif name in turned or _has_freedom(part):
+        elif not _hangs_on_ground(part) and (name in turned or _has_freedom(part)):
             document.fault(("joints", name), f"'at' is missing; where is joint {name}? Write at: [x, y, z] in the machine "
                                              "frame (m, or with a unit); parent and child share no frame that would tell")
+
+
+def _hangs_on_ground(part: schema.JointModel) -> bool:
+    """Whether a joint holds the machine to the ground: without a place it is at 0, 0, 0, which `check` questions."""
+    return part.parent == d.GROUND and not part.closes_loop
 
 
 def _drives(axis: schema.AxisModel) -> list[Any]:
@@ -123,9 +128,7 @@ def _has_freedom(part: schema.JointModel) -> bool:
 
 
 def _shared_place(part: schema.JointModel, bodies: dict[str, Any]) -> d.Vector | None:
-    """Return the origin of the frame that both bodies state alike; on the ground that of the child, which `check` questions."""
-    if part.parent == d.GROUND and not part.closes_loop:
-        return bodies[part.child].frame.at if part.child in bodies else None
-    frames = [bodies[body].frame.at for body in (part.parent, part.child)
-              if body in bodies and "frame" in bodies[body].model_fields_set]
-    return frames[0] if len(frames) == 2 and len(set(frames)) == 1 else None
+    """Return the origin of the frame that both bodies state alike, on the ground that of the child, None where none does."""
+    ends = (part.child,) if _hangs_on_ground(part) else (part.parent, part.child)
+    frames = [bodies[body].frame.at for body in ends if body in bodies and "frame" in bodies[body].model_fields_set]
+    return frames[0] if len(frames) == len(ends) and len(set(frames)) == 1 else None

@@ -128,6 +128,7 @@ class JointDescription:
     `closes_loop` marks a joint whose child already hangs on another joint. Free directions of joints on a loop, and those named
     `passive` (which may have springs), follow the loop at every pose, rotations in the order written; `limits` (m, rad) and
     `largest_tilt` (rad, between the z axes of both sides of a loop joint) say how far.
+    `placed` is false where a file says nowhere where the joint is, so that 0, 0, 0 is assumed.
     """
 
     parent: str
@@ -149,6 +150,7 @@ class JointDescription:
     largest_tilt: float | None = None
     screws: Matrix = ()
     law: LawDescription | None = None
+    placed: bool = field(default=True, compare=False)
 
 
 @dataclass(frozen=True)

@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.special import chdtri
 
 from toolpoint._check import FloatArray
 from toolpoint.modal_identification.basis import pole_terms, real_rows
@@ -101,7 +101,7 @@ def _agree(full: PoleFit, trial: PoleFit, spread: float) -> bool:
     least = 0.02 * np.linalg.eigvalsh(wide).min(axis=1, keepdims=True)
     turned = np.einsum("rij,ri->rj", vectors, moved)
     statistic = (turned**2 / np.maximum(size, least)).sum(axis=1)
-    return bool(statistic.max() < chi2.isf(LEVEL / full.poles.size, 2))
+    return bool(statistic.max() < chdtri(2, LEVEL / full.poles.size))
 
 
 def pole_covariance(fit: PoleFit) -> FloatArray:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint._rounding import with_uncertainty
 from toolpoint.modal_identification import Identification, cmif, mean_phase_deviation, mvmif, phase_collinearity
 from toolpoint.pages.measured.data_quality import with_phase_collinearity, with_quality_of_data
@@ -33,7 +35,8 @@ def identification_page(result: Identification, geometry: Geometry | None = None
         scene = Scene.of_points(geometry.points, geometry.lines)
         report = report.with_section("Mode shapes", ShapeView(scene, AnimatedShapes.from_modes(result.modes, geometry.points),
                                                               "modes", "Identified modes"))
-    report = _with_choice(report, result, geometry, command or f"toolpoint identify {' '.join(names)}")
+    command = _with_band(command or f"toolpoint identify {' '.join(names)}", result.frf.frequency)
+    report = _with_choice(report, result, geometry, command)
     report = report.with_section(
         "Sum of the responses, and mode indicators", Chart(
             sums_and_indicators(result, cmif(result.frf), mvmif(result.frf)),
@@ -101,6 +104,15 @@ def _table(result: Identification) -> Table:
     caption = ("Share: of the responses at its frequency that a mode moves, with neighbours that overlap and look like it. "
                "MPC: phase collinearity, 1 for a real shape; MPD: mean phase deviation.")
     return Table(header, rows, caption, digits=5)
+
+
+def _with_band(command: str, lines: FloatArray) -> str:
+    """Return the command with the band that was used where it names none, in the fewest digits that hold the same lines."""
+    if "--band" in command or lines.size < 2:
+        return command
+    digits = max(0, math.ceil(-math.log10(0.4 * float(np.diff(lines).min()))))
+    low, high = math.floor(lines[0] * 10**digits) / 10**digits, math.ceil(lines[-1] * 10**digits) / 10**digits
+    return f"{command} --band {low:.{digits}f}:{high:.{digits}f}"
 
 
 def _with_choice(report: Report, result: Identification, geometry: Geometry | None, command: str) -> Report:

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart, stability
@@ -39,7 +39,7 @@ class LimitSpread:
     @property
     def factor(self) -> float:
         """Half widths of 95 % intervals over standard deviations (Student)."""
-        return float(stats.t.ppf(0.975, self.samples - 1))
+        return float(stdtrit(self.samples - 1, 0.975))
 
     def ends(self, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both ends of the 95 % intervals of limits."""

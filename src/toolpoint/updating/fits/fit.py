@@ -13,7 +13,7 @@ from dataclasses import replace
 
 import numpy as np
 from scipy.optimize import OptimizeResult, least_squares
-from scipy.stats import chi2
+from scipy.special import chdtrc
 
 from toolpoint._check import BoolArray, FloatArray, fail, positive
 from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares, Regularised
@@ -160,7 +160,7 @@ def is_explained(result: ParameterFit, assumed: bool) -> bool:
     freedom = max(result.n_data - len(result.free), 1)
     if assumed:
         return result.chi_square <= _UNEXPLAINED * freedom
-    return bool(chi2.sf(result.chi_square, freedom) >= _IMPROBABLE)
+    return bool(chdtrc(freedom, result.chi_square) >= _IMPROBABLE)
 
 
 def _weights(problem: Problem) -> tuple[str, ...]:

@@ -8,13 +8,12 @@ from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
 from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
-from toolpoint.machine.description import GROUND, FrameDescription, JointDescription
+from toolpoint.machine.description import GROUND, JointDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.machines.check.law_doubts import question_laws
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
-NOWHERE = FrameDescription()
 ON_AN_ARM = 5e-4  # m, between an interface and the joint that holds it
 LEFT_OPEN = 1e-6  # of what an axis does to a loop
 
@@ -85,7 +84,7 @@ def far_joints(machine: Machine) -> list[Doubt]:
     for name, joint in machine.description.joints.items():
         place = np.array(joint.frame.at)
         spans = [_span(machine, body) for body in (joint.parent, joint.child) if body != GROUND]
-        if joint.parent_interface or joint.child_interface or joint.frame == NOWHERE or not spans:
+        if joint.parent_interface or joint.child_interface or not joint.placed or not _gives_way(joint) or not spans:
             continue
         gaps = [float(np.linalg.norm(np.maximum(0.0, np.abs(place - centre) - half))) for centre, half in spans]
         longest = max(2 * float(half.max()) for _, half in spans)
@@ -110,7 +109,12 @@ def _span(machine: Machine, name: str) -> tuple[FloatArray, FloatArray]:
     return tf.move(frame, centre[None])[0], np.abs(frame[:3, :3]) @ size / 2
 
 
+def _gives_way(joint: JointDescription) -> bool:
+    """Return whether it matters where a joint is: one that locks both bodies together may be anywhere."""
+    springs = joint.stiffness or joint.stiffness_matrix is not None or joint.law
+    return bool(springs or joint.free or joint.passive or joint.screws)
+
+
 def _is_out_of_place(joint: JointDescription) -> bool:
-    """Return whether a joint has springs and the place that stands where none is written."""
-    is_elastic = bool(joint.stiffness) or joint.stiffness_matrix is not None
-    return is_elastic and joint.parent_interface is None and joint.child_interface is None and joint.frame == NOWHERE
+    """Return whether a joint gives way, and no place is written."""
+    return _gives_way(joint) and joint.parent_interface is None and joint.child_interface is None and not joint.placed
