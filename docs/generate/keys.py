@@ -74,7 +74,8 @@ def example_of(part: str, key: str, entry: dict[str, Any]) -> str:
             return str(choice["enum"][0])
         if choice.get("type") == "boolean":
             return "true"
-    return ""
+    unit = entry.get("description", "").partition("a bare number is in ")[2].partition(";")[0]
+    return f"1 {unit}".removesuffix(" 1") if unit else ""
 
 
 def _limits(entry: dict[str, Any]) -> str:
