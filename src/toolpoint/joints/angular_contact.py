@@ -26,10 +26,10 @@ STEPS = 60
 class BearingDescription:
     """Angular-contact ball bearings of one type at places in the joint's frame, axis along `along`.
 
-    `preload` is the axial force of each at standstill; with `preload_by: force` (a spring, hydraulics) it is kept as the speed
-    grows, with `preload_by: distance` (rigid spacers) the rings keep their distance and the force grows. `directions` are
-    +1 or -1 for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius over the ball
-    diameter. With `follows: spin` the speed is that of the spinning body in place of `speed`.
+    `preload` is the axial force of each at standstill; with `preload_by: force` (a spring, hydraulics) it is kept as the
+    speed grows, with `preload_by: distance` (rigid spacers) the rings keep their distance and the force grows. `directions`
+    are +1 or -1 for each bearing: the way along the axis in which its inner ring is pushed. `groove` is the groove radius
+    over the ball diameter. With `follows: spin` the speed is that of the spinning body in place of `speed`.
     """
 
     at: tuple[Place, ...]
