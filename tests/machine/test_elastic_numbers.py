@@ -295,6 +295,17 @@ def test_a_mechanism_left_free_is_named():
     assert not any("0 Hz" in note for note in solve_modes(post_machine(), count=4).notes)
 
 
+@pytest.mark.parametrize("speed", [0.0, 2000.0])
+def test_modes_above_the_band_of_a_beam_are_doubted(speed):
+    result = solve_modes(spindle_machine(speed=speed), count=12)
+    beyond = result.frequency > SPINDLE.band
+    doubts = [note for note in result.notes if "2500 Hz" in note]
+    assert 0 < beyond.sum() < 12
+    assert doubts and doubts[0].startswith(f"modes {12 - beyond.sum() + 1} to 12: above 2500 Hz")
+    lower = solve_modes(spindle_machine(speed=speed), count=int(12 - beyond.sum()))
+    assert not any("2500 Hz" in note for note in lower.notes)
+
+
 def test_sensitivity_of_a_spinning_shaft_is_that_at_standstill():
     spinning, still = (study_sensitivity(spindle_machine(speed=speed), modes=4) for speed in (2000.0, 0.0))
     at = [spinning.paths.index(path) for path in still.paths]

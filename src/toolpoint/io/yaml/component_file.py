@@ -89,8 +89,7 @@ def _written_out(entry: int | str) -> list[int | str]:
 def read(path: str | Path) -> Components:
     """Return the components of a file; raises FileFaults with every fault."""
     document = parse(Path(path))
-    if document.data.get("toolpoint") != VERSION:
-        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    document.check_version(VERSION)
     part: ComponentFile | None = validate(ComponentFile, document.data, (), document=document)
     result = None if part is None else _components(part, document)
     if document.faults or result is None:

@@ -45,6 +45,15 @@ class Document:
         line, column = self.places.get(at, (1, 1))
         self.faults.append(Fault(line, column, ".".join(str(k) for k in key), message))
 
+    def check_version(self, version: int) -> None:
+        """Add a fault where the file's version is not the one that is read; one fault only where it states none."""
+        stated = self.data.get("toolpoint")
+        if stated is None:
+            self.fault(("toolpoint",), f"missing; write 'toolpoint: {version}' as the first line")
+            self.data["toolpoint"] = version
+        elif stated != version:
+            self.fault(("toolpoint",), f"file version {stated!r}; this program reads version {version}")
+
 
 @door("YAML file")
 def parse(path: Path) -> Document:

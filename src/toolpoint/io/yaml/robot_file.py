@@ -67,8 +67,7 @@ def _solid(name: str, part: RobotMember, folder: Path) -> SolidBody:
 
 def _read(path: Path) -> tuple[RobotDatasheet, CuttingDescription | None, Document]:
     document = parse(path)
-    if document.data.get("toolpoint") != VERSION:
-        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    document.check_version(VERSION)
     cutting = document.data.pop("cutting", None)
     part = None if cutting is None else validate(machine_schema.CuttingModel, cutting, ("cutting",), document=document)
     cut = None if part is None else cutting_of(part, document)

@@ -21,8 +21,7 @@ VERSION = 1
 def read(path: str | Path) -> ShaftDescription:
     """Return the shaft of a YAML file, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
-    if document.data.get("toolpoint") != VERSION:
-        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    document.check_version(VERSION)
     model: BaseModel | None = validate(model_of(ShaftDescription, version=True), document.data, (), document=document)
     shaft = None
     try:

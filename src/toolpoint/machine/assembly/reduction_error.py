@@ -9,10 +9,12 @@ from typing import TypeVar
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
 from toolpoint.machine.parts.model import Machine
+from toolpoint.substructuring.methods import REACH, SURE
 
 Described = TypeVar("Described", ElasticDescription, SolidBody)
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
@@ -41,6 +43,22 @@ def reduction_error(machine: Machine, pose: Mapping[str, float] | None = None, m
     count = min(len(here), len(there))
     held = there[:count] > STILL * there[:count].max(initial=0.0)  # what nothing holds is at 0 Hz in both
     return np.where(held, here[:count] / np.where(held, there[:count], 1.0) - 1, 0.0)
+
+
+def beyond_bands(machine: Machine, frequency: FloatArray) -> tuple[Doubt, ...]:
+    """Return a doubt about natural frequencies (Hz) above what a body of elements or matrices was reduced for."""
+    sure = {name: float(kind.band) if kind is body.beam else kind.band * REACH / SURE
+            for name, body in machine.description.bodies.items()
+            for kind in (body.elastic, body.solid, body.beam, body.matrices) if kind is not None}
+    if not sure:
+        return ()
+    name = min(sure, key=lambda body: sure[body])
+    first = int((frequency <= sure[name]).sum())
+    if first >= len(frequency):
+        return ()
+    which = f"modes {first + 1} to {len(frequency)}" if first + 1 < len(frequency) else f"mode {first + 1}"
+    return (Doubt(which, f"above {sure[name]:.4g} Hz, beyond which frequencies are too high and modes may be missing: body "
+                  f"{name} was reduced for a lower band", f"write a larger band for {name}, or leave these modes"),)
 
 
 def _enriched(elastic: Described) -> Described:

@@ -11,7 +11,7 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
-from toolpoint.machine.assembly.reduction_error import reduction_note
+from toolpoint.machine.assembly.reduction_error import beyond_bands, reduction_note
 from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
@@ -62,11 +62,12 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     at = dict(pose or {})
     uncertainty = machine_uncertainty(machine)
     spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
-    note = "" if fastest_spin(machine.description) else reduction_note(machine, at, min(count, 10))
     if fastest_spin(machine.description):
-        return MachineModes(machine, at, _frequencies(machine, at, count), spread, (note,) if note else ())
+        frequency = _frequencies(machine, at, count)
+        return MachineModes(machine, at, frequency, spread, beyond_bands(machine, frequency))
     shapes = body_shapes(machine, at, count)
-    notes = (*_mechanism_notes(shapes), *([note] if note else []))
+    note = reduction_note(machine, at, min(count, 10))
+    notes = (*_mechanism_notes(shapes), *beyond_bands(machine, shapes.frequency), *([note] if note else []))
     return MachineModes(machine, at, shapes.frequency, spread, notes, shapes.damping_ratio)
 
 

@@ -21,8 +21,7 @@ VERSION = 1
 def read(path: str | Path) -> PoleChoice:
     """Return the choice of a YAML file; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
-    if document.data.get("toolpoint") != VERSION:
-        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    document.check_version(VERSION)
     model: BaseModel | None = validate(model_of(PoleChoice, version=True), document.data, (), document=document)
     choice = None
     try:

@@ -22,8 +22,7 @@ VERSION = 1
 def read(path: str | Path) -> HammerTestDescription:
     """Return the hammer test of a YAML file, SI; raises FileFaults with every fault of the file."""
     document = parse(Path(path))
-    if document.data.get("toolpoint") != VERSION:
-        document.fault(("toolpoint",), f"file version {document.data.get('toolpoint')!r}; this program reads version {VERSION}")
+    document.check_version(VERSION)
     model: BaseModel | None = validate(model_of(HammerTestDescription, version=True), document.data, (), document=document)
     description = None if model is None else describe(HammerTestDescription, model)
     if description is not None and not any(part.files for part in description.records):
