@@ -20,6 +20,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.robot.datasheet import RobotDatasheet
 from toolpoint.machine.robot.gearing import AxisGearing, compute_gearing, reducers_of
 from toolpoint.machine.robot.model import bending_members, rigid_members, robot_machine
+from toolpoint.machine.robot.rotors import rotor_momenta, with_rotors
 from toolpoint.studies.robots.statics import BaseLoad, base_load, holding_torque, stop_loads, stop_time_for, stretch_arm
 from toolpoint.studies.text_table import text_table
 
@@ -33,7 +34,8 @@ class DatasheetStudy(NotebookText):
 
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
-    ways : the same with all members rigid, as beams, and by finite elements; differences : what does not follow or
+    ways : the same with all members rigid, as beams, and by finite elements; rotors : what their spin does to them, in words;
+    differences : what does not follow or
     does not agree, a line each; origins : what every number rests on.
     """
 
@@ -47,6 +49,7 @@ class DatasheetStudy(NotebookText):
     inertia: FloatArray
     frequency: FloatArray
     ways: Mapping[str, FloatArray]
+    rotors: str
     differences: tuple[str, ...]
     origins: tuple[tuple[str, str, str], ...]
 
@@ -79,7 +82,8 @@ class DatasheetStudy(NotebookText):
         best = list(self.ways)[-1]
         modes = text_table(f"Natural frequencies at the reference pose, Hz; in brackets the error against {best}",
                            ["mode", "as in the file", *self.ways], self.mode_rows())
-        return "\n".join([gearing, loads, modes, "Differences:", *(f"- {line}" for line in self.differences), origins])
+        lines = ["Differences:", *(f"- {line}" for line in self.differences)]
+        return "\n".join([gearing, loads, modes, self.rotors, *lines, origins])
 
     def _manual(self) -> list[tuple[str, Any]]:
         named = [("still", self.sheet.stillness), ("power-off stop", self.sheet.power_off)]
@@ -94,6 +98,7 @@ class DatasheetStudy(NotebookText):
                 "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
                 "frequency_hz": self.frequency.tolist(), "rigid_frequency_hz": self.rigid.tolist(),
                 "frequency_by_members_hz": {name: values.tolist() for name, values in self.ways.items()},
+                "rotors": self.rotors,
                 "differences": list(self.differences), "origins": [list(row) for row in self.origins]}
 
     def __repr__(self) -> str:
@@ -116,10 +121,23 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     still = base_load(arm, "at rest", pose, sheet=sheet)
     stops = tuple(stop_loads(arm, sheet, pose))
     inertia = np.diagonal(axis_mass_matrix(arm, pose)[0])
-    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(arm, sheet, pose), inertia,
-                          natural_frequencies(machine, {}, 4)[0], _by_members(sheet, description, finite_elements),
+    frequency = natural_frequencies(machine, {}, 4)[0]
+    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(arm, sheet, pose), inertia, frequency,
+                          _by_members(sheet, description, finite_elements), _rotors(sheet, description, frequency),
                           tuple(_differences(sheet, arm, gearing, pose, still)),
                           tuple(_origins(sheet, description)))
+
+
+def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: FloatArray) -> str:
+    """Return what the spin of the motors' rotors does to the natural frequencies at the axes' largest speeds."""
+    momenta = rotor_momenta(sheet)
+    if not momenta:
+        return "rotors: no placed motor has a known inertia; their gyroscopic part is not judged"
+    spun = natural_frequencies(build(with_rotors(description, sheet)), {}, 4)[0]
+    change = float(np.abs(spun / frequency - 1).max())
+    return (f"rotors: at the largest speeds of all axes their angular momenta reach {max(momenta.values()):.2g} N m s and change "
+            f"these frequencies by {change:.1e} of themselves" + ("; left out below" if change < 1e-4 else
+            "; put them in with machine.robot.rotors.with_rotors"))
 
 
 def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool) -> dict[str, FloatArray]:

@@ -40,7 +40,7 @@ _FINDINGS = (
     ("reducer of axis 3", "reducer of axis 3: 5.7 to 6.9 % less", lambda change: -0.09 < change < -0.04, ""),
     ("support bearings axes 2 and 3", "bearings at axes 2 and 3: the most, 13 % less (8 % in the abstract)",
      lambda change: change < -0.07,
-     "the bearings' stiffness is chosen (5e5 N m/rad of bending), and bending of these reducers is a small part of the error here"))
+     "the bearings' stiffness is chosen (5e5 N m/rad of bending); bending of these reducers is a small part of the error here"))
 
 
 @dataclass(frozen=True, eq=False)
