@@ -70,4 +70,4 @@ def test_fast_rotors_keep_the_balance_of_an_accuracy_run(sheet, machine):
 
 def test_the_study_says_that_they_do_not_matter(sheet, machine):
     words = study_datasheet(sheet, machine, finite_elements=False).rotors
-    assert "angular momenta reach 0.021 N m s" in words and words.endswith("left out below")
+    assert "momenta reach 0.021 N m s" in words and words.endswith("left out below")

@@ -134,8 +134,8 @@ def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: F
     if not momenta:
         return "rotors: no placed motor has a known inertia; their gyroscopic part is not judged"
     spun = natural_frequencies(build(with_rotors(description, sheet)), {}, 4)[0]
-    change = float(np.abs(spun / frequency - 1).max())
-    return (f"rotors: at the largest speeds of all axes their angular momenta reach {max(momenta.values()):.2g} N m s and change "
+    return (f"rotors: at the largest speeds of all axes their momenta reach {max(momenta.values()):.2g} N m s and change these "
+            f"frequencies by {change:.1e} of themselves" + ("; left out below" if change < 1e-4 else
             f"these frequencies by {change:.1e} of themselves" + ("; left out below" if change < 1e-4 else
             "; put them in with machine.robot.rotors.with_rotors"))
 
