@@ -134,10 +134,11 @@ def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: F
     if not momenta:
         return "rotors: no placed motor has a known inertia; their gyroscopic part is not judged"
     spun = natural_frequencies(build(with_rotors(description, sheet)), {}, 4)[0]
-    return (f"rotors: at the largest speeds of all axes their momenta reach {max(momenta.values()):.2g} N m s and change these "
-            f"frequencies by {change:.1e} of themselves" + ("; left out below" if change < 1e-4 else
-            f"these frequencies by {change:.1e} of themselves" + ("; left out below" if change < 1e-4 else
-            "; put them in with machine.robot.rotors.with_rotors"))
+    change = float(np.abs(spun / frequency - 1).max())
+    most = max(momenta.values())
+    words = (f"rotors: at the largest speeds of all axes their momenta reach {most:.2g} N m s and change these frequencies by "
+             f"{change:.1e} of themselves")
+    return words + ("; left out below" if change < 1e-4 else "; put them in with machine.robot.rotors.with_rotors")
 
 
 def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool) -> dict[str, FloatArray]:
