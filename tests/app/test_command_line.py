@@ -8,8 +8,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.sparse import csc_array
 
 from toolpoint.app.main import main
+from toolpoint.io.matrices import op4_writer
+from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
 from toolpoint.studies.machines.pose_map import PoseMap
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -180,3 +183,21 @@ def test_demos_are_listed_and_a_wrong_name_is_refused(capsys):
     assert "machining-centre" in capsys.readouterr().out
     assert run(["demo", "machining-center"]) == 2
     assert "did you mean 'machining-centre'" in capsys.readouterr().err
+
+
+def test_matrices_of_other_names_and_units(tmp_path, capsys):
+    """Two masses of 2 t on springs of 5 N/mm between them and to the ground: sqrt((3 -+ sqrt 5)/2 k/m)."""
+    k = csc_array(np.array([[10.0, -5], [-5, 5]]))
+    op4_writer.write(tmp_path / "m.op4", [LabelledMatrix(name, matrix) for name, matrix in (
+        ("SPRINGS", k), ("TONNES", csc_array(2.0 * np.eye(2))), ("OTHER", k))])
+    path = str(tmp_path / "m.op4")
+    assert run(["modes", path]) == 2
+    assert "--matrices KAA,MAA" in capsys.readouterr().err
+    assert run(["modes", path, "--matrices", "springs,tonnes", "--units", "mm-t-s", "--json"]) == 0
+    result = json.loads(capsys.readouterr().out)
+    omega = 2 * np.pi * np.array(result["frequency_hz"])
+    assert omega**2 == pytest.approx(5000 / 2000 * (3 + np.sqrt(5) * np.array([-1, 1])) / 2)
+    for words, message in ((["--matrices", "springs"], "two names"), (["--matrices", "springs,"], "two names")):
+        assert run(["modes", path, *words]) == 2
+        assert message in capsys.readouterr().err
+    assert run(["modes", MACHINE, "--units", "mm-t-s"]) == 2

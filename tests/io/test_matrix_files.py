@@ -85,6 +85,17 @@ def test_dmig_is_read_back_to_the_digits_of_its_fields(tmp_path):
     assert all(same(a.matrix, b.matrix) for a, b in zip(back, dmig.read(tmp_path / "b.pch"), strict=True))
 
 
+def test_dmig_numbers_hold_every_digit_that_fits():
+    """Sixteen characters always; whole where few digits say it, within half of the last digit that fits where not."""
+    rng = np.random.default_rng(2)
+    values = np.concatenate([rng.standard_normal(50) * 10.0 ** rng.integers(-320, 308, 50), [0.0, 1.5, -2e9, 2.0**-20, 1e-310]])
+    for value in values:
+        text = dmig._sixteen(float(value))
+        assert len(text) == 16 and abs(float(text.replace("D", "E")) - value) <= 5.1e-9 * abs(value)
+    for value in (1.5, -2e9, 2.0**-10, 123456.789012, 0.0):
+        assert float(dmig._sixteen(value).replace("D", "E")) == value
+
+
 def test_dmig_in_small_and_free_fields(tmp_path):
     (tmp_path / "a.bdf").write_text("DMIG,STIF,0,6,2,0\nDMIG,STIF,1,1,,1,1,2.5+3\n,2,1,-1.D0\n"
                                     "DMIG    STIF    2       1               2       1       3.\nENDDATA\n")

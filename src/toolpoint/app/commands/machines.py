@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import click
 
@@ -81,14 +81,20 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
 @POSE
 @click.option("--count", type=click.IntRange(1), default=12, show_default=True, help="How many of the lowest modes.")
 @click.option("--mass", "mass_file", type=FILE, help="Mass matrix, where MACHINE is a file of a stiffness matrix alone.")
+@click.option("--matrices", "names", metavar="K,M", help="Names of stiffness and mass in files that hold several matrices.")
+@click.option("--units", type=click.Choice(["m-kg-s", "mm-t-s"]), default="m-kg-s", show_default=True,
+              help="Of the matrices: newtons a metre and kilograms, or newtons a millimetre and tonnes.")
 @JSON
-def modes(machine: Path, pose: dict[str, float] | None, count: int, mass_file: Path | None, as_json: bool) -> None:
+def modes(machine: Path, pose: dict[str, float] | None, count: int, mass_file: Path | None, names: str | None,
+          units: Literal["m-kg-s", "mm-t-s"], as_json: bool) -> None:
     """Natural frequencies of a machine file at a pose, or of stiffness and mass matrices (.full, .op4, .pch, .mtx, .hb)."""
     from toolpoint.io.suffixes import MATRICES
 
     if mass_file is not None or machine.suffix.lower() in MATRICES:
-        _show_matrix_modes(machine, mass_file, count, as_json)
+        _show_matrix_modes(machine, mass_file, count, as_json, names=names, units=units)
         return
+    if names is not None or units != "m-kg-s":
+        raise click.UsageError(f"{machine} is a machine file: --matrices and --units are of files of matrices")
     from toolpoint.app.poses import machine_at
 
     with frame(None, as_json) as run:
@@ -100,12 +106,19 @@ def modes(machine: Path, pose: dict[str, float] | None, count: int, mass_file: P
     run.show(result)
 
 
-def _show_matrix_modes(stiffness: Path, mass: Path | None, count: int, as_json: bool) -> None:
+def _show_matrix_modes(stiffness: Path, mass: Path | None, count: int, as_json: bool, *, names: str | None,
+                       units: Literal["m-kg-s", "mm-t-s"]) -> None:
     from toolpoint.io import read_matrices
     from toolpoint.studies import solve_matrix_modes
 
     with frame(None, as_json) as run:
-        result = solve_matrix_modes(read_matrices(stiffness, mass), count)
+        pair = None
+        if names is not None:
+            first, comma, second = (word.strip() for word in names.partition(","))
+            if not comma or not first or not second or "," in second:
+                raise click.UsageError(f"--matrices {names!r}: must be two names with a comma between them, such as KAA,MAA")
+            pair = first, second
+        result = solve_matrix_modes(read_matrices(stiffness, mass, names=pair, units=units), count)
     run.show(result, result.notes)
 
 

@@ -75,8 +75,9 @@ def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | No
     else:
         fitting = list(matrices) if len(matrices) == 1 else [m for m in matrices if m.name.upper().startswith(marks)]
     if len(fitting) != 1:
-        raise ToolpointError(f"{path}: {len(fitting)} matrices for {name or ' or '.join(marks) + '...'} among {known}; must be "
-                             "one (give both names)")
+        what = f"called {name}" if name else f"whose name begins with {' or '.join(marks)}"
+        raise ToolpointError(f"{path}: {len(fitting) or 'no'} matrices {what} among {known}; must be one; give the names of "
+                             "stiffness and mass (--matrices KAA,MAA; names= in Python)")
     return fitting[0]
 
 
