@@ -21,6 +21,14 @@ def number_text(value: float, uncertainty: float | None = None, digits: int = DI
     return _fixed(value, _decimals(uncertainty))
 
 
+def text_below(value: float, digits: int = 3) -> str:
+    """Return the greatest number of so many significant digits that is not above a limit: what is stable stays stable."""
+    if not math.isfinite(value) or value <= 0:
+        return number_text(value, digits=digits)
+    step = 10.0 ** (math.floor(math.log10(value)) - digits + 1)
+    return number_text(math.floor(value / step * (1 + 1e-12)) * step, digits=digits)
+
+
 def with_uncertainty(value: float, uncertainty: float | None, unit: str = "") -> str:
     """Return ``922.4 ± 0.6 Hz``, both to the same decimal; an uncertainty that is not finite is said to be unknown."""
     tail = f" {unit}" if unit else ""

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from toolpoint._rounding import number_text, uncertainty_text, with_uncertainty
+from toolpoint._rounding import number_text, text_below, uncertainty_text, with_uncertainty
 
 
 @pytest.mark.parametrize(("value", "half", "text"), [
@@ -27,3 +27,9 @@ def test_rounding_loses_less_than_the_uncertainty(value, half):
 def test_numbers_without_one_have_four_digits():
     assert [number_text(v) for v in (0.0, 2.5, 12345.6, 1e7, math.nan, math.inf)] == [
         "0", "2.500", "12346", "1e+07", "none", "unlimited"]
+
+
+@given(st.floats(1e-3, 1e5), st.integers(2, 5))
+def test_a_limit_is_never_rounded_up(value, digits):
+    shown = float(text_below(value, digits))
+    assert shown <= value * (1 + 1e-9) and value - shown <= 1.01 * 10.0 ** (math.floor(math.log10(value)) - digits + 1)

@@ -27,6 +27,11 @@ def text(lines: str) -> None:
     OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
 
 
+def suggest(*commands: str) -> None:
+    """Say which commands come next."""
+    text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
+
+
 def warning(message: str) -> None:
     """Print a warning beside the result."""
     from toolpoint.app.terminal import ERR

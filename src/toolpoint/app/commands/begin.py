@@ -38,7 +38,7 @@ def new(kind: str, file: Path | None, template: str, listed: bool) -> None:
         raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
     path = write_template(file or Path(f"{kind}.yaml"), kind, template)
     console.text(f"Written: {path}")
-    console.text("Next: " + "; ".join(f"toolpoint {words.format(path)}" for words in NEXT[kind]))
+    console.suggest(*(words.format(path) for words in NEXT[kind]))
 
 
 @click.command()
@@ -84,3 +84,4 @@ def _check_machine(path: Path, mass: float | None, as_json: bool) -> None:
         click.echo(json.dumps(checked.to_dict()))
         return
     console.text(checked.table())
+    console.suggest(f"report {path}")

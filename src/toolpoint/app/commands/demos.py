@@ -52,6 +52,10 @@ def demo(name: str, listed: bool, full: bool, output: Path) -> None:
     if full and chosen.full is None:
         fail("--full", name, "has one length only")
     (chosen.full if full and chosen.full is not None else chosen.run)(output)
+    if name == DEFAULT:
+        from toolpoint.app import console
+
+        console.suggest("demo --list", "new machine my_machine.yaml --template three-axis-vertical")
 
 
 def run_machining_centre(output: Path) -> None:

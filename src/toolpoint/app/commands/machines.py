@@ -74,6 +74,18 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     for result in results:
         console.text(result.table())
     run.show_rest(notes)
+    if built is not None:
+        console.suggest(*_next(built, str(machine)))
+
+
+def _next(machine: Any, file: str) -> list[str]:
+    """Return the commands that look at the machine elsewhere: over its first axis, and at the end of its travel."""
+    axis = next((axis for axis in machine.chain.axes if abs(axis.lower) + abs(axis.upper) < 1e3), None)
+    if axis is None:
+        return [f"sensitivity {file}"]
+    low, high = (axis.words(end).replace(" ", "") for end in (axis.lower, axis.upper))
+    lobes = [] if machine.description.cutting is None else [f"lobes {file} --pose {axis.name}={high}"]
+    return [f"map {file} --axis {axis.name}={low}:{high}:21", *lobes]
 
 
 @click.command()

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
 from toolpoint.pages.cuts.cut_words import inside
@@ -45,7 +45,7 @@ def _answer(result: ChatterMap) -> str:
         f"no limit to {number_text(1e3 * float(np.nanmin(result.depth_max)), digits=3)} mm at {result.speeds[at]:.0f} rev/min"
     if not np.isfinite(worst.depth):
         return "No limit was found at any pose."
-    return (f"{number_text(1e3 * worst.depth, digits=3)} mm is stable at every pose, feed direction and charted speed; "
+    return (f"{text_below(1e3 * worst.depth)} mm is stable at every pose, feed direction and charted speed; "
             f"worst is {pose_words(worst.pose, result.angles)}, feed at {angle_words(worst.feed_angle)}, "
             f"{worst.speed:.0f} rev/min, where chatter begins at {worst.frequency:.0f} Hz. The speed that is best everywhere "
             f"allows {best}.")

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.plot import Chart, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.vibration import Dof, Frf
@@ -47,17 +48,23 @@ def dynamics_parts(plane: PlaneDynamics) -> list[Chart | Table | str]:
     return parts
 
 
-def limit_sentence(chart: StabilityChart, *, width: bool = False) -> str:
-    """Return what is stable at every charted speed, and where it is least, in a sentence."""
+def limit_sentence(chart: StabilityChart, lowest: LowestLimit | None = None, *, width: bool = False) -> str:
+    """Return what is stable at every charted speed, and where it is least, in a sentence.
+
+    The depth is below the limit by the stated error, and rounded down; with the `lowest` limit it holds between the speeds too.
+    """
     what, low, high = "width" if width else "depth", chart.speeds.min(), chart.speeds.max()
     span = f"from {low:.0f} to {high:.0f} rev/min"
     limit = chart.limit
     if not np.isfinite(limit).any():
         return f"No limit was found {span}: every {what} up to {number_text(1e3 * chart.depth_max, digits=3)} mm is stable."
+    if lowest is not None and np.isfinite(lowest.depth):
+        return (f"A {what} of {text_below(1e3 * (lowest.depth - lowest.error))} mm is stable at every speed {span}; the limit "
+                f"is least at {lowest.speed:.0f} rev/min; above it chatter begins at {lowest.frequency:.0f} Hz.")
     at = int(np.argmin(limit))
     point = int(chart.limit_points()[at])
     above = f"; above it chatter begins at {chart.frequency[point]:.0f} Hz" if point >= 0 else ""
-    return (f"A {what} of {number_text(1e3 * float(limit[at]), digits=3)} mm is stable at every charted speed {span}; "
+    return (f"A {what} of {text_below(1e3 * float(chart.sure_limit.min()))} mm is stable at every charted speed {span}; "
             f"the limit is least at {chart.speeds[at]:.0f} rev/min{above}.")
 
 
@@ -69,7 +76,7 @@ def depth_answers(chart: StabilityChart) -> list[str]:
         if not np.isfinite(limit[i]):
             answers.append(f"{speed:.0f} rev/min: no limit found up to {number_text(1e3 * chart.depth_max, digits=3)} mm.")
             continue
-        words = f"{speed:.0f} rev/min: stable up to {number_text(1e3 * float(limit[i]), digits=3)} mm"
+        words = f"{speed:.0f} rev/min: stable up to {text_below(1e3 * float(limit[i]))} mm"
         words += f", chatter above at {chart.frequency[points[i]]:.0f} Hz" if points[i] >= 0 else ""
         bands = [f"{1e3 * a:.3g} to {'the end of the chart' if b >= chart.depth_max else f'{1e3 * b:.3g} mm'}"
                  for a, b in chart.intervals(i) if a > 0]

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
@@ -23,7 +23,7 @@ from toolpoint.plot.figures.cuts.cutting import (
 )
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.cuts.probability import importance_chart, probability_chart
-from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy
+from toolpoint.studies.cuts.lobes_study import ADVICE, LobesStudy, is_long
 from toolpoint.studies.cuts.uncertain_cut import CONTRADICTED, Uncertainty, contradictions
 
 
@@ -43,14 +43,16 @@ def lobes_page(result: LobesStudy, warnings: Sequence[str] = ()) -> Report:
 def _answer(result: LobesStudy) -> str:
     """Return what is stable at every speed, with its interval where one is known, and the best cut."""
     chart, best = result.chart, from_chart(result.chart)
-    words = limit_sentence(chart)
+    words = limit_sentence(chart, result.lowest)
     if result.spread is not None and np.isfinite(chart.limit).any():
         half = result.spread.factor * result.spread.lowest
         low, high = (1e3 * float(np.min(chart.limit)) * np.exp(sign * half) for sign in (-1, 1))
         words += f" Its 95 % interval from the machine's identified numbers: {number_text(low, digits=3)} to " \
                  f"{number_text(high, digits=3)} mm."
-    return words + (f" The best cut with a margin: {number_text(1e3 * best.depth, digits=3)} mm at {best.speed:.0f} rev/min."
-                    if best.depth > 0 else "")
+    if best.depth <= 0:
+        return words
+    edge = ", if its edges are so long" if is_long(result.problem, best.depth) else ""
+    return f"{words} The best cut with a margin: {text_below(1e3 * best.depth)} mm at {best.speed:.0f} rev/min{edge}."
 
 
 def _rests(result: LobesStudy) -> list[str]:
@@ -69,7 +71,7 @@ def _with_chart(report: Report, result: LobesStudy) -> Report:
     top = None if np.isfinite(chart.limit).any() else chart.depth_max  # nothing to scale the chart by
     figure = stability_chart([intervals_of(chart), StabilityCurve(chart.speeds, chart.limit, "first limit")], max_depth=top,
                            points=[(best.speed, best.depth, "best cut, with some margin")])
-    start = float(best.speed if best.depth > 0 else np.median(chart.speeds))
+    start = round(best.speed if best.depth > 0 else np.median(chart.speeds))
     lookup = Lookup("How deep at my speed", "rev/min", chart.speeds.tolist(), chart.limit.tolist(), depth_answers(chart), start,
                     "depth")
     parts: list[Chart | ClickedSeries]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._rounding import number_text
+from toolpoint._rounding import text_below
 from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.pages.cuts.cut_words import depth_answers, dynamics_parts, limit_sentence, plane_words
@@ -48,7 +48,7 @@ def _answer(result: TurningStudy) -> str:
     limit = result.limit
     words = limit_sentence(result.chart, width=True)
     if limit is not None and np.isfinite(limit.width):
-        words += f" Below {number_text(1e3 * limit.width, digits=3)} mm it is stable at any speed at all."
+        words += f" Below {text_below(1e3 * limit.width)} mm it is stable at any speed at all."
     return words
 
 

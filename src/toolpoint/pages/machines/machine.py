@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.machine import Machine
@@ -51,8 +51,8 @@ def answer(result: MachineReport) -> str:
     finite = [limit for limit in result.lowest if np.isfinite(limit.depth)]
     if finite:
         least = min(finite, key=lambda limit: limit.depth)
-        words += (f". In the cut of the file {number_text(1e3 * least.depth, digits=3)} mm is stable at every charted speed "
-                  f"and pose (least at {least.speed:.0f} rev/min)")
+        words += (f". In the cut of the file {text_below(1e3 * (least.depth - least.error))} mm is stable at every charted "
+                  f"speed and pose (least at {least.speed:.0f} rev/min)")
     return words + ". Computed from the numbers of the file, without an interval."
 
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint._rounding import number_text
+from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import build
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
@@ -58,7 +58,7 @@ def limit_words(limit: FloatArray, speeds: FloatArray, top: float) -> str:
     if not np.isfinite(limit).any():
         return f"No limit was found up to {number_text(1e3 * top, digits=3)} mm."
     at = int(np.argmin(limit))
-    return f"Straight from the data {number_text(1e3 * float(limit[at]), digits=3)} mm is stable at every charted speed " \
+    return f"Straight from the data {text_below(1e3 * float(limit[at]))} mm is stable at every charted speed " \
            f"(least at {speeds[at]:.0f} rev/min)."
 
 

@@ -15,6 +15,7 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import number_text
 from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting.advice.best_speed import from_chart
 from toolpoint.cutting.advice.probability import ProbabilityChart
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
 from toolpoint.cutting.simulation.verdict import run_until_decided
@@ -27,6 +28,7 @@ from toolpoint.studies.machines.tool_point import deep_chart
 from toolpoint.studies.text_table import text_table
 
 THINNEST, THICKEST = 1e-6, 0.1  # m, limits that are believed
+LONG = 1.5  # edges over diameter that most end mills have
 RUN_ON_STEPS = 1_000_000  # steps up to which an undecided cut of the grid is run on
 FEED = 1e-4  # m, feed per tooth of simulations where none is given
 ADVICE = ("", "rev/min", "depth mm", "why")
@@ -128,9 +130,18 @@ def chart_lobes(dynamics: ToolDynamics, values: Mapping[str, Any] | None = None,
         notes = [spread.words(float(np.min(chart.limit))), *notes]
     advice = advice_rows(chart, sampled, uncertainty)
     doubts = doubtful_limits(chart)
+    best = from_chart(chart)
+    if is_long(problem, best.depth):
+        notes = [f"the best cut is {1e3 * best.depth:.3g} mm deep, {best.depth / (2 * problem.tool.radius):.2g} times the "
+                 "tool's diameter: only for edges that are so long", *notes]
     chart = replace(chart, notes=tuple(dict.fromkeys([*doubts, *notes, *chart.notes])))
     rows = tuple(tuple(row) for row in advice)
     return LobesStudy(problem, chart, rows, tuple(doubts), tuple(runs), sampled, uncertainty, lowest, spread)
+
+
+def is_long(problem: MillingProblem, depth: float) -> bool:
+    """Return whether a depth asks for longer edges than most tools of the diameter have."""
+    return depth > LONG * 2 * problem.tool.radius
 
 
 def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMethod | None) -> StabilityChart:

@@ -10,7 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint._rounding import with_uncertainty
+from toolpoint._rounding import text_below, with_uncertainty
 from toolpoint.cutting import StabilityChart
 from toolpoint.cutting.stability.lowest import LowestLimit
 from toolpoint.cutting.stability.method import StabilityMethod
@@ -54,7 +54,7 @@ class MachineReport(NotebookText):
         """Return a line on the depth that is stable at every speed of the chart, also between its lines, for every pose."""
         lines = []
         for pose, chart, lowest in zip(self.study.poses if self.study else (), self.charts, self.lowest, strict=False):
-            depth = (f"{with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, 'mm')} (least at {lowest.speed:.0f} rev/min)"
+            depth = (f"{_depth(lowest)} (least at {lowest.speed:.0f} rev/min)"
                      if np.isfinite(lowest.depth) else f"above {1e3 * chart.depth_max:.3g} mm")
             lines.append(f"Stable at every speed from {chart.speeds.min():.0f} to {chart.speeds.max():.0f} rev/min, "
                          f"{pose_words(self.machine, pose)}: {depth}")
@@ -66,6 +66,13 @@ class MachineReport(NotebookText):
         return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing), "stable_at_every_speed_m": [
             limit if np.isfinite(limit) else None for limit in limits],
             "limit_error_m": [limit.error for limit in self.lowest]}
+
+
+def _depth(lowest: LowestLimit) -> str:
+    """Return a limit in words: rounded down to four digits where its numerical error is below them, else with its error."""
+    if lowest.error < 5e-4 * lowest.depth:
+        return f"{text_below(1e3 * (lowest.depth - lowest.error), 4)} mm"
+    return with_uncertainty(1e3 * lowest.depth, 1e3 * lowest.error, "mm")
 
 
 def study_modes(machine: Machine, pose: Pose | None = None) -> MachineReport:
