@@ -1,5 +1,7 @@
 """A body that `joints` calls bent is replaced by an elastic one in its machine file; the truth is all its finite elements."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.sparse import csc_array
@@ -61,14 +63,18 @@ def test_a_column_that_bends_is_replaced_by_an_elastic_one(tmp_path):
     shape = truth.vectors[model.coordinates_of(nodes)]
     shape = shape + 2e-3 * np.abs(shape).max(axis=0) * rng.standard_normal(shape.shape)
     dofs = tuple(Dof(int(n) + 1, way) for n in nodes for way in ("+x", "+y", "+z"))
-    # The two lowest modes: with higher ones the ends bend so far that they look like points of another body.
-    measured = Modes(truth.frequency[:2], np.full(2, 0.01), shape[:, :2], dofs)
+    measured = Modes(truth.frequency[:6], np.full(6, 0.01), shape[:, :6], dofs)
     geometry = Geometry({int(n) + 1: model.nodes[n] for n in nodes}, [])
     mass = model.mass_properties
     components = Components("its test", ("ground", "column"), {"column": [int(n) + 1 for n in nodes]})
     with pytest.warns(ToolpointWarning, match="doubtful at column"):
         result = study_joints(measured, geometry, components)
     assert "column bends in mode" in result.table() and "elastic in the machine file" in result.table()
+    assert "do not move with" not in result.table()
+    with pytest.warns(ToolpointWarning, match="doubtful at column"):
+        turned = study_joints(replace(measured, shape=measured.shape * np.where(np.arange(len(dofs)) == 21, -1, 1)[:, None]),
+                              geometry, components)
+    assert f"points [{dofs[21].point}] do not move with column (left out of the fit)" in turned.table()
 
     (tmp_path / "rigid.yaml").write_text(rigid(mass))
     stiff = solve_undamped(assemble(read_machine(tmp_path / "rigid.yaml"))).frequency[:6]

@@ -128,7 +128,7 @@ def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArr
     """Return (share of the motion, p-value) of the smooth deformation of every column; NaN with too few rows."""
     count = part.values.shape[1]
     share, chance = np.zeros(count), np.ones(count)
-    shapes = _deformations(part)
+    shapes = deformations(part)
     for i in range(count):
         w = weights[:, i, None]
         y = part.values[:, i] * w[:, 0]
@@ -153,13 +153,28 @@ def _bending(part: Component, weights: FloatArray) -> tuple[FloatArray, FloatArr
     return share, chance
 
 
-def _deformations(part: Component) -> FloatArray:
+def deformations(part: Component) -> FloatArray:
     """Return the smooth deformations seen by the measured displacements: six strains, bending along the longest axis."""
-    centred = (part.places - part.centre) / part.size
-    along = centred @ np.linalg.svd(part.at - part.centre, full_matrices=False)[2][0]
+    centred, along = _lengthwise(part)
     strains = []
     for i in range(3):
         for j in range(i, 3):
             strains.append(part.ways[:, i] * centred[:, j] + (part.ways[:, j] * centred[:, i] if j > i else 0))
     bends = [part.ways[:, i] * along**2 for i in range(3)]
     return np.stack(strains + bends, axis=1)
+
+
+def beam_deformations(part: Component, order: int) -> FloatArray:
+    """Return what the measured displacements see of a beam along the longest axis, (n_rows, 6 order): its sections shift and
+    turn by powers of the place, shifts to one power above that of the turns, as those of a slender beam do."""
+    centred, along = _lengthwise(part)
+    shifts = [part.ways[:, i] * along**power for power in range(2, order + 2) for i in range(3)]
+    turned = np.cross(centred, part.ways)
+    turns = [turned[:, i] * along**power for power in range(1, order + 1) for i in range(3)]
+    return np.stack(shifts + turns, axis=1)
+
+
+def _lengthwise(part: Component) -> tuple[FloatArray, FloatArray]:
+    """Places from the centre, and along the longest axis, in units of the component's size."""
+    centred = (part.places - part.centre) / part.size
+    return centred, centred @ np.linalg.svd(part.at - part.centre, full_matrices=False)[2][0]

@@ -3,31 +3,59 @@ r"""Points that do not move with their component: wrongly grouped, wrongly place
 The rigid motion is fitted again with the sum of the points' residual lengths as aim (iteratively reweighted least squares,
 one weight a point for all modes), which a minority of wrong points cannot bend; a point is a stranger where its residual,
 measured by the median residual of each mode, is too large for noise (chi-squared, divided among all points).
+Points at the ends of a body that bends stand out in the same way: where smooth deformations of the whole component leave no
+point that stands out, there is no stranger, and where they leave some, these are; but only where the other points bend too.
 Source: Huber, Ronchetti, Robust Statistics, 2nd ed., chapter 7.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from scipy import stats
 
-from toolpoint._check import FloatArray
+from toolpoint._check import BoolArray, FloatArray
 from toolpoint.joint_identification.measured import Component, Point, about
+from toolpoint.joint_identification.rigid_motion import beam_deformations, deformations, rigid_motion
 
 # Median of the absolute value of a standard normal variable.
 _MEDIAN = 0.6744898
+_ORDER, _ROWS_EACH = 3, 2.5  # of smooth deformations, and the rows for each of them that are needed to ask for them
 
 
 def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) -> tuple[Point, ...]:
-    """Return the points that move unlike the rest of their component.
+    """Return the points that move unlike the rest of their component, be that rigid or bending smoothly as a whole.
 
     `significance` is the probability of naming any point of a rigid component; a residual below `floor` of the
     component's rms motion never counts (gains of sensors agree within a few per cent, not better).
     """
     if len(part.points) < 5:
         return ()
+    rigid = part.rows @ about(part.centre, part.size)
+    outside = _outside(part, rigid, significance, floor)
+    if outside.any() and len(rigid) >= _ROWS_EACH * 6 * (_ORDER + 2) and _rest_bends(part, outside, significance):
+        basis, size, _ = np.linalg.svd(np.concatenate([rigid, deformations(part), beam_deformations(part, _ORDER)], axis=1),
+                                       full_matrices=False)
+        smooth = basis[:, size > 1e-6 * size[0]]
+        outside &= _outside(part, smooth, significance, floor)
+    return tuple(part.points[i] for i in np.flatnonzero(outside))
+
+
+def _rest_bends(part: Component, outside: BoolArray, significance: float) -> bool:
+    """Whether the component bends without these points too: points of another component leave a rigid one behind."""
+    rows = ~outside[part.owner]
+    owner = (np.cumsum(~outside) - 1)[part.owner[rows]]
+    rest = replace(part, points=tuple(point for point, out in zip(part.points, outside) if not out), at=part.at[~outside],
+                   rows=part.rows[rows], places=part.places[rows], ways=part.ways[rows], owner=owner, values=part.values[rows],
+                   variance=None if part.variance is None else part.variance[rows])
+    return bool(rigid_motion(rest).bends(significance).any())
+
+
+def _outside(part: Component, rows: FloatArray, significance: float, floor: float) -> BoolArray:
+    """Whether each point stands out of the robust fit of these rows."""
     weights = np.ones_like(part.values) if part.variance is None else 1 / np.sqrt(part.variance)
-    error = _robust_error(part, weights)
+    error = _robust_error(part, rows, weights)
     scale = np.median(np.abs(error), axis=0) / _MEDIAN
     scale = np.where(scale > 0, scale, 1.0)
     square = _per_point(part, (error / scale) ** 2)
@@ -35,13 +63,12 @@ def strangers(part: Component, significance: float = 1e-6, floor: float = 0.03) 
     motion = np.where(part.motion > 0, part.motion, 1.0)
     size = np.sqrt(_per_point(part, (error / weights / motion) ** 2) / many)
     # The scale itself is uncertain: an F-distribution with the rows of one column as its degrees of freedom.
-    chance = stats.f.sf(square / many, many, max(0.37 * (len(error) - 6), 1))
-    return tuple(part.points[i] for i in np.flatnonzero((chance < significance / len(part.points)) & (size > floor)))
+    chance = stats.f.sf(square / many, many, max(0.37 * (len(error) - rows.shape[1]), 1))
+    return np.asarray((chance < significance / len(part.points)) & (size > floor))
 
 
-def _robust_error(part: Component, weights: FloatArray) -> FloatArray:
-    """Return the weighted residuals (n_rows, n_columns) of the robust rigid motion, less their pull on the fit."""
-    rows = part.rows @ about(part.centre, part.size)
+def _robust_error(part: Component, rows: FloatArray, weights: FloatArray) -> FloatArray:
+    """Return the weighted residuals (n_rows, n_columns) of the robust fit of these rows, less their pull on the fit."""
     trust = np.ones(len(part.points))
     error = np.zeros_like(part.values)
     for _ in range(30):
