@@ -155,3 +155,15 @@ def test_lobes_of_overdamped_joints_say_their_method(robot):
     assert (study.modes.damping_ratio >= 1).any()
     notes = lobes(study, speeds=np.array([6000.0]))[0].notes
     assert any("usual error" in note for note in notes)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["static", "dynamic"])
+def test_stiffness_over_places_where_the_number_of_poles_changes(robot, kind):
+    """Dampers of joints make some modes real at some poses only; each pose alone gives the same."""
+    grid = place_grid({"x": np.linspace(0.35, 0.55, 3), "z": np.linspace(0.1, 0.4, 2)})
+    result = map_places(robot, grid, PlaceQuantity(kind), point="wrist")
+    values = result.values.reshape(-1, result.values.shape[-1])[result.reach.reached]
+    assert np.isfinite(values).all() and (values > 0).all()
+    alone = PlaceQuantity(kind).at_poses(robot, [pose for pose in result.reach.poses if pose is not None][3:4])
+    assert np.allclose(values[3], alone[0], rtol=1e-12)

@@ -5,11 +5,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from study_functions import DeadlyMetric
 
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.description.variation import Factor, Option, Swap, resting_shares, vary
 from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.studies.execute import Dask
 from toolpoint.studies.screening.designs import (
     fractional_factorial,
     full_factorial,
@@ -161,3 +163,18 @@ def test_fast_frequencies_are_those_of_the_full_model(robot):
 def test_bad_input(robot, call, words):
     with pytest.raises(ToolpointError, match=words):
         call(robot)
+
+
+@pytest.mark.slow
+@pytest.mark.cluster
+@pytest.mark.filterwarnings("ignore")
+def test_a_killed_worker_leaves_the_same_table(robot, tmp_path, monkeypatch):
+    """One of two Dask workers dies within the screening; then a run that resumes what it kept."""
+    monkeypatch.setenv("PYTHONPATH", f"{Path(__file__).parents[1] / 'studies'}:{Path(__file__).parents[2] / 'src'}")
+    design = full_factorial(SPRINGS, 3)
+    plain = screen(robot, design, DeadlyMetric(""))
+    shared = screen(robot, design, DeadlyMetric(str(tmp_path / "died")), engine=Dask(2), folder=tmp_path / "kept",
+                    chunk_seconds=0.01)
+    assert (tmp_path / "died").exists()
+    again = screen(robot, design, DeadlyMetric(str(tmp_path / "died")), folder=tmp_path / "kept")
+    assert plain.table() == shared.table() == again.table() and plain.to_dict() == shared.to_dict() == again.to_dict()

@@ -63,3 +63,17 @@ class Deadly:
         if abs(static(problem.plane) - self.at) < 1e-12 * self.at:
             os.kill(os.getpid(), signal.SIGKILL)
         return ZeroOrder().solve(problem, speeds, depth_max)
+
+
+@dataclass(frozen=True)
+class DeadlyMetric:
+    """A metric of machines that kills its worker once, at the machine as it is, and then answers: two spring rates."""
+
+    marker: str
+
+    def __call__(self, machine):
+        rates = [machine.value(f"joints.joint_q{i}.stiffness.rz") for i in (1, 2)]
+        if self.marker and rates == [1.2e5, 1e5] and not Path(self.marker).exists():
+            Path(self.marker).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return {"sum": sum(rates), "product": rates[0] * rates[1]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from toolpoint._rounding import number_text
-from toolpoint.plot import Cell, Listing, Report, Table
+from toolpoint.plot import Cell, Listing, Notes, Report, Table
 from toolpoint.studies.robots.datasheet_study import DatasheetStudy
 
 
@@ -27,7 +27,7 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
                                                     for part, what, origin in result.origins])
     report = report.with_doubts(*result.differences)
     report = report.with_section("Gear ratios and torques", gearing).with_section("Forces on the base", base)
-    report = report.with_section("Natural frequencies", modes)
+    report = report.with_section("Natural frequencies", modes, Notes([result.rotors], "note", "Rotors of the motors"))
     report = report.with_section("What the numbers rest on", origins).with_assumptions(
         *result.sheet.assumptions, "Modes are those at the reference pose, without damping.")
     return report.with_section("File", Listing(name, text))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from toolpoint.pages.remarks import with_remarks
 from toolpoint.pages.robots.accuracy import accuracy_page
@@ -14,9 +15,28 @@ from toolpoint.plot.figures.machines.pose_map import frequency_curves
 from toolpoint.studies.screening.robot_demo import SPEEDS, RobotDemo
 
 
+def answer_of(result: RobotDemo) -> str:
+    """Return where the robot mills most evenly, how well, and which change of the screened ones helps most."""
+    best, screening = result.search.best, result.screening.screening
+    error = screening.metric("position error")[0]
+    change = error / error[0] - 1
+    most = int(change.argmin())
+    start, end = (" ".join(f"{1e3 * v:.0f}" for v in place) for place in (best.start, best.end))
+    return (f"The wrist's most even 200 mm run from ({start}) to ({end}) mm: {best.total:.2g} Hz over four modes from "
+            f"{result.datasheet.frequency[0]:.3g} Hz on. A side of 200 mm is milled with a mean error of "
+            f"{1e6 * result.accuracy.position_error:.2g} \u00b5m; of {len(change) - 1} changes screened, "
+            f"{screening.design.words(most)} helps most, {100 * change[most]:+.1f} %.")
+
+
 def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequence[str] = ()) -> Report:
     """Return the page of the demo; `text` is the datasheet's file."""
     report = robot_page(result.datasheet, text, name)
+    report = replace(report, title=f"{result.datasheet.sheet.name}: from its datasheet to what to change",
+                     summary=answer_of(result), sections=())
+    first = robot_page(result.datasheet, text, name).sections
+    report = report.with_section("The source's conclusions", Notes(result.findings(), "note", "Agree or differ"))
+    for section in first:
+        report = report.with_section(section.title, *section.parts)
     limit = 1e3 * result.chart.limit[:, None]
     parts = [place_page(result.map, result.search, "wrist centre, tool along x"), accuracy_page(result.accuracy, 2),
              screening_page(result.screening, "23 variants")]
@@ -29,5 +49,4 @@ def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequen
             report = report.with_section("Stable depths", Chart(frequency_curves(
                 SPEEDS, limit, axis="spindle speed", unit="rev/min", names=["limit"], quantity="Stable depth, mm")),
                 "In the middle of the source's region; zero-order method, depth up to the chart's end where no limit is drawn.")
-    report = report.with_section("The source's conclusions", Notes(result.findings(), "note", "Agree or differ"))
     return with_remarks(report, list(warnings))

@@ -111,7 +111,9 @@ class PlaceQuantity:
             # Where no limit lies within the charted depth the cut is stable up to there: that depth bounds it from below.
             limit = np.where(np.isnan(result.limit), result.depth_max[..., None, None], result.limit)
             return 1e3 * limit.min(axis=-1)
-        blocks = [poses[i:i + 64] for i in range(0, len(poses), 64)]
+        # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
+        size = 1 if machine.description.damping_ratio is None else 64
+        blocks = [poses[i:i + size] for i in range(0, len(poses), size)]
         lines = np.array([0.0, 1.0])
         return 1e-6 * np.concatenate([stiffness_rows(tool_point(machine, block, lines), self.kind)[:, :6] for block in blocks])
 
