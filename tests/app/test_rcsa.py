@@ -7,6 +7,8 @@ import pytest
 
 from toolpoint.app.main import main
 from toolpoint.io.binary import hdf5
+from toolpoint.io.faults import FileFaults
+from toolpoint.io.yaml import shaft_file
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Frf
@@ -102,3 +104,12 @@ def test_faults_of_a_shaft_file_have_their_lines(capsys, folder):
     with pytest.raises(SystemExit):
         main(["rcsa", str(folder / "bad.yaml"), "--frf", str(folder / "bad.yaml"), "--gauge", str(folder / "bad.yaml")])
     assert "bad.yaml:4:" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("first", "words"), [("", "toolpoint: missing; write 'toolpoint: 1' as the first line"),
+                                              ("toolpoint: 3\n", "file version 3; this program reads version 1")])
+def test_a_file_without_its_version_has_one_fault(folder, first, words):
+    (folder / "bare.yaml").write_text(first + "segments: {shank: {length: 50 mm, diameter: 16 mm}}\n")
+    with pytest.raises(FileFaults) as caught:
+        shaft_file.read(folder / "bare.yaml")
+    assert words in str(caught.value) and len(caught.value.faults) == 1
