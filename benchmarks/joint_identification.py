@@ -25,9 +25,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "joint_identificati
 import p1_case as p1
 
 from toolpoint.joint_identification import identify_joints
-from toolpoint.joint_identification.finite_motion import meeting_point, relative_bisector_axes
-from toolpoint.joint_identification.grouping import group_points
-from toolpoint.joint_identification.measured import component
+from toolpoint.joint_identification.motion.finite_motion import meeting_point, relative_bisector_axes
+from toolpoint.joint_identification.motion.grouping import group_points
+from toolpoint.joint_identification.motion.measured import component
 from toolpoint.vibration import Modes, frequency_response
 
 PAIRS = (("ground", "base"), ("base", "column"), ("column", "magazine"))

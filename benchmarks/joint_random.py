@@ -32,7 +32,7 @@ import numpy as np
 
 from toolpoint.app.main import main as command
 from toolpoint.io.yaml import machine_file
-from toolpoint.joint_identification.kinds import unit_twists
+from toolpoint.joint_identification.joints.kinds import unit_twists
 from toolpoint.machine import assemble
 from toolpoint.machine.description.frames import frame
 from toolpoint.spatial import transform as tf

@@ -8,7 +8,7 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import identify_joints
-from toolpoint.joint_identification.grouping import group_points
+from toolpoint.joint_identification.motion.grouping import group_points
 from toolpoint.vibration import Dof
 
 

@@ -8,11 +8,11 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError
 from toolpoint.joint_identification import Criterion, identify_joints
-from toolpoint.joint_identification.chain import pair
-from toolpoint.joint_identification.joint_fit import candidates, settle_floor, stack_twists
-from toolpoint.joint_identification.measured import component
-from toolpoint.joint_identification.motion_errors import column_correlation
-from toolpoint.joint_identification.rigid_motion import rigid_motion
+from toolpoint.joint_identification.joints.chain import pair
+from toolpoint.joint_identification.joints.joint_fit import candidates, settle_floor, stack_twists
+from toolpoint.joint_identification.motion.measured import component
+from toolpoint.joint_identification.motion.motion_errors import column_correlation
+from toolpoint.joint_identification.motion.rigid_motion import rigid_motion
 
 
 @pytest.fixture(scope="module")

@@ -14,12 +14,12 @@ from toolpoint.joint_identification import (
     SmallMotion,
     identify_joints,
 )
-from toolpoint.joint_identification.finite_motion import bisector_axis, meeting_point, relative_bisector_axes
-from toolpoint.joint_identification.kinds import WAYS as KINDS
-from toolpoint.joint_identification.kinds import effective_moves, unit_twists
-from toolpoint.joint_identification.measured import component
-from toolpoint.joint_identification.relative_motion import screw_axis
-from toolpoint.joint_identification.rigid_motion import rigid_motion
+from toolpoint.joint_identification.joints.kinds import WAYS as KINDS
+from toolpoint.joint_identification.joints.kinds import effective_moves, unit_twists
+from toolpoint.joint_identification.motion.finite_motion import bisector_axis, meeting_point, relative_bisector_axes
+from toolpoint.joint_identification.motion.measured import component
+from toolpoint.joint_identification.motion.relative_motion import screw_axis
+from toolpoint.joint_identification.motion.rigid_motion import rigid_motion
 from toolpoint.spatial import rotation as rot
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Modes

@@ -8,8 +8,8 @@ import pytest
 from joint_identification import p1_case as p1
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.joint_identification import identify_joints
-from toolpoint.joint_identification.modal_scale import mean_scale, scale_deviations, scale_root
-from toolpoint.joint_identification.mode_pairs import with_crossings
+from toolpoint.joint_identification.machine.mode_pairs import with_crossings
+from toolpoint.joint_identification.modes.modal_scale import mean_scale, scale_deviations, scale_root
 
 pytestmark = pytest.mark.filterwarnings("ignore::toolpoint._check.ToolpointWarning")
 TOO_HEAVY = 1.3
@@ -80,7 +80,7 @@ def test_masses_that_are_exact_but_wrong_are_doubted(case, modes):
 
 def test_slopes_of_the_scales_are_those_of_differences(case, modes, monkeypatch):
     """Of complex modes, in every number of the machine; Kaufman leaves out what noise in the shapes adds (here 0.4 %)."""
-    from toolpoint.joint_identification import machine_fit
+    from toolpoint.joint_identification.machine import machine_fit
 
     seen = []
     original = machine_fit.misfit_slopes
@@ -136,7 +136,7 @@ def test_modes_that_must_cross_change_partners_side_by_side():
 
 def test_a_fit_goes_on_from_the_masses_of_another(case, modes, monkeypatch):
     """One evaluation moves nothing: the numbers of masses are those of the fit before, not the stated ones."""
-    from toolpoint.joint_identification import machine_fit, whole_machine
+    from toolpoint.joint_identification.machine import machine_fit, whole_machine
 
     seen = []
     original = machine_fit.fit_machine

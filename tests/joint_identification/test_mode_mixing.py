@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from toolpoint.joint_identification.modal_data import ModalData
-from toolpoint.joint_identification.mode_mixing import shape_mixing, with_mixing
+from toolpoint.joint_identification.modes.modal_data import ModalData
+from toolpoint.joint_identification.modes.mode_mixing import shape_mixing, with_mixing
 from toolpoint.vibration import Modes
 
 OMEGA, RATIO = 2 * np.pi * np.array([40.0, 41.0, 90.0]), np.array([0.04, 0.035, 0.02])

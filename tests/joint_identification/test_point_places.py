@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from toolpoint.joint_identification.measured import Component
-from toolpoint.joint_identification.motion_errors import with_placed_errors
-from toolpoint.joint_identification.point_places import place_points
+from toolpoint.joint_identification.motion.measured import Component
+from toolpoint.joint_identification.motion.motion_errors import with_placed_errors
+from toolpoint.joint_identification.motion.point_places import place_points
 from toolpoint.spatial import transform as tf
 
 

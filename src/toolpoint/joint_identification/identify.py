@@ -12,13 +12,16 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.chain import better_order, pair, parents
-from toolpoint.joint_identification.estimate import JointEstimate, estimate_joint
-from toolpoint.joint_identification.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
-from toolpoint.joint_identification.measured import Component, Point, component
-from toolpoint.joint_identification.modal_scale import scale_deviations
-from toolpoint.joint_identification.mode_mixing import shape_mixing
-from toolpoint.joint_identification.motion_errors import (
+from toolpoint.joint_identification.joints.chain import better_order, pair, parents
+from toolpoint.joint_identification.joints.estimate import JointEstimate, estimate_joint
+from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
+from toolpoint.joint_identification.joints.stiffness import ComponentMass
+from toolpoint.joint_identification.machine.refined import fit_doubts, refine_joint
+from toolpoint.joint_identification.machine.whole_machine import WholeMachine, whole_machine, widen_softness
+from toolpoint.joint_identification.modes.modal_scale import scale_deviations
+from toolpoint.joint_identification.modes.mode_mixing import shape_mixing
+from toolpoint.joint_identification.motion.measured import Component, Point, component
+from toolpoint.joint_identification.motion.motion_errors import (
     column_correlation,
     coordinate_variance,
     with_bending,
@@ -26,13 +29,10 @@ from toolpoint.joint_identification.motion_errors import (
     with_errors,
     with_placed_errors,
 )
-from toolpoint.joint_identification.point_places import place_points
-from toolpoint.joint_identification.refined import fit_doubts, refine_joint
-from toolpoint.joint_identification.relative_motion import RelativeMotion
-from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
-from toolpoint.joint_identification.stiffness import ComponentMass
-from toolpoint.joint_identification.strangers import strangers
-from toolpoint.joint_identification.whole_machine import WholeMachine, whole_machine, widen_softness
+from toolpoint.joint_identification.motion.point_places import place_points
+from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
+from toolpoint.joint_identification.motion.strangers import strangers
 from toolpoint.vibration import Modes
 from toolpoint.vibration.correlation import mac
 
@@ -64,8 +64,8 @@ class JointIdentification(NotebookText):
             return ()
         loss = max((abs(joint.loss_factor or 0.0) for joint in self.joints if joint.screws.shape[1]), default=0.0)
         scale = self.machine.fit.mass_scale
-        told = () if scale is None or scale.doubt else (scale.note,)
-        return (*told, f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
+        said = () if scale is None or scale.doubt else (scale.note,)
+        return (*said, f"joints dissipate by a loss factor; if they did so by viscous damping, stiffnesses would be up to "
                 f"{50 * loss**2:.2g} % higher at the same natural frequencies, not in their intervals",)
 
     def joint(self, child: str) -> JointEstimate:

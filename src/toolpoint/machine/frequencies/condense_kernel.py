@@ -20,7 +20,6 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
     on the path of a link, and whether springs ride with the child; elastic : stiffness of the loops
     (n_loops, 6, 6); parts : rows kept of the locked directions, dependent and independent coordinates.
     """
-    body_mass, body_first, body_second = inertia
     link, motion, step, on_path, at_child = columns
     row_loop, row_way, dependent, independent = parts
     links, steps, n = tree[0].size, ways.size, link.size
@@ -34,7 +33,7 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
     base_t = np.empty(3)
     for pose in range(values.shape[0]):
         forward(tree, ways, values[pose], state, work)
-        _inertias(tree[0], body_mass, body_first, body_second, state[0], state[1], mass, first, second, work)
+        _inertias(tree[0], inertia, state[0], state[1], mass, first, second, work)
         for j in range(n):
             if step[j] >= 0:
                 twists[j] = state[4][step[j]]

@@ -38,7 +38,7 @@ class JointMotions(NamedTuple):
     on_path: np.ndarray
 
 
-def body_moments(machine: Machine) -> tuple[FloatArray, FloatArray, FloatArray]:
+def body_moments(machine: Machine) -> BodyMoments:
     """Return masses (n,), first (n, 3) and second moments (n, 3, 3) about the machine's origin at the reference pose."""
     links = len(machine.bodies)
     mass, first, second = np.empty(links), np.empty((links, 3)), np.empty((links, 3, 3))
@@ -50,7 +50,7 @@ def body_moments(machine: Machine) -> tuple[FloatArray, FloatArray, FloatArray]:
         s = r @ (0.5 * np.trace(inertia) * np.eye(3) - inertia) @ r.T
         h = r @ h
         mass[i], first[i], second[i] = m, h + m * t, s + np.outer(h, t) + np.outer(t, h) + m * np.outer(t, t)
-    return mass, first, second
+    return BodyMoments(mass, first, second)
 
 
 def paths_of(machine: Machine) -> BoolArray:
@@ -71,5 +71,5 @@ def tree_arrays(machine: Machine) -> tuple[JointTree, BodyMoments, JointMotions]
     twists = np.eye(6)[[step.way for step in chain.steps]]
     tree = JointTree(np.array(chain.parents, np.int64), np.ascontiguousarray(chain.frames[:, :3, :3]),
                      np.ascontiguousarray(chain.frames[:, :3, 3]), axis_of, twists, np.array(machine.elastic_at_child))
-    return (tree, BodyMoments(*body_moments(machine)),
+    return (tree, body_moments(machine),
             JointMotions(np.ascontiguousarray(columns), column_link, paths_of(machine)))

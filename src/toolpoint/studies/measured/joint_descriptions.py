@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from toolpoint._check import FloatArray, fail
-from toolpoint.joint_identification.rigid_machine import ElasticJoint
+from toolpoint.joint_identification.machine.rigid_machine import ElasticJoint
 from toolpoint.machine.components import DrivenAxis
 from toolpoint.machine.description import AxisDescription, FrameDescription, JointDescription
 from toolpoint.spatial import transform as tf

@@ -9,7 +9,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.joint_identification import ComponentMass, JointIdentification
-from toolpoint.joint_identification.whole_machine import WholeMachine
+from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 from toolpoint.machine.components import Components
 from toolpoint.machine.description import (
     AxisDescription,

@@ -24,26 +24,26 @@ _SEEN = 25.0
 class Lines:
     """Coordinates of one joint in every mode, and what drives them.
 
-    q : (k, f); force : (k, f); spread : (k, n, n), covariance of all coordinates; own : the joint's among them; mass : (f, n),
+    q : (k, f); force : (k, f); spread : (k, n, n), covariance of all coordinates; rows : the joint's among them; mass : (f, n),
     its rows of the mass matrix; square : (k,), omega^2.
     """
 
     q: FloatArray
     force: FloatArray
     spread: FloatArray
-    own: slice
+    rows: slice
     mass: FloatArray
     square: FloatArray
 
     @property
     def noise(self) -> FloatArray:
         """Covariance of q, (k, f, f)."""
-        return self.spread[:, self.own, self.own]
+        return self.spread[:, self.rows, self.rows]
 
     def weights(self, matrix: FloatArray) -> FloatArray:
         """Return the inverse covariance (k, f, f) of the misfit of a stiffness matrix."""
         slope = self.square[:, None, None] * self.mass
-        slope[:, :, self.own] -= matrix
+        slope[:, :, self.rows] -= matrix
         return np.linalg.inv(slope @ self.spread @ np.swapaxes(slope, 1, 2))
 
 

@@ -26,9 +26,9 @@ from scipy import optimize, stats
 
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.kinds import FreedomChart, charts, general
-from toolpoint.joint_identification.measured import about
-from toolpoint.joint_identification.relative_motion import RelativeMotion
+from toolpoint.joint_identification.joints.kinds import FreedomChart, charts, general
+from toolpoint.joint_identification.motion.measured import about
+from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 
 # A floor that only keeps the covariance of exact data regular, and the chance below which noise does not explain a misfit.
 _NO_FLOOR = 1e-8

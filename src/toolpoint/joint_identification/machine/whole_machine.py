@@ -8,18 +8,18 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.joint_identification.estimate import JointEstimate
-from toolpoint.joint_identification.joint_forms import JointForm, diagonal_form
-from toolpoint.joint_identification.kinds import inner_moves
-from toolpoint.joint_identification.machine_fit import MachineFit, MachineNumbers, fit_machine
-from toolpoint.joint_identification.measured import Component
-from toolpoint.joint_identification.modal_data import ModalData, covariance_roots, pole_spread
-from toolpoint.joint_identification.mode_mixing import with_mixing
-from toolpoint.joint_identification.mode_pairs import match_modes, rival_pairs
-from toolpoint.joint_identification.relative_motion import RelativeMotion
-from toolpoint.joint_identification.rigid_machine import ElasticJoint, RigidMachine, tree_order
-from toolpoint.joint_identification.rigid_motion import RigidMotion
-from toolpoint.joint_identification.stiffness import ComponentMass, first_stiffness
+from toolpoint.joint_identification.joints.estimate import JointEstimate
+from toolpoint.joint_identification.joints.kinds import inner_moves
+from toolpoint.joint_identification.joints.stiffness import ComponentMass, first_stiffness
+from toolpoint.joint_identification.machine.joint_forms import JointForm, diagonal_form
+from toolpoint.joint_identification.machine.machine_fit import MachineFit, MachineNumbers, fit_machine
+from toolpoint.joint_identification.machine.mode_pairs import match_modes, rival_pairs
+from toolpoint.joint_identification.machine.rigid_machine import ElasticJoint, RigidMachine, tree_order
+from toolpoint.joint_identification.modes.modal_data import ModalData, covariance_roots, pole_spread
+from toolpoint.joint_identification.modes.mode_mixing import with_mixing
+from toolpoint.joint_identification.motion.measured import Component
+from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 

@@ -9,10 +9,10 @@ import numpy as np
 from scipy.sparse.csgraph import minimum_spanning_tree
 
 from toolpoint._check import fail
-from toolpoint.joint_identification.joint_fit import Criterion, freedoms, stack_twists
-from toolpoint.joint_identification.measured import Component
-from toolpoint.joint_identification.relative_motion import RelativeMotion, relative
-from toolpoint.joint_identification.rigid_motion import RigidMotion
+from toolpoint.joint_identification.joints.joint_fit import Criterion, freedoms, stack_twists
+from toolpoint.joint_identification.motion.measured import Component
+from toolpoint.joint_identification.motion.relative_motion import RelativeMotion, relative
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 
 GROUND = "ground"
 # Less than one freedom, so that it only decides between trees that need equally many.

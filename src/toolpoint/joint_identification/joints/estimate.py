@@ -12,10 +12,10 @@ from scipy.spatial.transform import Rotation
 from toolpoint._check import LEFT_OUT, FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import with_uncertainty
-from toolpoint.joint_identification.joint_fit import JointFit
-from toolpoint.joint_identification.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
-from toolpoint.joint_identification.measured import about
-from toolpoint.joint_identification.relative_motion import RelativeMotion
+from toolpoint.joint_identification.joints.joint_fit import JointFit
+from toolpoint.joint_identification.joints.kinds import DIRECTIONS, idle_translations, turning_axes, unit_twists
+from toolpoint.joint_identification.motion.measured import about
+from toolpoint.joint_identification.motion.relative_motion import RelativeMotion
 from toolpoint.spatial import transform as tf
 
 Z95 = 1.959964

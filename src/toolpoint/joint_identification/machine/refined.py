@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.estimate import JointEstimate, axis_of
-from toolpoint.joint_identification.joint_forms import JointForm
-from toolpoint.joint_identification.kinds import idle_translations
-from toolpoint.joint_identification.machine_fit import MachineFit
-from toolpoint.joint_identification.whole_machine import WholeMachine
+from toolpoint.joint_identification.joints.estimate import JointEstimate, axis_of
+from toolpoint.joint_identification.joints.kinds import idle_translations
+from toolpoint.joint_identification.machine.joint_forms import JointForm
+from toolpoint.joint_identification.machine.machine_fit import MachineFit
+from toolpoint.joint_identification.machine.whole_machine import WholeMachine
 
 _WIDE = 0.2
 

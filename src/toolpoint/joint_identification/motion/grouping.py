@@ -18,7 +18,7 @@ from scipy.spatial import cKDTree
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.measured import Point, columns, find_positions
+from toolpoint.joint_identification.motion.measured import Point, columns, find_positions
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Modes
 

@@ -22,18 +22,18 @@ from scipy import optimize, stats
 
 from toolpoint._check import Array, FloatArray, IndexArray
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.joint_forms import JointForm
-from toolpoint.joint_identification.modal_data import ModalData
-from toolpoint.joint_identification.modal_scale import MassScale, mean_scale, scale_root
-from toolpoint.joint_identification.mode_pairs import match_modes, modes_of, with_crossings
-from toolpoint.joint_identification.rigid_machine import (
+from toolpoint.joint_identification.joints.stiffness import ComponentMass
+from toolpoint.joint_identification.machine.joint_forms import JointForm
+from toolpoint.joint_identification.machine.mode_pairs import match_modes, modes_of, with_crossings
+from toolpoint.joint_identification.machine.rigid_machine import (
     ElasticJoint,
     RigidMachine,
     modal_constants,
     pole_slopes,
     solve_undamped,
 )
-from toolpoint.joint_identification.stiffness import ComponentMass
+from toolpoint.joint_identification.modes.modal_data import ModalData
+from toolpoint.joint_identification.modes.modal_scale import MassScale, mean_scale, scale_root
 
 STEP = 1e-6
 _IMPROBABLE = 1e-3

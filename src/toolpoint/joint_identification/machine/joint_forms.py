@@ -18,8 +18,8 @@ import numpy as np
 from scipy import optimize
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.kinds import effective_moves, inner_moves, unit_twists
-from toolpoint.joint_identification.rigid_machine import ElasticJoint
+from toolpoint.joint_identification.joints.kinds import effective_moves, inner_moves, unit_twists
+from toolpoint.joint_identification.machine.rigid_machine import ElasticJoint
 from toolpoint.spatial import transform as tf
 
 # Weak knowledge that only keeps a fit regular: a frame moves by metres and radians, a stiffness by a factor of some tens,

@@ -19,9 +19,9 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.measured import Component, about
-from toolpoint.joint_identification.point_places import PlacedComponent
-from toolpoint.joint_identification.rigid_motion import RigidMotion
+from toolpoint.joint_identification.motion.measured import Component, about
+from toolpoint.joint_identification.motion.point_places import PlacedComponent
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 
 _ROWS_PER_COLUMN = 10
 _SIGNIFICANT = 2.0

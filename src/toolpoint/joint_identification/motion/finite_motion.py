@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 
 from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.measured import Component
+from toolpoint.joint_identification.motion.measured import Component
 from toolpoint.spatial import transform as tf
 from toolpoint.spatial.registration import iterative_closest_point, rigid
 from toolpoint.spatial.rotation import to_vector

@@ -18,8 +18,8 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
-from toolpoint.joint_identification.measured import Component, about
-from toolpoint.joint_identification.rigid_motion import RigidMotion, SmallMotion, rigid_motion
+from toolpoint.joint_identification.motion.measured import Component, about
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion, SmallMotion, rigid_motion
 from toolpoint.spatial import transform as tf
 
 _ROUNDS, _REPEATS, _SMALL, _LIKE, _QUIET, _IMPROBABLE = 20, 6, 1e-4, 0.02, 1e-3, 1e-3

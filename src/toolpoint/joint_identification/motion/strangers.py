@@ -16,8 +16,8 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import BoolArray, FloatArray
-from toolpoint.joint_identification.measured import Component, Point, about
-from toolpoint.joint_identification.rigid_motion import beam_deformations, deformations, rigid_motion
+from toolpoint.joint_identification.motion.measured import Component, Point, about
+from toolpoint.joint_identification.motion.rigid_motion import beam_deformations, deformations, rigid_motion
 
 # Median of the absolute value of a standard normal variable.
 _MEDIAN = 0.6744898

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative, positive, symmetric
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification import stiffness_matrix
+from toolpoint.joint_identification.joints import stiffness_matrix
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import ComplexArray
-from toolpoint.joint_identification.modal_data import ModalData
+from toolpoint.joint_identification.modes.modal_data import ModalData
 from toolpoint.vibration import Modes
 
 # Distance of two poles, in the sum of their half-widths, up to which they mix.

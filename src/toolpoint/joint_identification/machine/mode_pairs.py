@@ -6,8 +6,8 @@ import numpy as np
 from scipy import optimize
 
 from toolpoint._check import Array, ComplexArray, FloatArray, IndexArray
-from toolpoint.joint_identification.modal_data import ModalData
-from toolpoint.joint_identification.rigid_machine import RigidMachine, solve_undamped
+from toolpoint.joint_identification.machine.rigid_machine import RigidMachine, solve_undamped
+from toolpoint.joint_identification.modes.modal_data import ModalData
 
 # Two modes may have changed partners where that costs less than this, of 2 for two of no likeness.
 _RIVAL = 1.0

@@ -14,7 +14,7 @@ from scipy import stats
 
 from toolpoint._check import BoolArray, FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.measured import Component, about
+from toolpoint.joint_identification.motion.measured import Component, about
 
 
 @dataclass(frozen=True, eq=False)

@@ -14,7 +14,7 @@ from scipy import stats
 
 from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
-from toolpoint.joint_identification.rigid_motion import RigidMotion
+from toolpoint.joint_identification.motion.rigid_motion import RigidMotion
 from toolpoint.spatial.screw import Screw, screw
 
 

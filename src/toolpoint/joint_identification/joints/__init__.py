@@ -1,0 +1,1 @@
+"""One joint at a time: its kind, fit, estimate and stiffness."""

@@ -1,0 +1,1 @@
+"""All joints of a machine at once, as springs between rigid bodies."""

@@ -1,0 +1,1 @@
+"""Modes as data of a fit: scales, covariance, and what their errors mix."""

@@ -1,0 +1,1 @@
+"""Motion of measured points: rigid parts, places, errors, strangers, and the points that move together."""
