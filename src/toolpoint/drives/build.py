@@ -69,11 +69,13 @@ def build_servo(drives: DriveDescription, structure: Structure | None = None, *,
 
 
 def travel_per_angle(m: MechanicsDescription) -> float:
-    """Return the travel per motor angle, m/rad (1 for a linear motor)."""
+    """Return the travel per motor angle, m/rad (1 for a linear motor), or rad/rad of a reducer."""
     if m.kind == "linear-motor":
         return 1.0
     if m.kind == "rack":
         return _given(m, "pinion_radius") / m.gear_ratio
+    if m.kind == "reducer":
+        return 1 / m.gear_ratio
     return _given(m, "lead") / (2 * np.pi)
 
 
@@ -89,6 +91,9 @@ def build_mechanics(axis: DriveAxisDescription, nut_position: float | None = Non
         return rack_axis(_given(m, "inertia"), _given(m, "table_mass"), _given(m, "pinion_radius"),
                          gear_ratio=m.gear_ratio, stiffness=_given(m, "stiffness"), damping=m.damping,
                          backlash=m.backlash or 0.0, motor_damping=m.motor_damping, guide_friction=guide)
+    if m.kind == "reducer":
+        return two_mass_axis(_given(m, "inertia"), _given(m, "load_inertia"), ratio, stiffness=_given(m, "torsion"),
+                             damping=m.torsion_damping, motor_damping=m.motor_damping, shaft_friction=shaft)
     if m.kind == "two-mass":
         stiffness = _given(m, "stiffness")
         return two_mass_axis(_given(m, "inertia"), _given(m, "table_mass"), ratio, stiffness=stiffness, damping=m.damping,

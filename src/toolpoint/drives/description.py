@@ -16,6 +16,7 @@ PositiveStiffness = Annotated[float, Quantity("stiffness", "N/m", above=0)]
 Damping = Annotated[float, Quantity("damping", "N*s/m", least=0)]
 PositiveForce = Annotated[float, Quantity("force", "N", above=0)]
 PositiveRatio = Annotated[float, Quantity("ratio", "1", above=0)]
+GearRatio = Annotated[float, Quantity("gear ratio", "1", above=0)]
 PositiveRotationalStiffness = Annotated[float, Quantity("rotational stiffness", "N*m/rad", above=0)]
 Moment = Annotated[float, Quantity("moment", "N*m", least=0)]
 PositiveAngularSpeed = Annotated[float, Quantity("angular speed", "rad/s", above=0)]
@@ -53,10 +54,11 @@ class MechanicsDescription:
 
     rigid: inertia at the motor. two-mass: motor and table joined by one axial spring. rack: the same with a pinion.
     linear-motor: the force acts on the table. screw: motor, coupling, screw front, middle and end, nut, table.
-    ball-screw: motor, coupling, screw, nut between the machine's own bodies (see `ends`).
+    ball-screw: motor, coupling, screw, nut between the machine's own bodies (see `ends`). reducer: a rotary axis,
+    motor and load (`load_inertia`) joined by the reducer's `torsion`, at the axis, through `gear_ratio`; it travels in rad.
     """
 
-    kind: Literal["rigid", "two-mass", "rack", "linear-motor", "screw", "ball-screw"]
+    kind: Literal["rigid", "two-mass", "rack", "linear-motor", "screw", "ball-screw", "reducer"]
     lead: PositiveLength | None = None
     inertia: PositiveInertia | None = None
     motor_damping: RotationalDamping = 0.0
@@ -66,7 +68,10 @@ class MechanicsDescription:
     backlash: PositiveLength | None = None
     preload: PositiveForce | None = None
     pinion_radius: PositiveLength | None = None
-    gear_ratio: PositiveRatio = 1.0
+    gear_ratio: GearRatio = 1.0
+    load_inertia: PositiveInertia | None = None
+    torsion: PositiveRotationalStiffness | None = None
+    torsion_damping: RotationalDamping = 0.0
     screw_inertia: PositiveInertia | None = None
     screw_mass: PositiveMass | None = None
     screw_diameter: PositiveLength | None = None

@@ -26,7 +26,8 @@ _NEEDED = {
     "screw": ("lead", "inertia", "table_mass", "screw_diameter", "screw_length", "nut_position", "coupling_stiffness",
               "bearing_stiffness", "nut_stiffness"),
     "ball-screw": ("lead", "inertia", "screw_inertia", "screw_mass", "coupling_stiffness", "bearing_stiffness",
-                   "nut_stiffness")}
+                   "nut_stiffness"),
+    "reducer": ("inertia", "gear_ratio", "load_inertia", "torsion")}
 _LAW = {"stribeck": ("static", "stribeck_velocity"), "lugre": ("static", "stribeck_velocity", "bristle_stiffness"),
         "two-exponential": ("static", "stribeck_velocity", "coulomb_velocity"),
         "maxwell-slip": ("static", "stribeck_velocity", "element_stiffness", "element_share", "attraction")}
@@ -60,7 +61,7 @@ def _axis_faults(axis: DriveAxisDescription) -> Faults:
     yield from _mechanics_faults(axis.mechanics)
     if axis.mechanics.kind == "ball-screw" and axis.ends is None:
         yield (), "'ends' is missing; a ball screw needs base, table, tool and the stiffness it replaces"
-    if axis.guide_friction.law != "none" and axis.mechanics.kind in ("rigid", "ball-screw"):
+    if axis.guide_friction.law != "none" and axis.mechanics.kind in ("rigid", "ball-screw", "reducer"):
         yield ("guide_friction",), f"a {axis.mechanics.kind} axis has no guide of its own; put the friction at the shaft"
     if axis.friction.law != "none" and axis.mechanics.kind in ("linear-motor", "rack"):
         yield ("friction",), f"a {axis.mechanics.kind} axis takes its friction at the guide: guide_friction, N and m/s"
@@ -80,6 +81,11 @@ def _mechanics_faults(m: MechanicsDescription) -> Faults:
         yield ("mechanics", key), f"a {m.kind} axis has no contact; use two-mass, rack or screw"
     if m.kind == "rack" and m.preload is not None:
         yield ("mechanics", "preload"), "a rack takes backlash only"
+    if m.kind == "reducer" and m.lead is not None:
+        yield ("mechanics", "lead"), "a rotary axis has no lead; its gear_ratio is what a turn of the motor makes of it"
+    if m.kind != "reducer" and (m.load_inertia is not None or m.torsion is not None):
+        key = "torsion" if m.load_inertia is None else "load_inertia"
+        yield ("mechanics", key), f"a {m.kind} axis has none; a rotary one is kind reducer"
     if m.nut_moves and m.kind != "screw":
         yield ("mechanics", "nut_moves"), f"a {m.kind} axis has no nut along a screw; use kind screw"
     if m.kind == "screw" and m.nut_position and m.screw_length and m.nut_position >= m.screw_length:

@@ -48,7 +48,8 @@ def _circle(ctx: click.Context, parameter: click.Parameter, value: str | None) -
 def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, grid: tuple[str, ...],
           ideal: tuple[str, ...], feed: float | None,
           fmu: Path | None, fmu_sources: bool, schema: bool, output: Path, as_json: bool) -> None:
-    """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control."""
+    """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control.
+    Rotary axes (kind reducer) have no path of their own: without one their loops are told."""
     if schema:
         from toolpoint.io.yaml.drive_file import json_schema
 
@@ -63,6 +64,8 @@ def drive(drives: Path | None, program: Path | None, circle: Circle, machine: Pa
         _export(drives, fmu, machine, pose, fmu_sources)
         if program is None and circle is None:
             return
+    if program is None and circle is None and _loops(drives, as_json):
+        return
     if (program is None) == (circle is None):
         raise ToolpointError("drive: give either --program FILE or --circle RADIUS,FEED")
     _run(drives, program, circle, machine, pose, ideal, feed, output, as_json)
@@ -93,6 +96,21 @@ def servo_data(file: Path, units: tuple[str, ...], sample_time: float | None, ou
         run.step("page")
         run.save(servo_data_page(result, warnings=run.warnings))
     run.show(result)
+
+
+def _loops(drives: Path, as_json: bool) -> bool:
+    """Print the loops of rotary axes, which have no path of their own; return whether all are rotary."""
+    from toolpoint.io.yaml import drive_file
+
+    description = drive_file.read(drives)
+    if any(axis.mechanics.kind != "reducer" for axis in description.axes.values()):
+        return False
+    from toolpoint.drives import build_servo, compute_loops
+
+    with frame(None, as_json) as run:
+        loops = compute_loops(build_servo(description))
+    run.show(loops)
+    return True
 
 
 def _run(drives: Path, program: Path | None, circle: Circle, machine: Path | None, pose: Pose, ideal: tuple[str, ...],

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -182,6 +183,12 @@ class ServoLoops(NotebookText):
                 m = level.margins(axis)
                 rows.append((level.name, name, m.gain_db, m.phase, bandwidth(f, closed)))
         return rows
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return margins and bandwidth as plain data."""
+        return {"stable": self.stable, "loops": [
+            {"loop": loop, "axis": name, "gain_margin_db": gain, "phase_margin_deg": phase, "bandwidth_hz": width}
+            for loop, name, gain, phase, width in self.figures]}
 
     def table(self) -> str:
         """Return margins and bandwidth, one line for each level and axis."""

@@ -90,9 +90,10 @@ class JointServo:
 def servos_of(drives: DriveDescription, machine: Machine) -> dict[str, JointServo]:
     """Return the servos of the axes that a drive file and a machine have in common.
 
-    The travel of a rotary axis is one over the `gear_ratio` of its mechanics, whatever lead stands there.
+    The travel of a rotary axis is one over the `gear_ratio` of its mechanics, whatever lead stands there; torsion and load are
+    the machine's own.
 
-    Raises ToolpointError where no axis is common, or one has no inertia.
+    Raises ToolpointError where no axis is common, or one has no inertia, or a reducer drives a linear axis.
     """
     axes = machine.description.axes
     names = [name for name in drives.axes if name in axes]
@@ -103,6 +104,8 @@ def servos_of(drives: DriveDescription, machine: Machine) -> dict[str, JointServ
         drive = drives.axes[name]
         if drive.mechanics.inertia is None:
             fail(f"axes.{name}.mechanics.inertia", "missing", "must be given: the rotor's, with what turns with it")
+        if drive.mechanics.kind == "reducer" and not axes[name].is_rotary:
+            fail(f"axes.{name}.mechanics.kind", "reducer", f"must be of a rotary axis; {name} of the machine is linear")
         travel = 1 / drive.mechanics.gear_ratio if axes[name].is_rotary else travel_per_angle(drive.mechanics)
         time = drive.velocity.integral_time
         servos[name] = JointServo(drive.position.gain, drive.velocity.gain, 0.0 if time is None else drive.velocity.gain / time,

@@ -142,6 +142,10 @@ def run_drives(
         For an axis of the program that the drives lack, faults of the description, an unstable servo (with its margin), a
         program that lasts too long, a circle of too few samples, or neither path nor circle (or both).
     """
+    turning = [name for name, axis in drives.axes.items() if axis.mechanics.kind == "reducer"]
+    if turning:
+        fail("drives", f"{', '.join(turning)} behind a reducer", "must be linear axes: a program or a circle is their path",
+             "`toolpoint drive FILE` alone gives loops of rotary axes, `toolpoint accuracy --drives` what they do to a path")
     if (path is None) == (circle is None):
         fail("path, circle", "both" if path else "neither", "must be one of the two")
     say = progress or (lambda name: None)
