@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
 from toolpoint._notebook import NotebookText
+from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.chain import better_order, pair, parents
 from toolpoint.joint_identification.joints.estimate import JointEstimate, estimate_joint
 from toolpoint.joint_identification.joints.joint_fit import Criterion, JointFit, candidates, settle_floor, stack_twists
@@ -105,6 +106,7 @@ class JointIdentification(NotebookText):
         return f"JointIdentification({kinds}; {self.status})"
 
 
+@on_one_thread
 def identify_joints(
     modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]],
     *, chain: Sequence[str] | Mapping[str, str], method: MotionMethod | None = None, criterion: Criterion | None = None,

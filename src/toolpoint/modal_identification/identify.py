@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, one_of
+from toolpoint._threads import on_one_thread
 from toolpoint.modal_identification.band import cut, noise_level
 from toolpoint.modal_identification.fit import estimate as _estimate
 from toolpoint.modal_identification.judgement.advice import is_smooth, remarks
@@ -85,6 +86,7 @@ METHODS: dict[str, PoleMethod] = {
     "circle fit": CircleFit(), "quadrature": Quadrature()}
 
 
+@on_one_thread
 def identify(frf: Frf, method: str | PoleMethod = "refined", band: tuple[float, float] | None = None, *,
              choice: PoleChoice | None = None) -> Identification:
     """Return the modes within a band, found without user input, with confidence and fit quality.

@@ -9,6 +9,7 @@ import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointWarning, count, fail, floats, positive
 from toolpoint._notebook import NotebookText
+from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem, check_speeds
 from toolpoint.cutting.simulation.records import EdgeElements, ElementForces, ModalSteps, Rotation, Trace
@@ -196,6 +197,7 @@ class ExactSteps:
         return int(max(400, np.ceil(40 * highest * float(problem.tooth_period(speed)))))
 
 
+@on_one_thread
 def simulate(problem: MillingProblem, speed: float, depth: float, *, revolutions: int = 50,
              method: ExactSteps | None = None, start: FloatArray | None = None) -> Simulation:
     """Simulate a cut from rest (or from a first displacement `start` of the modes, m of each pole).

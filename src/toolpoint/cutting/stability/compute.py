@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._threads import on_one_thread
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, check_speeds, coverage
 from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.method import Problem, StabilityMethod
@@ -12,6 +13,7 @@ from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 
+@on_one_thread
 def chart(
     problem: Problem, speeds: FloatArray, method: StabilityMethod | None = None, *, depth_max: float = 0.01,
     warm: WarmStart | None = None,

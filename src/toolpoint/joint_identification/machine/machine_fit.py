@@ -22,6 +22,7 @@ from scipy import optimize, stats
 
 from toolpoint._check import Array, FloatArray, IndexArray
 from toolpoint._notebook import NotebookText
+from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.stiffness import ComponentMass
 from toolpoint.joint_identification.machine.joint_forms import JointForm
 from toolpoint.joint_identification.machine.mode_pairs import match_modes, modes_of, with_crossings
@@ -112,6 +113,7 @@ class MachineFit(NotebookText):
         return f"MachineFit({len(self.x)} numbers, chi2 {self.chi2:.4g} on {self.freedom}, MAC {self.mac.min():.4f})"
 
 
+@on_one_thread
 def fit_machine(model: MachineNumbers, data: ModalData, rounds: int = 40, *, after: MachineFit | None = None,
                 partner: IndexArray | None = None) -> MachineFit:
     """Return the fit of a machine to modal data, from the start of its forms, the masses of an earlier fit, and `partner` of

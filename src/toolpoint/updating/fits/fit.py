@@ -16,6 +16,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import chdtrc
 
 from toolpoint._check import BoolArray, FloatArray, fail, positive
+from toolpoint._threads import on_one_thread
 from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares, Regularised
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.fits.solver import Solver
@@ -28,6 +29,7 @@ _UNEXPLAINED = 10.0
 _IMPROBABLE = 1e-6
 
 
+@on_one_thread
 def fit(
     problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, start: FloatArray | None = None,

@@ -9,6 +9,7 @@ import numpy as np
 from scipy.stats import qmc
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._threads import on_one_thread
 from toolpoint.updating.fits.fit import fit, is_explained
 from toolpoint.updating.fits.fit_methods import LeastSquares
 from toolpoint.updating.fits.parameter_fit import ParameterFit
@@ -17,6 +18,7 @@ from toolpoint.updating.problem import Problem
 _BY_FREQUENCY = 3.0
 
 
+@on_one_thread
 def fit_with_restarts(
     problem: Problem, method: LeastSquares | None = None, limit: float | None = 0.5, *, least_influence: float = 0.02,
     free: tuple[str, ...] | None = None, restarts: int = 24, spread: float = 0.5, start: FloatArray | None = None,
