@@ -16,7 +16,7 @@ from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
 from toolpoint.machine.assembly.inverse_dynamics import base_reaction
 from toolpoint.machine.robot.model import rigid_members, robot_machine
-from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path, mill_side
+from toolpoint.studies.accuracy.milling_accuracy import MillingAccuracy, MillingSetup, mill_path, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
 from toolpoint.studies.machines.tool_point import pose_problem, tool_point
@@ -116,6 +116,8 @@ def test_base_carries_weight_and_mean_force(robot, sides):
     mean = structure.axes[k] @ rigid_forces(problem, 0.5e-3, np.arange(3600) * np.pi / 1800).force.mean(axis=0)
     weight = base_reaction(robot, pose, gravity=(0, 0, -9.80665))[0, :3]
     np.testing.assert_allclose(result.base[:, :3].mean(axis=0), weight - mean, atol=0.02)
+    whole = MillingAccuracy("robot", SETUP, (result,))
+    assert whole.base_lines()[0] in whole.table() and whole.to_dict()["sides"][0]["base"][1][2] == result.base[:, 2].max()
 
 
 def test_loads_are_stated_and_matter(robot, sides):

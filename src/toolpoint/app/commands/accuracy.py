@@ -36,6 +36,7 @@ LOADS = ("cutting", "gravity", "path")
 @click.option("--pixel", default="0.1mm", show_default=True, help="Side of a pixel of the block.")
 @click.option("--drives", type=FILE, help="A drive file: motors of its axes give way as their loops let them; rotary axes by "
                                           "their gear_ratio.")
+@click.option("--base", is_flag=True, help="Reaction of the base along the path too.")
 @click.option("--branch", default="", help="Branch of an arm, as 'front up no flip'.")
 @click.option("--folder", type=PATH, help="Keep finished steps here, and go on from them.")
 @DIRECTION
@@ -57,7 +58,7 @@ def accuracy(machine: Path, folder: Path | None, output: Path, as_json: bool, **
                         options["branch"])
     setup = MillingSetup(options["speed"], 1e-3 * options["depth"], tuple(options["loads"].split(",")), options["regenerative"],
                          window=options["window"], stance=stance, work=_work(options),
-                         servos=_servos(options["drives"], built))
+                         servos=_servos(options["drives"], built), with_base=options["base"])
     sides = _sides(options)
     with frame(None if as_json else output, as_json) as run, run.progress("thousandths of the path", folder) as progress:
         result = mill_path(built, sides, setup, progress=progress, folder=folder)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import fail, positive
+from toolpoint._check import FloatArray, fail, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.simulation.pixel_bed import PixelBed
@@ -73,8 +73,18 @@ class MillingAccuracy(NotebookText):
                  f"{100 * side.halving:.2g} %"] for side in self.sides]
         return "\n".join([text_table(repr(self), ["side", "position µm", "rotation µrad", "rms x y z µm, rotations µrad",
                                                   "halving"], rows),
-                          f"loads: {self.loads}", self.status,
+                          f"loads: {self.loads}", self.status, *self.base_lines(),
                           *dict.fromkeys(note for side in self.sides for note in side.notes)])
+
+    def base_lines(self) -> list[str]:
+        """Return between which ends the reaction of the base (about the machine's origin) stays, a line a side that has it."""
+        lines = []
+        for side in self.sides:
+            if len(side.base):
+                ends = [f"{name} {low:.4g} .. {high:.4g}" for name, low, high in zip(
+                    ("Fx", "Fy", "Fz", "Mx", "My", "Mz"), side.base.min(axis=0), side.base.max(axis=0), strict=True)]
+                lines.append(f"base reaction, {side.name}: {', '.join(ends[:3])} N; {', '.join(ends[3:])} N m")
+        return lines
 
     def to_dict(self) -> dict[str, Any]:
         """Return the means as plain data, SI."""
@@ -82,12 +92,17 @@ class MillingAccuracy(NotebookText):
                 "rotation_error_rad": self.rotation_error, "sides": [
                     {"name": s.name, "position_error_m": s.position_error, "rotation_error_rad": s.rotation_error,
                      "rms": s.error.std(axis=0).tolist(), "mean_deflection": s.relative.mean(axis=0).tolist(),
+                     "base": _ends(s.base),
                      "halving": None if np.isnan(s.halving) else s.halving,
                      "energy_gap": None if s.energy is None else s.energy.gap} for s in self.sides]}
 
     def __repr__(self) -> str:
         cut = f"{self.setup.speed:g} rev/min, {1e3 * self.setup.depth:g} mm"
         return f"MillingAccuracy({self.machine!r}, {len(self.sides)} sides, {cut})"
+
+
+def _ends(values: FloatArray) -> list[list[float]] | None:
+    return [values.min(axis=0).tolist(), values.max(axis=0).tolist()] if len(values) else None
 
 
 def load_words(loads: tuple[str, ...], regenerative: bool = False) -> str:
