@@ -1,6 +1,7 @@
 """`toolpoint rcsa`: a gauge struck in a virtual spindle gives back the tool point; wrong inputs say what to do."""
 
 import json
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from toolpoint.app.main import main
 from toolpoint.io.binary import hdf5
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml import shaft_file
+from toolpoint.studies.cuts.tool_coupling import _chart_doubts
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Frf
@@ -113,3 +115,12 @@ def test_a_file_without_its_version_has_one_fault(folder, first, words):
     with pytest.raises(FileFaults) as caught:
         shaft_file.read(folder / "bare.yaml")
     assert words in str(caught.value) and len(caught.value.faults) == 1
+
+
+def test_what_charts_say_against_their_limits_is_said_of_the_tool():
+    sure, weak = SimpleNamespace(status="complete: all"), SimpleNamespace(status="doubtful: the stated error is 40 %")
+    lobes = SimpleNamespace(chart=weak, doubts=("the stated error is 40 %", "no resonance in the band"))
+    parts = [SimpleNamespace(length=0.04, chart=weak), SimpleNamespace(length=0.06, chart=sure)]
+    assert _chart_doubts(lobes, parts) == ("lobes: doubtful: the stated error is 40 %",
+                                           "lobes at 40 mm: doubtful: the stated error is 40 %", "no resonance in the band")
+    assert _chart_doubts(None, []) == () == _chart_doubts(SimpleNamespace(chart=sure, doubts=()), parts[1:])

@@ -41,7 +41,7 @@ def _schema(ctx: click.Context, parameter: click.Parameter, value: bool) -> None
 @click.option("--machine", type=FILE, help="Machine file: the spindle is computed, at the point --at.")
 @click.option("--at", "point", metavar="POINT", help="Point where the tool begins.")
 @POSE
-@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines (Hz) of a computed spindle; 20:5000:1000 "
+@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER", help="Lines (Hz) of a computed spindle; 20:6000:5981 "
               "where left out.")
 @click.option("--noise", type=float, metavar="PERCENT", help="Standard deviation of measured responses, percent of each, where "
                                                              "the files state none.")
@@ -113,7 +113,7 @@ def _bases(given: dict[str, Any], generator: np.random.Generator) -> list[PlaneR
     if machine is not None:
         if point is None:
             raise ToolpointError("--at: missing; a computed spindle needs the point where the tool begins")
-        lines = np.linspace(20, 5000, 1000) if given["lines"] is None else given["lines"]
+        lines = np.linspace(20, 6000, 5981) if given["lines"] is None else given["lines"]
         return bases_of_machine(machine_at(machine, given["pose"]), point, lines, pose=given["pose"])
     measured = read_responses(frf, given["quantity"])
     if gauge is None:

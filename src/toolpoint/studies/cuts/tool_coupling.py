@@ -160,7 +160,17 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
         held = tuple(couple_tool(base, changed, generator=generator) for base in bases)
         parts.append(StickOut(length, held, None if cut is None else _lobes(held, cut, speeds).chart))
         progress("stick-outs", k + 1, len(lengths))
-    return ToolCoupling(tool, tips, tuple(parts), lobes, notes)
+    return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *notes))
+
+
+def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[str, ...]:
+    """Return what the charts themselves say against their limits."""
+    if lobes is None:
+        return ()
+    charts = [("lobes", lobes.chart), *((f"lobes at {1e3 * part.length:.4g} mm", part.chart) for part in parts)]
+    said = [f"{name}: {chart.status}" for name, chart in charts
+            if chart is not None and not chart.status.startswith("complete")]
+    return (*said, *(doubt for doubt in lobes.doubts if doubt not in lobes.chart.status))
 
 
 def tip_frf(tips: Sequence[PlaneReceptance], notes: Sequence[str] = ()) -> Frf:
