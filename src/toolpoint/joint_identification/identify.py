@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.chain import better_order, pair, parents
@@ -179,19 +180,24 @@ def identify_joints(
             parts, motions, place_doubts = _motions(turned, points, components, method=method, deviation=deviation,
                                                     criterion=criterion)
         try:
-            whole = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
-                                  scale=scale_deviations(modes), calibration=calibration_deviation,
-                                  mixing=_turned_mixing(modes))
+            fitted = whole_machine(turned, parts, motions, joints=joints, relatives=relatives, masses=masses,
+                                   scale=scale_deviations(modes), calibration=calibration_deviation,
+                                   mixing=_turned_mixing(modes))
+            whole = widen_softness(fitted, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
         except np.linalg.LinAlgError as error:
-            doubts.append(f"the fit of the machine broke down ({error}): no stiffness; check masses, the chain and the doubts")
-        else:
-            whole = widen_softness(whole, {name: _softness(motions[name], modes.count, criterion) for name in flexible})
-            joints = [refine_joint(joint, whole) for joint in joints]
-            doubts += fit_doubts(whole.fit, whole, modes.frequency)
-    doubts += place_doubts
-    result = JointIdentification(tuple(joints), motions, relatives, tuple(doubts), whole)
+            doubts.append(Doubt("fit of the machine", f"it broke down ({error}): no stiffness", "check masses, chain and "
+                                "doubts"))
+    return _judged(JointIdentification(tuple(joints), motions, relatives, (*doubts, *place_doubts), whole), modes)
+
+
+def _judged(result: JointIdentification, modes: Modes) -> JointIdentification:
+    """Return the result with joints refined by the whole machine and the doubts of that fit; it warns where any is left."""
+    whole = result.machine
+    if whole is not None:
+        result = replace(result, joints=tuple(refine_joint(joint, whole) for joint in result.joints),
+                         doubts=(*result.doubts, *fit_doubts(whole.fit, whole, modes.frequency)))
     if not result.certain:
-        warnings.warn(result.status, ToolpointWarning, stacklevel=2)
+        warnings.warn(result.status, ToolpointWarning, stacklevel=3)
     return result
 
 

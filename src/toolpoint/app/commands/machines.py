@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
@@ -13,6 +13,9 @@ from toolpoint._check import ToolpointError
 from toolpoint.app.frame import Result, frame
 from toolpoint.app.naming import naming_options
 from toolpoint.app.options import BAND, FILE, JSON, OUTPUT, PATH, POSE, QUANTITY, lines_of
+
+if TYPE_CHECKING:
+    from toolpoint.machine import Machine
 
 
 @click.command()
@@ -35,15 +38,10 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
     if machine is None and pose:
         raise ToolpointError("--pose: needs a machine file to be applied to")
-    results: list[Result] = []
-    cut = None
+    results, cut = list[Result](), None
     with frame(output, False, steps=6) as run:
         run.step("reading")
-        built = None
-        if machine is not None:
-            from toolpoint.app.poses import machine_at
-
-            built = machine_at(machine, pose)
+        built = _read_machine(machine, pose)
         before = len(run.warnings)
         responses = read_responses(frf, quantity, naming) if frf else None
         of_responses = run.warnings[before:]
@@ -57,18 +55,15 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
         page = Report("Measured frequency responses", subtitle=", ".join(file.name for file in frf))
         if built is not None and machine is not None:
             cut = built.description.cutting
-            studied = study_machine(built, pose, step=run.step)
-            results.append(studied)
+            results.append(studied := study_machine(built, pose, step=run.step))
             page = machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name,
                                 problems=[text for text in run.warnings if text not in of_responses])
         notes: tuple[str, ...] = ()
         if responses is not None:
             run.step("measured responses")
             before = len(run.warnings)
-            measured = study_responses(responses, cut, band)
-            page = with_measured(page, measured, [*of_responses, *run.warnings[before:]])
-            results.append(measured)
-            notes = measured.notes
+            results.append(measured := study_responses(responses, cut, band))
+            page, notes = with_measured(page, measured, [*of_responses, *run.warnings[before:]]), measured.notes
         run.step("page")
         run.save(page)
     for result in results:
@@ -76,6 +71,14 @@ def report(machine: Path | None, pose: dict[str, float] | None, frf: Sequence[Pa
     run.show_rest(notes)
     if built is not None:
         console.suggest(*_next(built, str(machine)))
+
+
+def _read_machine(file: Path | None, pose: dict[str, float] | None) -> Machine | None:
+    if file is None:
+        return None
+    from toolpoint.app.poses import machine_at
+
+    return machine_at(file, pose)
 
 
 def _next(machine: Any, file: str) -> list[str]:

@@ -10,6 +10,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import stdtrit
 
 from toolpoint._check import FloatArray, fail, floats, nonnegative
+from toolpoint._doubt import Doubt, status_of
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import MillingProblem
@@ -300,11 +301,12 @@ def _reported(fit: OptimizeResult, names: list[str], scale: FloatArray, runout: 
         names = [*names, "runout", "runout_angle"]
     names = [*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)])]
     poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
-    status = "converged" if fit.success else f"not converged: {fit.message}; give a nearer start"
+    doubts = [] if fit.success else [Doubt("fit", f"not converged: {fit.message}", "give a nearer start")]
     if fit.success and poor:
-        status = ("converged; the run-out's two components are poorly determined (two teeth show only one of them): "
-                  "its interval is too narrow; cut deeper or use a tool with more teeth")
-    return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)), status)
+        doubts.append(Doubt("run-out", "its two components are poorly determined (two teeth show only one of them), so its "
+                            "interval is too narrow", "cut deeper or use a tool with more teeth"))
+    return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)),
+                       status_of(doubts, "converged"))
 
 
 def revolution(record: Record, speed: float, revolutions: int | None = None) -> tuple[FloatArray, FloatArray]:

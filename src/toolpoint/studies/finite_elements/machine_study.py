@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity
 from toolpoint.cutting.description import CuttingDescription
@@ -90,8 +91,10 @@ class FiniteElementStudy(NotebookText):
         if self.finer.size:
             shift = self.finer / self.pairs.frequency[:len(self.finer)] - 1
             worst = int(np.abs(shift).argmax())
-            lines.append(f"a finer mesh moves frequencies by up to {100 * shift[worst]:+.1f} % (mode {worst + 1}), and "
-                         "differences between machines with them: of small ones only the sign is to be trusted")
+            lines.append(Doubt("mesh", f"a finer mesh moves frequencies by up to {100 * shift[worst]:+.1f} % (mode "
+                               f"{worst + 1}), and differences between machines with them",
+                               "of small ones only the sign is to be trusted",
+                               figure=abs(float(shift[worst]))))
         return tuple(lines)
 
     @property

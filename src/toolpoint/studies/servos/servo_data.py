@@ -10,6 +10,7 @@ import numpy as np
 from scipy.ndimage import find_objects, label, maximum_filter1d, minimum_filter1d
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.accuracy.axis_record import AxisRecord, AxisSignal, PositioningRun, names_of
 from toolpoint.drives.accuracy.metrology import Positioning, positioning
@@ -144,7 +145,8 @@ def _judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
     friction, levels, doubts = _friction(runs)
     gain, spread = (float(np.median(gains)), float(np.std(gains))) if gains.size else (np.nan, np.nan)
     if gains.size and spread > 0.05 * abs(gain):
-        doubts.append(f"K_v differs by {100 * spread / abs(gain):.0f} % between runs: feed-forward, or other settings")
+        doubts.append(Doubt("K_v", f"differs by {100 * spread / abs(gain):.0f} % between runs",
+                            "feed-forward, or other settings", figure=spread / abs(gain)))
     if not runs.velocity.size:
         doubts.append("no run of constant speed in the record: no friction and no K_v")
     unit = next((s.unit.split("/")[0] for s in known if s.unit.split("/")[0] in ("m", "rad")), "m")
@@ -204,21 +206,22 @@ def _friction(runs: ConstantRuns) -> tuple[FrictionFit | None, tuple[float, floa
                    for sign in (1, -1))
     doubts: list[str] = []
     if np.isfinite(levels).all() and levels[0] < levels[1]:
-        doubts.append("load and speed have opposite signs (a gear that reverses, or the sign of the recording): friction is "
-                      "that of the load with its sign turned")
+        doubts.append(Doubt("load", "load and speed have opposite signs (a gear that reverses, or the sign of the recording)",
+                            "friction is that of the load with its sign turned"))
         load = -load
     speeds = np.unique(np.round(np.abs(v) / fast, 2))
     if speeds.size < 2:
-        doubts.append("all runs have one speed: dry and viscous friction are not told apart")
+        doubts.append(Doubt("friction", "all runs have one speed: dry and viscous friction are not told apart",
+                            "record runs at several speeds"))
         if np.isfinite(levels).all() and levels[0] * levels[1] > 0:
-            doubts.append("the load has one sign in both directions: weight or an offset is larger than the friction")
+            doubts.append(Doubt("load", "one sign in both directions", "weight or an offset is larger than the friction"))
         return None, (levels[0], levels[1]), doubts
     fit = identify_friction(v, load, "coulomb")
     if fit.status != "converged":
-        doubts.append(f"friction {fit.status}")
+        doubts.append(Doubt("friction", fit.status))
     doubts += [f"friction: {words}" for words in fit.inseparable]
     if abs(fit.offset) > fit.law.coulomb:
-        doubts.append("the offset is larger than the friction: weight, or the sensor's zero")
+        doubts.append(Doubt("load", "the offset is larger than the friction", "weight, or the sensor's zero"))
     return fit, (levels[0], levels[1]), doubts
 
 

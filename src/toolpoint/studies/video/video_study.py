@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
@@ -304,14 +305,12 @@ def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: Fr
     at, gain = find_break(decay, known.poles)
     freedom = 2 * known.count * decay.components.shape[1]
     if gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
-        doubts.append(f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine was struck "
-                      f"again; "
-                      "damping and intervals rest on one unbroken decay: state start and stop")
+        doubts.append(Doubt("decay", f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine "
+                            "was struck again; damping and intervals rest on one unbroken decay", "state start and stop"))
     doubts += [text for body in bodies for text in body.doubts]
     for i in np.flatnonzero(seen < SEEN):
-        doubts.append(f"mode {i + 1} at {known.frequency[i]:.4g} Hz does not stand out of the noise in the video: its shape "
-                      f"is noise, "
-                      "or the motion is along the line of sight")
+        doubts.append(Doubt(f"mode {i + 1} at {known.frequency[i]:.4g} Hz", "does not stand out of the noise in the video: its "
+                            "shape is noise, or the motion is along the line of sight"))
     rows = field.windows.centres[:, 1]
     if scanned.clip.row_delay == 0:
         doubts += _rolling(known, field, decay, rows)

@@ -16,6 +16,7 @@ from scipy.optimize import OptimizeResult, least_squares
 from scipy.special import chdtrc
 
 from toolpoint._check import BoolArray, FloatArray, fail, positive
+from toolpoint._doubt import Doubt, status_of
 from toolpoint._threads import on_one_thread
 from toolpoint.updating.fits.fit_methods import Bayesian, LeastSquares, Regularised
 from toolpoint.updating.fits.parameter_fit import ParameterFit
@@ -137,21 +138,22 @@ def _judged(fitted: ParameterFit, problem: Problem, gain: float, result: Optimiz
     limit = _STATIONARY * (1.0 + fitted.chi_square + fitted.prior_cost)
     stationary = gain <= limit or (fitted.method.loss != "linear" and bool(result.success))
     converged = bool(stationary and np.isfinite(fitted.chi_square))
-    words = ["converged"] if converged else [
-        f"NOT converged ({result.message.rstrip('.')}; a step still promises {gain:.3g} of chi-square "
-        f"{fitted.chi_square:.3g}): allow more evaluations, start from the result, or use multi_start"]
+    doubts = [] if converged else [Doubt(
+        "fit", f"NOT converged ({result.message.rstrip('.')}, and a step still promises {gain:.3g} of chi-square "
+        f"{fitted.chi_square:.3g})", "allow more evaluations, start from the result, or use multi_start")]
     for k, (tracking, targets) in enumerate(zip(fitted.residuals.trackings, problem.targets, strict=True)):
         doubtful = tracking.doubtful(targets.lowest_mac) if tracking else ()
         if doubtful:
             of = f" of set {k + 1}" if len(problem.targets) > 1 else ""
-            words.append(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{of} have no predicted partner with MAC "
-                         f"above {targets.lowest_mac:g}: look at the pairing, try multi_start or leave them out")
+            doubts.append(Doubt(f"measured modes {', '.join(str(i + 1) for i in doubtful)}{of}", "no predicted partner with "
+                                f"MAC above {targets.lowest_mac:g}", "look at the pairing, try multi_start or leave them out"))
     if fitted.at_bounds:
-        words.append(f"at a bound: {', '.join(fitted.at_bounds)}; widen it, or ask what the model lacks")
+        doubts.append(Doubt(", ".join(fitted.at_bounds), "at a bound", "widen it, or ask what the model lacks"))
     if converged and not is_explained(fitted, problem.assumed):
-        words.append(f"the model does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g}): try "
-                     "multi_start, other parameters, or look for what the model lacks")
-    return replace(fitted, converged=converged, status="; ".join(words))
+        doubts.append(Doubt("model", f"it does not explain the data (reduced chi-square {fitted.reduced_chi_square:.3g})",
+                            "try multi_start, other parameters, or look for what the model lacks",
+                            figure=fitted.reduced_chi_square))
+    return replace(fitted, converged=converged, status=status_of(doubts, "converged"))
 
 
 def is_explained(result: ParameterFit, assumed: bool) -> bool:

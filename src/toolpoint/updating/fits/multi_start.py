@@ -97,7 +97,7 @@ def multi_start(
         if trial.converged:
             fits[k] = trial
         else:
-            failures[k] = trial.status.split(":")[0]
+            failures[k] = trial.status.removeprefix("doubtful: fit: ").split(";")[0]
     if not fits:
         fail("multi_start", f"none of {starts} starts reached a minimum ({next(iter(failures.values()))})",
              "must be at least one", "start nearer, use a smaller spread, or more evaluations")

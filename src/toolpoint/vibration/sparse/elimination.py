@@ -7,8 +7,9 @@ from itertools import pairwise
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray
-from toolpoint.vibration.sparse import cuts, dissection, kernels, symbolic
+from toolpoint.vibration.sparse import kernels, symbolic
 from toolpoint.vibration.sparse.node_matrix import WIDTH, NodeMatrix, SymmetricMatrix
+from toolpoint.vibration.sparse.ordering import cuts, dissection
 
 # Below this many vertices a part is ordered by minimum degree.
 _LEAF = 60

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail, one_of
+from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Clip
 from toolpoint.vision.displacement.lucas_kanade import LucasKanade
 from toolpoint.vision.displacement.phase import LocalPhase
@@ -78,13 +79,14 @@ def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tup
 
 
 def _doubts(windows: Windows, lost: IndexArray, frames: int) -> list[str]:
-    doubts = []
+    doubts: list[str] = []
     gone = int((lost > LOST * frames).sum())
     if gone:
-        doubts.append(f"{gone} of {len(lost)} windows were lost for more than {100 * LOST:g} % of the frames and are left out: "
-                      "they moved out of the picture, or too far from frame to frame")
+        doubts.append(Doubt("windows", f"{gone} of {len(lost)} windows were lost for more than {100 * LOST:g} % of the frames "
+                            "and are left out", "they moved out of the picture, or too far from frame to frame",
+                            figure=gone / len(lost)))
     clipped = int((windows.saturated > 0.02).sum())
     if clipped:
-        doubts.append(f"{clipped} of {len(lost)} windows are saturated (black or white pixels) and are left out: change the "
-                      "exposure or the light")
+        doubts.append(Doubt("windows", f"{clipped} of {len(lost)} windows are saturated (black or white pixels) and are left "
+                            "out", "change the exposure or the light", figure=clipped / len(lost)))
     return doubts

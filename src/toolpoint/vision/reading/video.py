@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import LARGEST, SMALLEST, Clip, Frames
 from toolpoint.vision.reading.scratch import Scratch
 
@@ -166,19 +167,20 @@ def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
 
 
 def _header_doubts(header: Header, frame_rate: float) -> list[str]:
-    doubts = []
+    doubts: list[str] = []
     if header.codec not in LOSSLESS:
-        doubts.append(f"compressed with loss ({header.codec}): small motion is smoothed; damping comes out some per cent too "
-                      f"large, "
-                      "which the intervals do not hold")
+        doubts.append(Doubt("video", f"compressed with loss ({header.codec}): small motion is smoothed, and damping comes out "
+                            "some per cent too large, which the intervals do not hold", "record without loss"))
     if header.stated_rate and abs(header.stated_rate / frame_rate - 1) > 0.02:
-        doubts.append(f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, {frame_rate:g} was stated: "
-                      "all frequencies scale with it")
+        doubts.append(Doubt("frame rate", f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, "
+                            f"{frame_rate:g} was stated", "all frequencies scale with it"))
     elif frame_rate <= PLAYED and abs(header.played_rate / frame_rate - 1) < 0.02:
-        doubts.append(f"the stated rate, {frame_rate:g} frames/s, is that at which the file is played: a high-speed video is "
-                      "filmed faster, and all frequencies scale with the rate; state that of the camera")
+        doubts.append(Doubt("frame rate", f"the stated rate, {frame_rate:g} frames/s, is that at which the file is played: a "
+                            "high-speed video is filmed faster, and all frequencies scale with the rate",
+                            "state that of the camera"))
     if header.interlaced:
-        doubts.append("interlaced video: odd and even rows were filmed at different times; rates and shapes are doubtful")
+        doubts.append(Doubt("interlaced video", "odd and even rows were filmed at different times, so rates and shapes are "
+                            "doubtful", "record whole frames"))
     return doubts
 
 

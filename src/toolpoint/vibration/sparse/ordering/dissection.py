@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.vibration.sparse.cuts import SEPARATOR, SHARE, cost_of, distances, farthest, refine, sweep
-from toolpoint.vibration.sparse.levels import cut_by_levels
+from toolpoint.vibration.sparse.ordering.cuts import SEPARATOR, SHARE, cost_of, distances, farthest, refine, sweep
+from toolpoint.vibration.sparse.ordering.levels import cut_by_levels
 
 # Multilevel cuts are tried above this many vertices; below it the swept ones are as good.
 _MULTILEVEL = 500

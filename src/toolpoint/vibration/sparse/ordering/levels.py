@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from toolpoint.vibration.sparse.cuts import SHARE, cost_of, distances, farthest, put_separator, refine, sweep
+from toolpoint.vibration.sparse.ordering.cuts import SHARE, cost_of, distances, farthest, put_separator, refine, sweep
 
 # A coarse graph of this size is small enough for several first cuts.
 _COARSE = 120
