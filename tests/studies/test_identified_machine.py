@@ -47,6 +47,14 @@ def test_a_frequency_is_half_as_uncertain_as_its_stiffness():
     assert result.to_dict()["interval_hz"][0] == pytest.approx(1.959964 * SHARE / 2 * result.frequency[0], rel=1e-4)
 
 
+def test_what_a_test_would_fit_is_said_beside_undamped_frequencies():
+    """omega sqrt(1 + 0.04 i) has the size omega (1 + 0.0004): 0.04 %; without loss nothing is said."""
+    assert [note for note in solve_modes(slider()).notes if "raise those that a test fits, by 0.04 % in mode 1" in note]
+    description = slider().description
+    still = {name: replace(joint, loss_factor=0.0) for name, joint in description.joints.items()}
+    assert not any("a test fits" in note for note in solve_modes(build(replace(description, joints=still))).notes)
+
+
 def test_the_static_response_is_as_uncertain_as_the_stiffness():
     result = study_responses_of_machine(slider(), outputs=["tip:+x"], frequency=[1e-3, 5.0])
     assert result.spread.deviation[0, 0, 0, 0] == pytest.approx(SHARE, rel=1e-4)

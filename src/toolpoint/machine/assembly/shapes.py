@@ -23,7 +23,8 @@ class BodyShapes:
     place : where everything stands; frequency : (n_modes,), Hz; twists : (n_links, 6, n_modes), motion (v, w) of every
     body in machine axes about the machine's origin, for unit modal mass; vectors : (n, n_modes), the shapes in the tree's
     coordinates; damping_ratio : (n_modes,), what the description states for every mode, or the dampers at work in the undamped
-    shape, and the structural losses of joints and materials: phi^T C phi/(2 w) + phi^T D phi/(2 w^2), exact for small ones.
+    shape, and the structural losses of joints and materials: phi^T C phi/(2 w) + phi^T D phi/(2 w^2), exact for small ones;
+    structural_ratio : (n_modes,), the second part alone.
     """
 
     place: Placement
@@ -31,6 +32,7 @@ class BodyShapes:
     twists: FloatArray
     vectors: FloatArray
     damping_ratio: FloatArray
+    structural_ratio: FloatArray
 
     def mechanisms(self) -> tuple[str, ...]:
         """Return the coordinate that moves most (by its inertia) in every mode at 0 Hz: what nothing holds."""
@@ -57,9 +59,9 @@ def body_shapes(machine: Machine, pose: Pose | None = None, modes: int | None = 
     omega, shapes = natural_omega(squares, mass[0], stiffness[0])[:modes], shapes[:, :modes]
     ratio = machine.description.damping_ratio
     lost = _work(shapes, structural[0], 2 * omega**2)
-    lost = lost + (_work(shapes, viscous[0], 2 * omega) if ratio is None else np.full(omega.shape, ratio))
+    whole = lost + (_work(shapes, viscous[0], 2 * omega) if ratio is None else np.full(omega.shape, ratio))
     vectors = shapes if basis is None else basis[0] @ shapes
-    return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, lost)
+    return BodyShapes(place, omega / (2 * np.pi), place.jacobians[0] @ vectors, vectors, whole, lost)
 
 
 def _work(shapes: FloatArray, matrix: FloatArray, over: FloatArray) -> FloatArray:
