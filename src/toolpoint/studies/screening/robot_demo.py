@@ -61,7 +61,8 @@ class RobotDemo(NotebookText):
         change = result.metric("position error")[0] / result.metric("position error")[0, 0] - 1
         lines = []
         for start, words, holds, reason in _FINDINGS:
-            seen = [round(100 * float(change[i]), 2) + 0.0 for i, label in enumerate(result.design.labels) if label.startswith(start)]
+            seen = [round(100 * float(change[i]), 2) + 0.0 for i, label in enumerate(result.design.labels)
+                    if label.startswith(start)]
             low, high = min(seen), max(seen)
             agrees = all(holds(value / 100) for value in seen)
             here = f"{low:+.2f} %" if high - low < 0.005 else f"{low:+.2f} to {high:+.2f} %"
