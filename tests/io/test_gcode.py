@@ -104,3 +104,19 @@ def test_a_fault_is_said_once_and_makes_no_others():
     with pytest.raises(FileFaults) as caught:
         gcode.parse("G1 X1\nX2\nX3")
     assert str(caught.value).count("no feed yet") == 1
+
+
+@pytest.mark.parametrize(("block", "words"), [
+    ("G33.1 Z-5 K1", "rigid tapping is not computed"), ("G5.2 X1 Y1 P2", "a spline is not computed"),
+    ("G38.2 Z-5", "probing is not computed"), ("G81 R1 Z-5 ^60", "polar coordinates are not computed")])
+def test_what_is_not_computed_is_named_with_what_to_post(block, words):
+    with pytest.raises(FileFaults) as error:
+        gcode.parse(f"G21 G90 F100 S500\nG0 X0 Y0 Z5\n{block}\nM2\n")
+    assert words in str(error.value) and "post the program" in str(error.value)
+
+
+def test_an_offset_of_the_tool_is_no_place():
+    plain = gcode.parse("G21 G90\nG0 X0 Y0 Z5\nG1 X10 F100\nM2\n")
+    offset = gcode.parse("G21 G90\nG0 X0 Y0 Z5\nG43.1 Z7 K3\nG1 X10 F100\nM2\n")
+    assert offset.end[-1] == pytest.approx(plain.end[-1])
+    assert any("G43.1" in note for note in offset.notes)

@@ -27,6 +27,7 @@ _STILL = {40, 49, 43, 44, 43.1, 43.4, 50, 15, 62, 63, 13.1, 54.1, 8, 5.1, 8.1, 1
 _REFUSED = {41: "cutter radius compensation", 42: "cutter radius compensation", 41.1: "cutter radius compensation",
             42.1: "cutter radius compensation", 51: "scaling", 16: "polar coordinates", 5: "a spline", 6.2: "a spline",
             7: "a diameter in X",
+            33.1: "rigid tapping", 5.2: "a spline", 5.3: "a spline", **dict.fromkeys((38.2, 38.3, 38.4, 38.5), "probing"),
             33: "thread cutting", 34: "thread cutting", 32: "thread cutting", 331: "tapping", 332: "tapping",
             12.1: "polar interpolation", 7.1: "cylinder interpolation", 110: "polar coordinates", 111: "polar coordinates",
             112: "polar coordinates"}
@@ -100,6 +101,9 @@ class BlockReader:
                 numbers[letter] = value
                 if letter in "UVW":
                     places[letter] = "IC", value
+        if any(word.letter == "G" and round(word.value, 1) == 43.1 for word in words):
+            places.clear()  # X to Z, I to K of this block are the tool's offset, no place (LinuxCNC)
+            remarks.note(number, "G43.1: the offset of the tool is passed over")
         if numbers.keys() & _ROTARY:
             cuts = groups.get("motion", self.state.motion) and places.keys() & AXES.keys()
             (self.turned if cuts else self.rotary).add(number)

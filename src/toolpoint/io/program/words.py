@@ -100,6 +100,8 @@ def _word(reader: Reader, column: int) -> Word:
     match = _LETTER.match(reader.text, reader.at)
     if match is None:
         piece = reader.text[reader.at:].split()[0]
+        if piece[0] in "@^":
+            raise WordFault(column, f"{piece!r}: polar coordinates are not computed; post the program with X and Y")
         raise WordFault(column, f"{piece!r} is not a word of the subset")
     reader.at = match.end()
     mode = match[3] or ""
