@@ -107,6 +107,7 @@ def test_mean_deflection_is_the_compliance_times_the_mean_force(robot, sides):
     np.testing.assert_allclose(result.relative[:, :3].mean(axis=0), expected, rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_base_carries_weight_and_mean_force(robot, sides):
     result = mill_side(robot, sides[0], replace(SETUP, loads=("cutting", "gravity"), with_base=True))
     structure = structure_along(robot, sides[0], ToolStance(), spacing=0.05)

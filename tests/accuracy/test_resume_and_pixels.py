@@ -31,6 +31,7 @@ class Stopped(Exception):
     """Stands for a run that is killed."""
 
 
+@pytest.mark.slow
 def test_a_stopped_run_goes_on_to_the_same_numbers(tmp_path, monkeypatch):
     monkeypatch.setattr(side_run, "_BLOCK", 10_000)
     machine, path = slide(), line([0, 0, 0], [0.01, 0, 0])

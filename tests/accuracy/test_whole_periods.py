@@ -44,6 +44,7 @@ def both(change, feed, *, count=5, keep=1, first=0, load=0.3, mean=1.0):
     return results
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("keep", "first"), [(1, 0), (5, 0), (3, 17)])
 def test_a_structure_that_stays_gives_the_same(keep, first):
     single, state, periods, end = both(0.0, (0.6, 0.6), keep=keep, first=first, load=0.0)

@@ -200,6 +200,7 @@ def test_forces_on_the_work_taken_for_those_on_the_tool_are_refused(folder, tmp_
     assert "must be above zero; forces measured on the workpiece" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_forces_in_another_unit_than_newton_are_doubted(folder, tmp_path, capsys):
     """In kN every coefficient is a thousandth."""
     lines = (folder / "f2.csv").read_text().splitlines()

@@ -19,6 +19,7 @@ def two_sets():
 MODELS = [two_sets(), brick((1, 1, 1), (3, 2, 2)), tetrahedral_brick((1, 1, 1), (2, 2, 2))]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", MODELS, ids=("two sets", "hexahedra", "tetrahedra"))
 def test_they_are_the_sums_of_the_parts(model):
     for matrix, columns in zip(model.node_matrices(), (model.stiffness(), model.mass()), strict=True):
@@ -31,6 +32,7 @@ def test_they_are_the_sums_of_the_parts(model):
             assert np.allclose(matrix @ right, columns @ right, atol=1e-13 * abs(columns).sum(axis=0).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["multifrontal", "SuperLU"])
 def test_factors_and_counts_are_those_of_columns(solver):
     model = MODELS[0]

@@ -152,6 +152,7 @@ def second_reading(text):
     return length, np.min(points, axis=0), np.max(points, axis=0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", RUN)
 def test_measured_programs_run(measured, name):
     program = gcode.read(measured / "gcode" / name, feed=0.1)

@@ -134,6 +134,7 @@ def test_modes_that_must_cross_change_partners_side_by_side():
     assert list(with_crossings(partner, np.array([16.08, 16.08, 23.4]), np.array([16.07, 16.1, 23.4]))) == [1, 0, 2]
 
 
+@pytest.mark.slow
 def test_a_fit_goes_on_from_the_masses_of_another(case, modes, monkeypatch):
     """One evaluation moves nothing: the numbers of masses are those of the fit before, not the stated ones."""
     from toolpoint.joint_identification.machine import machine_fit, whole_machine

@@ -70,7 +70,7 @@ def test_a_choice_goes_through_its_file(tmp_path):
 
 @pytest.mark.parametrize(("text", "words"), [
     ("toolpoint: 1\n", "changes nothing"), ("toolpoint: 1\nadd: [{frequency: -3, damping_ratio: 0.1}]\n", "frequency"),
-    ("toolpoint: 1\nadd: [{frequency: 30, damping: 0.1}]\n", "damping"), ("remove: [20]\n", "version")])
+    ("toolpoint: 1\nadd: [{frequency: 30, damping: 0.1}]\n", "damping"), ("remove: [20]\n", "toolpoint: missing")])
 def test_a_faulty_file_is_refused_with_its_place(tmp_path, text, words):
     file = tmp_path / "choice.yaml"
     file.write_text(text)

@@ -61,6 +61,7 @@ def test_material_damping_is_the_share_of_strain_energy():
     assert (lossy.material_damping(pairs) > mill.material_damping(pairs)).all()
 
 
+@pytest.mark.slow
 def test_options_are_judged_by_the_same_cut(study):
     names = [option.name for option in study.every_option]
     assert names == ["denser low part", "tuned damper, 3 kg at tool:+x", "active damper, 3 kg moving at tool:+x"]

@@ -164,6 +164,7 @@ def test_symmetry_of_large_matrices_is_asked_without_copies(change):
             check_symmetric("matrix", broken)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", ["multifrontal", "SuperLU"])
 def test_a_mass_between_rows_that_no_stiffness_joins_is_in_the_factors(solver):
     """The order is that of both patterns together: against a dense solution, and counted."""
