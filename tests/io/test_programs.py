@@ -180,3 +180,37 @@ def test_measured_drillings_and_turnings(measured):
 def test_measured_program_with_compensation_is_refused_by_name(measured):
     with pytest.raises(FileFaults, match="radius compensation"):
         gcode.read(measured / "gcode" / "heid_PROFILE.h")
+
+
+def test_brackets_in_a_comment_belong_to_it():
+    text = "G21 G90\n(hole at (61.0, 67.7) of (all))\nG1 X10 F100 (a (b)\nM30"
+    assert gcode.parse(text).end[-1, 0] == pytest.approx(0.01)
+
+
+def test_m17_outside_a_subprogram_is_passed_over_and_ends_one_inside():
+    """A word of some machines (servos on); the end of a subprogram at Siemens."""
+    plain = gcode.parse("M17\nG21 G90\nG1 X10 F100\nX20\nM30")
+    assert plain.end[-1, 0] == pytest.approx(0.02) and any("M17" in note for note in plain.notes)
+    assert gcode.parse("G90\nG1 X10 F100\nM17").end[-1, 0] == pytest.approx(0.01)
+
+
+def test_klartext_reads_where_the_program_stands():
+    """ID270: the position in the datum; a loop that goes down until a depth ends there, after four passes."""
+    text = """BEGIN PGM DOWN MM
+FN0 : Q1 = -10
+L X+0 Y+0 Z+0 FMAX
+LBL 1
+L IZ-2.5 F100
+L IX+5
+FN 18: SYSREAD Q3 = ID270 NR1 IDX3
+FN 12 : IF +Q3 LT +Q1 GOTO LBL 2
+FN 9: IF +Q3 EQU +Q1 GOTO LBL 2
+CALL LBL 1 REP 25/25
+LBL 2
+Q7 = SGN Q3
+L Z+Q7 FMAX
+END PGM DOWN MM
+"""
+    program = gcode.parse(text)
+    assert program.end[-1] == pytest.approx([0.02, 0, -0.001])
+    assert any("where this program brought it" in note for note in program.notes)

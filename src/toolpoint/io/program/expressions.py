@@ -21,6 +21,7 @@ _FUNCTIONS: dict[str, Callable[[float], float]] = {
     "SIN": lambda v: math.sin(math.radians(v)), "COS": lambda v: math.cos(math.radians(v)),
     "TAN": lambda v: math.tan(math.radians(v)), "ASIN": lambda v: math.degrees(math.asin(v)),
     "ACOS": lambda v: math.degrees(math.acos(v)), "ATAN": lambda v: math.degrees(math.atan(v)), "SQRT": math.sqrt, "ABS": abs,
+    "SGN": lambda v: float((v > 0) - (v < 0)),
     "ROUND": lambda v: math.floor(v + 0.5), "FIX": math.floor, "FUP": math.ceil, "TRUNC": math.trunc, "INT": math.trunc,
     "FRAC": lambda v: v - math.trunc(v), "LN": math.log, "EXP": math.exp, "POT": lambda v: v * v, "NOT": lambda v: float(not v),
     "NEG": lambda v: -v}

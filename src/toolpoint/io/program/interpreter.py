@@ -95,12 +95,22 @@ class Run:
             return self._jump(at, s)
         if s.kind in ("sub", "call", "endsub", "return", "subprogram", "break", "continue", "end"):
             return self._call(at, s)
+        if s.kind == "m17":
+            return self._return_or_pass(at, s)
         if s.kind == "define":
             for part in s.text.split(","):
                 name, _, text = part.partition("=")
                 self.variables[name.strip()] = self.value(text) if text.strip() else 0.0
         elif s.kind == "passed":
             self.remarks.without_motion(s.number, s.key)
+        return at + 1
+
+    def _return_or_pass(self, at: int, s: Statement) -> int:
+        """M17 ends a subprogram (Siemens); outside of one and with blocks behind it it is a word of the machine's own."""
+        behind = self.listing.statements[at + 1:]
+        if self.calls or not any(later.kind == "block" for later in behind):
+            return self._leave(at)
+        self.remarks.without_motion(s.number, "M17")
         return at + 1
 
     def _branch(self, at: int, s: Statement) -> int:

@@ -17,8 +17,9 @@ MOST_STEPS, OFTEN = 100_000, 20  # lines that are run beside twenty times the pr
 _AXIS = re.compile(r"\s*(I?)([XYZABC])\s*(?=[+\-\dQ.])")
 _STILL = re.compile(r"(TOOL (?:CALL|DEF)|CYCL (?:DEF|CALL)|BLK FORM|BEGIN PGM|STOP|TCH PROBE|PLANE|FN ?1[0-9](?!\d)|FN ?18|"
                     r"FUNCTION|PATTERN|SEL|M\d|\*|Q\d+\s*=)")
-_FN_GOTO = re.compile(r"FN\s*(9|10|11|12):\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
-_FN_SET = re.compile(r"FN\s*(\d+):\s*(Q[LRS]?\d+)\s*=\s*(.+)")
+_FN_GOTO = re.compile(r"FN\s*(9|10|11|12)\s*:\s*IF\s*(.+?)\s*(EQU|NE|GT|LT)\s*(.+?)\s*GOTO\s*LBL\s*\"?(\w+)")
+_POSITION = re.compile(r"SYSREAD\s+Q[LRS]?\d+\s*=\s*ID2[47]0\s+NR1\s+IDX([123])\b")
+_FN_SET = re.compile(r"FN\s*(\d+)\s*:\s*(?:SYSREAD\s+)?(Q[LRS]?\d+)\s*=\s*(.+)")
 
 
 def is_klartext(text: str) -> bool:
@@ -159,13 +160,24 @@ def _line(reader: _Klartext, number: int, line: str) -> None:
 def _assign(reader: _Klartext, number: int, match: re.Match[str]) -> None:
     kind, name, text = int(match[1]), match[2], match[3]
     if kind == 18:
-        reader.variables[name] = 0.0
-        reader.state.remarks.note(number, "SYSREAD (what the control knows at the machine) is zero")
+        _read_control(reader, number, name, match[0])
         return
     text = text.replace(" DIV ", " / ").replace(",", ".")
     if kind not in (0, 1, 2, 3, 4, 5, 6, 7):
         raise ExpressionFault(f"FN{kind} is not in the subset of Klartext")
     reader.variables[name] = _value(reader, text)
+
+
+def _read_control(reader: _Klartext, number: int, name: str, text: str) -> None:
+    """Set a parameter to what a control knows: the position is where this program brought it, all else is zero."""
+    state, remarks = reader.state, reader.state.remarks
+    if place := _POSITION.search(text):
+        i = int(place[1]) - 1
+        reader.variables[name] = (state.position[i] - state.origin[i]) / state.scale
+        remarks.note(number, "SYSREAD of a position: where this program brought it, an operator moves nothing")
+        return
+    reader.variables[name] = 0.0
+    remarks.note(number, "SYSREAD (what the control knows at the machine) is zero")
 
 
 def _axes(reader: _Klartext, text: str) -> tuple[dict[int, float], str]:

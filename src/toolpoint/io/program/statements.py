@@ -24,7 +24,7 @@ _PATTERNS: tuple[tuple[str, re.Pattern[str]], ...] = tuple((name, re.compile(pat
     ("for", r"FOR\s+(?P<a>[^=]+)=(?P<b>.+?)\s+TO\s+(?P<c>.+)$"), ("endfor", r"ENDFOR$"),
     ("until", r"UNTIL\b\s*(?P<a>.+)$"), ("do", r"REPEAT$"), ("loop", r"LOOP$"), ("endloop", r"ENDLOOP$"),
     ("if", r"IF\b\s*(?P<a>.+)$"), ("else", r"ELSE$"), ("endif", r"ENDIF$"),
-    ("return", r"(?:RET|M17)\b.*$"), ("sub", r"PROC\s+(?P<b>\w+).*$"),
+    ("return", r"RET\b.*$"), ("m17", r"M17\b.*$"), ("sub", r"PROC\s+(?P<b>\w+).*$"),
     ("define", r"DEF\s+(?:REAL|INT|BOOL|CHAR)\s+(?P<a>.+)$"),
     ("passed", r"(?P<b>MSG|EXTERN|WORKPIECE|DEF|STOPRE|SOFT|BRISK|DRIVE|FFWON|FFWOF|COMPOF|COMPON|COMPCAD|COMPCURV|DIAMOF|CFC|"
                r"CFTCP|CFIN|TRAFOOF|TRAORI|G_?GROUP|CUT2D|CUT3DC|ORI\w+|FIFOCTRL|SPOS|WRITE|SETMS|STARTFIFO|PRESETON)\b(?!\s*=).*$")))

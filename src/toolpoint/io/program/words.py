@@ -44,8 +44,7 @@ def without_comments(line: str) -> str:
     while (start := text.find("(", at)) >= 0:
         out.append(text[at:start])
         before = "".join(out)
-        end = text.find(")", start)
-        end = len(text) - 1 if end < 0 else end
+        end = _comment_end(text, start)
         if _BEFORE.search(before):
             out.append("(")
             at = start + 1
@@ -53,6 +52,17 @@ def without_comments(line: str) -> str:
             out.append(" " * (end + 1 - start))
             at = end + 1
     return ("".join(out) + text[at:]).rstrip()
+
+
+def _comment_end(text: str, start: int) -> int:
+    """Where a comment ends: at the bracket that closes it, brackets within counted where all of them close; else at the first."""
+    depth = 0
+    for at in range(start, len(text)):
+        depth += {"(": 1, ")": -1}.get(text[at], 0)
+        if depth == 0:
+            return at
+    first = text.find(")", start)
+    return len(text) - 1 if first < 0 else first
 
 
 def split_words(text: str, variables: MutableMapping[str, float], unset: set[str]) -> tuple[list[Word], dict[str, float]]:
