@@ -37,9 +37,11 @@ def both(change, feed, *, count=5, keep=1, first=0, load=0.3, mean=1.0):
     course = CourseArrays(at.astype(int), at - at.astype(int), np.linspace(*feed, STEPS),
                           np.full((STEPS, 1), load) * np.linspace(1, 2, STEPS)[:, None])
     results = []
-    for way in (advance, advance_periods):
+    for whole in (False, True):
         run, out = RunArrays(np.full(8, 1e-7), np.zeros((PERIOD, 3)), np.zeros(0)), np.empty((STEPS // keep + 1, 6))
-        kept = way(nodes_of(change, count), cut, course, run, keep, first, out, np.empty((0, 9)) if way is advance else {})
+        nodes = nodes_of(change, count)
+        kept = (advance_periods(nodes, cut, course, motion=run, keep=keep, first=first, out=out, known={}) if whole else
+                advance(nodes, cut, course, run, keep, first, out, np.empty((0, 9))))
         results += [out[:kept], run.state]
     return results
 

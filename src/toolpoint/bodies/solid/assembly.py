@@ -46,7 +46,7 @@ def assemble_blocks(nodes: FloatArray, elements: IndexArray, width: int, *, matr
     return csc_array((values, indices, indptr), shape=(size, size))
 
 
-def add_pairs(nodes: FloatArray, elements: IndexArray, pattern: NodePattern, blocks: FloatArray, *, matrices: ElementMatrices
+def add_pairs(nodes: FloatArray, elements: IndexArray, pattern: NodePattern, *, blocks: FloatArray, matrices: ElementMatrices
               ) -> None:
     """Add element matrices to the stored blocks (pairs, width, width) of a pattern."""
     from toolpoint.vibration.sparse import node_kernels

@@ -136,8 +136,8 @@ class SolidModel(NotebookText):
         stiffness, mass = np.zeros((pattern.block_count, 3, 3)), np.zeros((pattern.block_count, 1, 1))
         for block in self.blocks:
             material = self.materials[block.name]
-            add_pairs(self.nodes, block.nodes, pattern, stiffness, matrices=partial(_stiffness, material, block.kind))
-            add_pairs(self.nodes, block.nodes, pattern, mass, matrices=partial(_scalar_mass, material, block.kind))
+            add_pairs(self.nodes, block.nodes, pattern, blocks=stiffness, matrices=partial(_stiffness, material, block.kind))
+            add_pairs(self.nodes, block.nodes, pattern, blocks=mass, matrices=partial(_scalar_mass, material, block.kind))
         return NodeMatrix(pattern, stiffness), NodeMatrix(pattern, mass.ravel())
 
     def assembled(self) -> tuple[csc_array, csc_array]:

@@ -55,7 +55,7 @@ def without_comments(line: str) -> str:
 
 
 def _comment_end(text: str, start: int) -> int:
-    """Where a comment ends: at the bracket that closes it, brackets within counted where all of them close; else at the first."""
+    """Where a comment ends: at the bracket that closes it, brackets within counted; where these do not close, at the first."""
     depth = 0
     for at in range(start, len(text)):
         depth += {"(": 1, ")": -1}.get(text[at], 0)

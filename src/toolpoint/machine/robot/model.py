@@ -183,7 +183,7 @@ class _Gathered:
         cut = (along, sense, float(middle[along]))
         if member.bending == "finite elements":
             mass = mass_properties(_body(name, member, self.density, self.meshes)).mass
-            self.bodies[link] = (mesh_member(name, member, self._solid(name), mass) if member.kind == "mesh" else
+            self.bodies[link] = (mesh_member(name, member, self._solid(name), mass=mass) if member.kind == "mesh" else
                                  solid_member(name, member, mass, sense=sense))
             self._hold((link, NEAR), (link, FAR), cut)
             return

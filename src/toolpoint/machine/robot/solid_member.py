@@ -57,7 +57,7 @@ def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -
     return d.BodyDescription(elastic=elastic, source=f"{name} by finite elements: {member.source}")
 
 
-def mesh_member(name: str, member: RobotMember, solid: SolidBody, mass: float) -> d.BodyDescription:
+def mesh_member(name: str, member: RobotMember, solid: SolidBody, *, mass: float) -> d.BodyDescription:
     """Return the body of a member by the finite elements of its file, of a mass (kg) spread evenly."""
     from toolpoint.bodies.solid.checks import check_solid
 

@@ -128,14 +128,61 @@ class SideAccuracy:
         return np.arange(len(amplitude)) * rate / len(self.time), amplitude
 
 
+@dataclass
+class _SideSteps:
+    """The steps of a side, block by block: kept rows of what the tool does (`out`) and of what the base carries (`base`)."""
+
+    structure: MovingStructure
+    system: VaryingSystem
+    setup: MillingSetup
+    cut: CutCourse
+    nodes: NodeArrays
+    carried: RunArrays
+    begin: float
+    steps: int
+    keep: int
+    out: FloatArray
+    base: FloatArray
+    kept: int = 0
+    known: dict[tuple[int, int], WholePeriod] = field(default_factory=dict)
+
+    def base_rows(self, before: int) -> FloatArray:
+        """Rows of the base kept since `before`; none where the base is not asked for."""
+        return self.base[before:self.kept if self.setup.with_base else before]
+
+    def take(self, out: FloatArray, base: FloatArray) -> None:
+        """Take the rows of a block that was finished before."""
+        before, self.kept = self.kept, self.kept + len(out)
+        self.out[before:self.kept] = out
+        self.base_rows(before)[:] = base
+
+    def advance(self, at: int) -> None:
+        """Advance the block that begins at step `at`: by whole periods where nothing asks for single steps."""
+        from toolpoint.vibration.simulation.varying_kernel import advance
+
+        setup, dt = self.setup, self.cut.step
+        stepwise = setup.regenerative or setup.with_energy or setup.with_base
+        motion = self.structure.side.law.sample(self.begin + (np.arange(at, min(at + _BLOCK, self.steps)) + 0.5) * dt)
+        node, share = _between(self.system.length, motion[:, 0])
+        for low, high, table in self.cut.parts(motion[:, 0]):
+            feed = np.clip(motion[low:high, 1] * dt * table.per_tooth / table.largest_feed, 0.0, 1.0)
+            of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
+            course = CourseArrays(node[low:high], share[low:high], feed, self.structure.load_factors(motion[low:high]))
+            out, first = self.out[self.kept:], at + low
+            if not stepwise and _is_even(motion[low:high], table):
+                self.kept += advance_periods(self.nodes, of_cut, course, motion=self.carried, keep=self.keep, first=first,
+                                             out=out, known=self.known)
+            else:
+                self.kept += advance(self.nodes, of_cut, course, self.carried, self.keep, first, out,
+                                     self.base[self.kept:] if setup.with_base else self.base)
+
+
 def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup, *, cut: CutCourse,
              progress: Progress | None = None, store: RunStore | None = None) -> SideAccuracy:
     """Step along a side, begun in the periodic state that the cut and the loads at its start would have in the end.
 
     store : where finished blocks of steps are kept and taken from.
     """
-    from toolpoint.vibration.simulation.varying_kernel import advance
-
     law, dt = structure.side.law, cut.step
     begin, end = _span(law.duration, setup.window, dt * cut.per_tooth)
     nodes = step_nodes(system, dt, with_energy=setup.with_energy)
@@ -147,33 +194,21 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     energy = _energy(system, state, float(first[0, 0]))
     at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
                           system.mass, system.stiffness)
-    carried = RunArrays(state, delayed, totals)
-    out, base = np.empty((-(-steps // keep), 6)), np.empty((-(-steps // keep) if setup.with_base else 0, 9))
-    known: dict[tuple[int, int], WholePeriod] = {}
-    kept, stepwise = 0, setup.regenerative or setup.with_energy or setup.with_base
+    rows = -(-steps // keep)
+    run = _SideSteps(structure, system, setup, cut, at_nodes, RunArrays(state, delayed, totals), begin, steps, keep,
+                     np.empty((rows, 6)), np.empty((rows if setup.with_base else 0, 9)))
     for at in range(0, steps, _BLOCK):
-        before = kept
-        done = store.load(at, carried) if store else None
+        before = run.kept
+        done = store.load(at, run.carried) if store else None
         if done is not None:
-            kept += len(done[0])
-            out[before:kept] = done[0]
-            base[before:kept if setup.with_base else before] = done[1]
+            run.take(*done)
         else:
-            motion = law.sample(begin + (np.arange(at, min(at + _BLOCK, steps)) + 0.5) * dt)
-            node, share = _between(system.length, motion[:, 0])
-            for low, high, table in cut.parts(motion[:, 0]):
-                feed = np.clip(motion[low:high, 1] * dt * table.per_tooth / table.largest_feed, 0.0, 1.0)
-                of_cut = CutArrays(table.table, table.regeneration, setup.depth if setup.regenerative else 0.0)
-                course = CourseArrays(node[low:high], share[low:high], feed, structure.load_factors(motion[low:high]))
-                if not stepwise and _is_even(motion[low:high], table):
-                    kept += advance_periods(at_nodes, of_cut, course, carried, keep, at + low, out[kept:], known)
-                    continue
-                kept += advance(at_nodes, of_cut, course, carried, keep, at + low, out[kept:],
-                                base[kept:] if setup.with_base else base)
+            run.advance(at)
             if store:
-                store.save(at, carried, out=out[before:kept], base=base[before:kept if setup.with_base else before])
+                store.save(at, run.carried, out=run.out[before:run.kept], base=run.base_rows(before))
         if progress:
             progress(min(at + _BLOCK, steps), steps)
+    kept, out, base = run.kept, run.out, run.base
     if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
         fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
              "the cut chatters: take it below the stable depth (toolpoint lobes)")

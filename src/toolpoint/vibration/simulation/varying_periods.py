@@ -28,7 +28,7 @@ class WholePeriod(NamedTuple):
     motion: FloatArray
 
 
-def advance_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, motion: RunArrays, keep: int, first: int,
+def advance_periods(nodes: NodeArrays, cut: CutArrays, course: CourseArrays, *, motion: RunArrays, keep: int, first: int,
                     out: FloatArray, known: dict[tuple[int, int], WholePeriod]) -> int:
     """Advance a block of steps by whole periods of the table; arguments and result as of `varying_kernel.advance`.
 

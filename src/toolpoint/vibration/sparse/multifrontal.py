@@ -47,7 +47,7 @@ class Multifrontal:
         return result[0] if right.ndim == 1 else result.T
 
 
-def count_negative(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: SymmetricMatrix, shift: float) -> int:
+def count_negative(plan: EliminationPlan, stiffness: SymmetricMatrix, mass: SymmetricMatrix, *, shift: float) -> int:
     """Return the number of negative pivots of K + shift M, whose factors are not kept."""
     diagonal = np.ones(stiffness.shape[0])
     _refuse(plan, _eliminate(plan, stiffness, mass, shift=shift, factor=np.empty(0), diagonal=diagonal, positive=False))

@@ -84,8 +84,8 @@ class NodeMatrix:
         """Return the diagonal."""
         pattern = self.pattern
         rows = np.repeat(np.arange(pattern.node_count), np.diff(pattern.pointers))
-        own = self.blocks[pattern.entries[pattern.columns == rows]]
-        return np.repeat(own, WIDTH) if own.ndim == 1 else np.einsum("naa->na", own).ravel()
+        blocks = self.blocks[pattern.entries[pattern.columns == rows]]
+        return np.repeat(blocks, WIDTH) if blocks.ndim == 1 else np.einsum("naa->na", blocks).ravel()
 
     def __matmul__(self, motion: FloatArray) -> FloatArray:
         from toolpoint.vibration.sparse import node_kernels

@@ -59,7 +59,7 @@ class Pencil:
         if self.solver == "multifrontal":
             from toolpoint.vibration.sparse.multifrontal import count_negative
 
-            return count_negative(self._plan, self.stiffness, self.mass, -square)
+            return count_negative(self._plan, self.stiffness, self.mass, shift=-square)
         return factorise(self._sum(-square), solver=self.solver, is_positive=False).negative_pivots
 
     def _sum(self, shift: float) -> csc_array:
