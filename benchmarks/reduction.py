@@ -14,7 +14,8 @@ from scipy.sparse import block_diag as sparse_diagonal
 from toolpoint.bodies.solid import CAST_IRON, Casting, Cuboid, Patch, SolidModel
 from toolpoint.substructuring.estimate import Surroundings, couple_reduced, reduce_automatically
 from toolpoint.substructuring.large_body import LargeBody
-from toolpoint.substructuring.methods import SURE, ActingLoads
+from toolpoint.substructuring.methods import ActingLoads
+from toolpoint.substructuring.reach import SURE
 from toolpoint.substructuring.reduction import span
 from toolpoint.vibration.sparse import modes
 

@@ -16,7 +16,8 @@ from scipy.linalg import block_diag, eigh
 from toolpoint._check import FloatArray, count, fail, floats, positive, symmetric
 from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody
-from toolpoint.substructuring.methods import SURE, ActingLoads
+from toolpoint.substructuring.methods import ActingLoads
+from toolpoint.substructuring.reach import SURE
 from toolpoint.substructuring.reduction import Reduction, ShapeSpan, span
 
 CLUSTER = 4  # neighbouring modes at most that are taken together

@@ -13,11 +13,9 @@ from scipy.sparse.linalg import LinearOperator, eigsh
 
 from toolpoint._check import FloatArray, count, positive
 from toolpoint.substructuring.large_body import Preparation
+from toolpoint.substructuring.reach import REACH
 from toolpoint.substructuring.reduction import RawShapes
 from toolpoint.vibration.sparse.node_matrix import as_columns
-
-REACH = 1.5  # of the band: free modes up to here are kept
-SURE = 1.4  # least reach over band with which the error estimate is to be believed
 
 
 @dataclass(frozen=True)

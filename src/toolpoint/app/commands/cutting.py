@@ -85,7 +85,6 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
         dynamics = read_dynamics(source)
 
         from toolpoint.cutting.stability import method_named
-        from toolpoint.pages.cuts.lobes import lobes_page
         from toolpoint.studies.cuts.lobes_study import chart_lobes
         from toolpoint.studies.cuts.uncertain_cut import Uncertainty
 
@@ -93,6 +92,9 @@ def lobes(source: Source, speeds: Any, method: str, simulate: bool, samples: int
         chosen = method_named(method, "--method")
         result = chart_lobes(dynamics, in_si(cut), method=chosen, speeds=speeds, simulate_cuts=simulate,
                              uncertainty=known, progress=progress).noted(run.warnings)
+
+        from toolpoint.pages.cuts.lobes import lobes_page
+
         run.save(lobes_page(result, run.warnings))
     run.show(result, result.chart.notes)
 
@@ -146,12 +148,14 @@ def turn(source: Source, kf: float, direction: Any, kt: float | None, cutting_di
     with frame(output, as_json) as run:
         dynamics = read_dynamics(source)
 
-        from toolpoint.pages.cuts.turning import turning_page
         from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
 
         cut = TurningCut(1e6 * kf, 1e6 * (kt or 0.0), direction, cutting_direction, process_damping,
                          cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
         result = chart_turning(dynamics, cut, speeds).noted(run.warnings)
+
+        from toolpoint.pages.cuts.turning import turning_page
+
         run.save(turning_page(result))
     run.show(result, result.chart.notes)
 
@@ -200,13 +204,15 @@ def mill(source: Source, speed: float, depth: float, revolutions: int | None, ou
     with frame(output, as_json, steps=2) as run:
         dynamics = read_dynamics(source)
 
-        from toolpoint.pages.cuts.simulated_cut import simulation_page
         from toolpoint.studies.cuts.simulated_cut import check_cut, simulate_cut
 
         check_cut(values, speed, 1e-3 * depth)
         result = simulate_cut(dynamics, values, speed=speed, depth=1e-3 * depth, revolutions=revolutions,
                               step=run.step)
         run.step("page")
+
+        from toolpoint.pages.cuts.simulated_cut import simulation_page
+
         run.save(simulation_page(result, run.warnings))
     run.show(result, [*result.notes, *run.warnings])
 

@@ -14,7 +14,7 @@ from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
 from toolpoint.machine.parts.model import Machine
-from toolpoint.substructuring.methods import REACH, SURE
+from toolpoint.substructuring.reach import REACH, SURE
 
 Described = TypeVar("Described", ElasticDescription, SolidBody)
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses

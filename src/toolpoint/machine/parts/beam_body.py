@@ -18,7 +18,8 @@ from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.parts.beam_surface import beam_surface
 from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.substructuring.large_body import LargeBody
-from toolpoint.substructuring.methods import REACH, ActingLoads
+from toolpoint.substructuring.methods import ActingLoads
+from toolpoint.substructuring.reach import REACH
 from toolpoint.substructuring.reduction import Reduction, reduce
 
 # Bending wave number times element length at the highest free mode that is kept: frequencies there are 3e-6 too high.

@@ -17,7 +17,8 @@ from toolpoint.bodies.surface import BodySurface
 from toolpoint.machine.description.elastic import ElasticDescription, PatchDescription, SolidBody
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
-from toolpoint.substructuring.methods import REACH, SURE, ActingLoads
+from toolpoint.substructuring.methods import ActingLoads
+from toolpoint.substructuring.reach import REACH, SURE
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
 from toolpoint.substructuring.sliding import tabulate
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy  # its rooms load on first use
 
 from toolpoint._check import FloatArray
 from toolpoint.cutting import StabilityChart, stability
@@ -39,7 +39,7 @@ class LimitSpread:
     @property
     def factor(self) -> float:
         """Half widths of 95 % intervals over standard deviations (Student)."""
-        return float(stdtrit(self.samples - 1, 0.975))
+        return float(scipy.special.stdtrit(self.samples - 1, 0.975))
 
     def ends(self, limit: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Return both ends of the 95 % intervals of limits."""

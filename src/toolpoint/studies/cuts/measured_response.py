@@ -11,7 +11,6 @@ from toolpoint._check import ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.modal_identification.poles.quadrature import quadrature
 from toolpoint.studies.cuts.example_cut import EXAMPLE_CUT
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import take_band
@@ -65,6 +64,8 @@ def study_responses(frf: Frf, cut: CuttingDescription | None = None, band: tuple
     notes = list(frf.notes)
     modes: Modes | None = None
     try:
+        from toolpoint.modal_identification.poles.quadrature import quadrature
+
         modes = quadrature(frf)
     except ToolpointError as error:
         notes.append(f"No modes were picked: {error}")

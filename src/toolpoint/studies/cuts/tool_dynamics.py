@@ -11,7 +11,6 @@ import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
 from toolpoint.machine import Machine
-from toolpoint.modal_identification import identify
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
 from toolpoint.studies.machines.tool_point import condense_unreliable, speed_dynamics, tool_point
 from toolpoint.vibration import Dof, Frf, Modes
@@ -191,6 +190,8 @@ def as_modes(dynamics: ToolDynamics) -> ToolDynamics:
     frf = dynamics.response
     if not isinstance(frf, Frf):
         return dynamics
+    from toolpoint.modal_identification import identify  # loads for half a second, and few cuts need it
+
     is_apart = len(frf.outputs) == 2 and not np.abs(frf.values[:, 0, 1]).max()
     fits = [identify(frf.selected([k], [k])) for k in (0, 1)] if is_apart else [identify(frf)]
     worst = min(float(fit.quality.min()) for fit in fits)

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy  # its rooms load on first use
 from numpy.typing import ArrayLike
-from scipy.optimize import minimize_scalar
 
 from toolpoint._check import Array, FloatArray, fail, floats, positive
 from toolpoint.cutting.cut.plane import PlaneDynamics
@@ -116,7 +116,8 @@ def _least_real(plane: PlaneDynamics) -> tuple[float, complex]:
     f = f[f > 0]
     k = int(np.argmin(plane.response(f)[:, 0, 0].real))
     ends = float(f[max(k - 1, 0)]), float(f[min(k + 1, f.size - 1)])
-    minimum = minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]})
+    minimum = scipy.optimize.minimize_scalar(lambda x: value(x).real, bounds=ends, method="bounded",
+                                             options={"xatol": 1e-10 * ends[1]})
     best = float(minimum.x) if value(float(minimum.x)).real <= value(float(f[k])).real else float(f[k])
     return best, value(best)
 

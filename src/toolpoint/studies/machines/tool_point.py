@@ -24,7 +24,7 @@ from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import ELASTIC
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.pose_words import direction_words, pose_words
-from toolpoint.substructuring.methods import REACH
+from toolpoint.substructuring.reach import REACH
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, damping, eigen, frequency_response
 from toolpoint.vibration.frequency_response import condense_above
 from toolpoint.vibration.gyroscopic import is_gyroscopic

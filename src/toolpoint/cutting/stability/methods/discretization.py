@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
-from scipy.linalg import expm
+import scipy  # its rooms load on first use
 
 from toolpoint._check import ComplexArray, FloatArray, count, fail, positive
 from toolpoint.cutting.cut.modal_state import modal_plane
@@ -76,7 +76,7 @@ class SemiDiscretization:
         block = np.zeros((m, n + 4, n + 4))
         block[:, :n, :n], block[:, :n, n:n + 2] = (a - feedback) * step, drive * step
         block[:, n:n + 2, n + 2:] = np.eye(2)
-        e = expm(block)
+        e = scipy.linalg.expm(block)
         now, later = e[:, :n, n:n + 2], e[:, :n, n + 2:]
         if self.order == 0:
             weights = [(now[i] / 2, now[i] / 2) for i in range(m)]
@@ -132,7 +132,7 @@ class FullDiscretization:
         # Product of two linear functions of u = s/dt: (1-u)^2, u(1-u) (both ways), u^2 weights.
         constant, ramp, square = hold
         start, mixed = constant - 2 * ramp + square, ramp - square
-        whole = expm(a * step)
+        whole = scipy.linalg.expm(a * step)
 
         def advance(i: int, x: FloatArray, past: Sequence[FloatArray]) -> FloatArray:
             at_start = depth * (start @ b @ first[i] + mixed @ b @ last[i])
@@ -150,7 +150,7 @@ def _holds(a: FloatArray, step: float) -> list[FloatArray]:
     block[:n, :n] = a * step
     for k in range(3):
         block[k * n:(k + 1) * n, (k + 1) * n:(k + 2) * n] = np.eye(n)
-    e = expm(block)
+    e = scipy.linalg.expm(block)
     return [step * e[:n, n:2 * n], step * e[:n, 2 * n:3 * n], 2 * step * e[:n, 3 * n:]]
 
 
