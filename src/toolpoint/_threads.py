@@ -3,12 +3,27 @@
 from __future__ import annotations
 
 import functools
+import os
 import sys
 from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 R = TypeVar("R")
+
+
+VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def hold_process() -> None:
+    """Hold the BLAS libraries of this process to one thread, those that are loaded and those to come, unless one of the
+    variables says otherwise. For a command of its own process, never for a caller's."""
+    if any(name in os.environ for name in VARIABLES):
+        return
+    os.environ.update(dict.fromkeys(VARIABLES, "1"))
+    from threadpoolctl import ThreadpoolController
+
+    ThreadpoolController().limit(limits=1, user_api="blas")
 
 
 def on_one_thread(compute: Callable[P, R]) -> Callable[P, R]:

@@ -12,6 +12,7 @@ import click
 
 import toolpoint
 from toolpoint._check import ToolpointError, suggestion
+from toolpoint._threads import hold_process
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _MODULES = {
@@ -62,6 +63,8 @@ def cli() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
+    if arguments is None:  # a process of its own
+        hold_process()
     try:
         cli.main(args=None if arguments is None else list(arguments), prog_name="toolpoint", standalone_mode=False)
     except ToolpointError as error:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._threads import on_one_thread
 from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
 from toolpoint.studies.accuracy.cutting_table import CuttingTable
 from toolpoint.studies.accuracy.joint_servos import JointServo
@@ -177,6 +178,7 @@ class _SideSteps:
                                      self.base[self.kept:] if setup.with_base else self.base)
 
 
+@on_one_thread
 def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSetup, *, cut: CutCourse,
              progress: Progress | None = None, store: RunStore | None = None) -> SideAccuracy:
     """Step along a side, begun in the periodic state that the cut and the loads at its start would have in the end.
