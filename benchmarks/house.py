@@ -148,7 +148,15 @@ def _uncalled(root: Path, places: tuple[str, ...]) -> frozenset[str]:
             continue
         for path in at.rglob("*.py"):
             used.update(_names_used(path))
+    # What is exported under another name is used where that name is.
+    used.update({name for alias, name in _aliases(root) if alias in used})
     return frozenset(_definitions(root) - set(used))
+
+
+def _aliases(root: Path) -> set[tuple[str, str]]:
+    """Return pairs of the name under which something is imported and its own."""
+    return {(node.asname, node.name) for _, tree in modules(root).values() for node in ast.walk(tree)
+            if isinstance(node, ast.alias) and node.asname}
 
 
 def _names_used(path: Path) -> set[str]:
@@ -178,7 +186,7 @@ def _definitions(root: Path) -> set[str]:
 
 
 def _is_command(node: ast.FunctionDef | ast.ClassDef) -> bool:
-    return any(ast.unparse(mark).startswith("click.command") for mark in node.decorator_list)
+    return any(ast.unparse(mark).startswith(("click.command", "command")) for mark in node.decorator_list)
 
 
 def _methods_of_bases(node: ast.ClassDef, tree: ast.Module) -> set[str]:

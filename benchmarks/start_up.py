@@ -2,8 +2,9 @@
 
     python benchmarks/start_up.py [--runs 2]
 
-Every command is asked for its help, called with a file that is not there, and with a file that is wrong inside. Last line: the
-largest CPU time of one call (the least of its runs, as other work on the machine only ever adds).
+Every command is asked for its help, called with a file that is not there, with a file that is wrong inside, and some with a
+good machine and a number that cannot be. Compiled modules are kept in a folder of the run, as Python keeps them after the first
+call of any installed program. Last line: the largest CPU time of one call (the least of its runs: other work only adds).
 """
 
 from __future__ import annotations
@@ -29,12 +30,19 @@ FAULTY = [
     "mill {yaml} --speed 9000 --depth 2", "drive {yaml} --circle 50,4000", "servo-data {frf}", "demo nothing",
     "speeds --chatter -1 --teeth 4", "chekc", "lobes --teath 4",
 ]
+# A good machine, and a number that cannot be.
+IMPOSSIBLE = ["lobes {good} --immersion 3", "lobes {good} --helix nan", "mill {good} --speed 9000 --depth -2",
+              "map-chatter {good} --axis X=0:0.1:2 --teeth 0", "modes {good} --pose Q=9", "lobes {good} --pose X=99m"]
+GOOD = Path(__file__).resolve().parents[1] / "src/toolpoint/app/machines/three_axis_vertical.yaml"
 
 
 def cpu_of(arguments: Sequence[str], folder: str) -> tuple[float, int]:
     """Return CPU seconds (user and system) and exit code of one call of the command line."""
+    kept = {key: value for key, value in os.environ.items() if key != "PYTHONDONTWRITEBYTECODE"}
+    kept["PYTHONPYCACHEPREFIX"] = str(Path(folder) / "compiled")
     with open(os.devnull, "w") as silent:
-        process = subprocess.Popen([sys.executable, "-m", "toolpoint", *arguments], cwd=folder, stdout=silent, stderr=silent)
+        process = subprocess.Popen([sys.executable, "-m", "toolpoint", *arguments], cwd=folder, env=kept, stdout=silent,
+                                   stderr=silent)
         _, status, usage = os.wait4(process.pid, 0)
     return usage.ru_utime + usage.ru_stime, os.waitstatus_to_exitcode(status)
 
@@ -48,7 +56,9 @@ def calls(folder: Path) -> dict[str, int]:
     text.write_text("this is no response\n1 2\nthree\n")
     missing = {"yaml": folder / "none.yaml", "frf": folder / "none.txt"}
     helps = {f"{name} --help": 0 for name in sorted(HOME)} | {"--help": 0, "--version": 0}
-    return helps | {call.format(yaml=wrong, frf=text): 2 for call in FAULTY} | {call.format(**missing): 2 for call in FAULTY}
+    impossible = {call.format(good=GOOD): 2 for call in IMPOSSIBLE}
+    wrongs = {call.format(**names): 2 for names in ({"yaml": wrong, "frf": text}, missing) for call in FAULTY}
+    return helps | wrongs | impossible
 
 
 def main() -> None:

@@ -158,7 +158,8 @@ def within(path: str, make: Callable[[Part], Result], part: Part) -> Result:
     try:
         return make(part)
     except ToolpointError as error:
-        raise ToolpointError(f"{path}.{error}") from None
+        inner = f"{path}.{error.argument}" if error.argument else ""
+        raise ToolpointError(f"{path}.{error}", argument=inner) from None
 
 
 def one_of(name: str, value: str, allowed: Iterable[str]) -> str:

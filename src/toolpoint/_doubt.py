@@ -33,6 +33,10 @@ class Doubt(str):
         vars(doubt).update(what=what, why=why, remedy=remedy, figure=figure)
         return doubt
 
+    def within(self, part: str) -> Doubt:
+        """Return the doubt as one of a part, which is named first: ``axis X: K_v: ...``."""
+        return Doubt(f"{part}: {self.what}", self.why, self.remedy, figure=self.figure)
+
     def __setattr__(self, name: str, value: Any) -> None:
         raise AttributeError(f"a Doubt cannot be changed; make another one with {name}={value!r}")
 
@@ -40,7 +44,7 @@ class Doubt(str):
         return (self.what, self.why, self.remedy), {"figure": self.figure}
 
 
-def status_of(doubts: Iterable[str], good: str) -> str:
+def status_of(doubts: Iterable[Doubt], good: str) -> str:
     """Return `good` where there is no doubt, else ``doubtful: `` with every doubt once."""
     lines = list(dict.fromkeys(doubts))
     return f"doubtful: {'; '.join(lines)}" if lines else good

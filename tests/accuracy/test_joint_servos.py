@@ -22,7 +22,8 @@ CUT = CuttingDescription.of(diameter=0.006, teeth=2, tangential=1780e6, normal=5
 SETUP = MillingSetup(15000, 0.5e-3, window=0.1, halved=False)
 PATH = line([0, 0, 0], [0.02, 0, 0])[0]
 MASS, K, C = 8.0, 4e5, 60.0
-SERVO = JointServo(position=40.0, velocity=0.8, integral=30.0, inertia=2e-4, travel=0.01 / (2 * np.pi))
+SAMPLED = JointServo(position=40.0, velocity=0.8, integral=30.0, inertia=2e-4, travel=0.01 / (2 * np.pi))
+SERVO = replace(SAMPLED, sample_time=1e-9)  # loops without delay
 PROPORTIONAL = replace(SERVO, integral=0.0)
 
 
@@ -51,7 +52,7 @@ def test_slide_and_rotor_are_two_masses(way):
 
 def test_the_integral_part_is_that_of_the_cascade():
     r"""Pole of the loops: det of [m s^2 + c s + k, -(c s + k); ., J s^2 + K_v s + K_v K_p + K_i + K_i K_p / s + c s + k]."""
-    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": replace(SERVO, sample_time=1e-9)}).system
+    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": SERVO}).system
     assert system.size == 4
     n, mass = system.size, system.mass[0]
     first = np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, system.stiffness[0]),
@@ -66,6 +67,59 @@ def test_the_integral_part_is_that_of_the_cascade():
     # It holds a steady load as a clamp does.
     give = np.linalg.solve(system.stiffness[0], system.input_map[0][:, 0])
     assert system.output_map[0, 0] @ give == pytest.approx(1 / K)
+
+
+def first_order(system):
+    n, mass = system.size, system.mass[0]
+    return np.block([[np.zeros((n, n)), np.eye(n)], [-np.linalg.solve(mass, system.stiffness[0]),
+                                                    -np.linalg.solve(mass, system.damping[0])]])
+
+
+@pytest.mark.parametrize("integral", [0.0, 30.0])
+@pytest.mark.parametrize("times", [(1e-3, 0.0), (1e-3, 2.5e-4), (1e-9, 2.5e-4)])
+def test_poles_of_sampled_loops_are_those_of_the_delay_equation(times, integral):
+    r"""J s^2 + e^{-s t1} (K_v s + K_i + e^{-s t2} K_p (K_v + K_i/s)) on the rotor, exact delays: solved by Newton's method.
+
+    Of the integral's own filter, half a sample time, the equation has the same.
+    """
+    servo = replace(SAMPLED, sample_time=times[0], velocity_sample_time=times[1], integral=integral)
+    first, second = (1.5 * time if time > 1e-6 else 0.0 for time in times[::-1])
+    system = structure_along(slide(), PATH, ToolStance(), spacing=5e-3, servos={"X": servo}).system
+    assert system.size == 3 + sum(delay > 0 for delay in (first, second)) + (integral > 0)
+
+    def characteristic(s):
+        early, late = np.exp(-s * first), np.exp(-s * (first + second))
+        slow = s * (1 + s * times[0] / 2)
+        loop = servo.inertia * s**2 + early * (0.8 * s + integral) + late * 40 * (0.8 + integral / slow)
+        spring = C * s + K
+        return (MASS * s**2 + spring) * (loop / servo.travel**2 + spring) - spring**2
+
+    checked = 0
+    for pole in np.linalg.eigvals(first_order(system)):
+        if not 1.0 < abs(pole) < 1.2 / max(first + second, 1e-9) or abs(pole) > 3e3:
+            continue
+        if abs(pole.imag) < 1e-6 or abs(abs(pole.imag) - np.sqrt(3 * K / MASS)) < 1.0:
+            continue  # y, and real ones beside the branch of the logarithm
+        s = pole
+        for _ in range(60):
+            slope = (characteristic(s * (1 + 1e-6)) - characteristic(s)) / (1e-6 * s)
+            s = s - characteristic(s) / slope
+        assert abs(s / pole - 1) < 1e-4
+        checked += 1
+    assert checked >= 2
+    # Delays change nothing at rest, and much at the loop's resonance.
+    give = np.linalg.solve(system.stiffness[0], system.input_map[0][:, 0])
+    assert system.output_map[0, 0] @ give == pytest.approx(1 / K if integral else 1 / K + servo.travel**2 / 32)
+
+
+def test_a_slow_sampled_loop_is_unstable_where_the_delay_equation_is():
+    """Without it the same loop is stable: gain times delay above pi/2."""
+    fast = replace(SAMPLED, integral=0.0, position=400.0, velocity=8.0, inertia=1e-3)
+    for times, stable in (((1e-9, 0.0), True), ((5e-3, 0.0), False)):
+        servo = replace(fast, sample_time=times[0], velocity_sample_time=times[1])
+        poles = np.linalg.eigvals(first_order(structure_along(slide(), PATH, ToolStance(), spacing=5e-3,
+                                                              servos={"X": servo}).system))
+        assert bool(poles.real.max() < 0) == stable
 
 
 def test_many_coordinates_are_reduced_and_the_motors_kept():
@@ -92,7 +146,7 @@ def test_energy_balances_and_stiff_loops_change_nothing():
     slow = replace(SETUP, speed=1200, window=0.5)
     result = mill_side(slide(), PATH, replace(slow, servos={"X": PROPORTIONAL}, with_energy=True))
     assert result.energy.gap < 1e-6 and "servo loops of X" in result.notes[-1]
-    with pytest.raises(ToolpointError, match="with_energy: servos with an integral part"):
+    with pytest.raises(ToolpointError, match="with_energy: servos with an integral part or sampled loops"):
         mill_side(slide(), PATH, replace(slow, servos={"X": SERVO}, with_energy=True))
     plain = mill_side(slide(), PATH, slow)
     assert abs(result.position_error / plain.position_error - 1) > 1e-3
@@ -109,7 +163,7 @@ def test_the_path_s_inertia_acts_on_the_rotor():
 
 def test_coupled_joints_of_an_arm_feel_both_motors():
     robot = machine_file.read(MACHINES / "milling_robot.yaml")
-    servo = JointServo(30.0, 0.02, 0.0, 3e-5, 1 / 100)
+    servo = JointServo(30.0, 0.02, 0.0, 3e-5, 1 / 100, sample_time=1e-9)
     side = line([0.69, -0.01, 0.1], [0.69, 0.01, 0.1])[0]
     bare = structure_along(robot, side, ToolStance(), spacing=5e-3).system
     system = structure_along(robot, side, ToolStance(), spacing=5e-3, servos={"q2": servo, "q3": servo}).system

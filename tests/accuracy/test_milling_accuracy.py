@@ -11,6 +11,7 @@ from toolpoint.cutting import stability
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.laws import rigid_forces
 from toolpoint.drives import JerkLimits
+from toolpoint.io.point_table import read_places
 from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
@@ -172,6 +173,15 @@ def test_members_that_bend_balance_and_converge_too(sides):
     assert near.position_error == pytest.approx(wide.position_error, rel=1e-3)
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("length", [0.01, 0.02, 0.05])
+def test_short_lines_balance_with_members_that_bend(length):
+    """At the default spacing, wherever the window lies between nodes."""
+    bending = machine_file.read(MACHINES / "milling_robot.yaml")
+    side = line([0.69, -length / 2, 0.1], [0.69, length / 2, 0.1])[0]
+    assert mill_side(bending, side, replace(SETUP, with_energy=True, window=0.1)).energy.gap < 1e-6
+
+
 def test_paths_and_their_laws():
     sides = square(0.1, law="quintic", feed=0.005)
     assert [side.length for side in sides] == pytest.approx([0.1] * 4)
@@ -185,6 +195,22 @@ def test_paths_and_their_laws():
     limits = JerkLimits(0.005, 0.5, 5.0)
     assert line([0, 0, 0], [0.1, 0, 0], law="jerk-limited",
                 limits=limits)[0].law.duration == pytest.approx(20 + 2 * (0.005 / 5) ** 0.5)
+
+
+@pytest.mark.parametrize(("text", "expected"), [
+    ("0.1,0,0.2\n0.2,0,0.2\n", [[0.1, 0, 0.2], [0.2, 0, 0.2]]), ("x,y,z\n0.1,0,0.2\n", [[0.1, 0, 0.2]]),
+    ("X [mm], Y [mm], Z [mm]\n100,0,200\n", [[0.1, 0, 0.2]]), ("x mm,y mm,z mm\n\n100,0,200\n", [[0.1, 0, 0.2]]),
+    ("z,y,x\n0,0,0\n", "columns must be x, y, z in this order"), ("x mm,y cm,z m\n100,0,0.2\n", [[0.1, 0, 0.2]]),
+    ("x mm,y,z\n0,0,0\n", "unit of some columns"), ("x ft,y ft,z ft\n0,0,0\n", "unknown unit 'ft'"),
+    ("1,2\n3,4\n", "2 lines of 2 numbers"),
+    ("", "must be lines of x,y,z"), ("0,0,nan\n", "finite")])
+def test_places_of_a_path_with_and_without_names(tmp_path, text, expected):
+    (tmp_path / "p.csv").write_text(text)
+    if isinstance(expected, str):
+        with pytest.raises(ToolpointError, match=expected):
+            read_places(tmp_path / "p.csv")
+    else:
+        np.testing.assert_allclose(read_places(tmp_path / "p.csv"), expected, rtol=1e-12)
 
 
 def test_program_becomes_sides(tmp_path):

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from toolpoint.app.cut_options import in_si
+from toolpoint.app.cut_options import CutOptions
 from toolpoint.cutting import Engagement
 from toolpoint.cutting.build import coefficients_of, engagement_of
 from toolpoint.cutting.description import CuttingDescription, SpeedVariationDescription
@@ -13,8 +13,12 @@ FULL = CuttingDescription.of(diameter=0.016, teeth=4, immersion=0.4, tangential=
 
 def test_options_of_the_command_line_become_si():
     """Every option in its own unit: mm, um, degrees, um/mm, N/mm^2, N/mm, N/m."""
+    def in_si(given):
+        cut = CutOptions()
+        return cut.gather(dict.fromkeys(cut.keys) | {f"cut_{name}": value for name, value in given.items()})
+
     given = {"diameter": 16.0, "teeth": 4, "helix": (30.0,), "pitch": (80.0, 280.0), "corner_radius": 2.0, "runout": 5.0,
-             "runout_angle": 90.0, "tilt": 0.2, "immersion": None, "direction": None, "entry": 30.0, "exit_": 90.0, "kt": 800.0,
+             "runout_angle": 90.0, "tilt": 0.2, "immersion": None, "direction": None, "entry": 30.0, "exit": 90.0, "kt": 800.0,
              "kn": 300.0, "ka": 100.0, "kte": 20.0, "kne": 10.0, "kae": 1.0, "material": None, "process_damping": 50.0,
              "damping_friction": 0.2, "speed_variation": (0.1, 4, 0.5), "feed": 0.1}
     found = in_si(given)

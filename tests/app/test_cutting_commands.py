@@ -177,7 +177,7 @@ def test_speeds_from_a_chatter_frequency_alone(capsys):
     (["lobes", MACHINE, "--speed-variation", "1,2,3,4"], "SHARE,REVOLUTIONS"), (["lobes", MACHINE, "--entry", "20"], "exit"),
     (["lobes", MACHINE, "--corner-radius", "50"], "ball"), (["lobes", MACHINE, "--speed-variation", "0.95,4"], "0.9"),
     (["lobes", MACHINE, "--entry", "20", "--exit", "90", "--immersion", "0.3"], "left out"),
-    (["lobes", MACHINE, "--process-damping", "-3"], "must not be negative"), (["lobes", MACHINE, "--ka", "-3"], "ka"),
+    (["lobes", MACHINE, "--process-damping", "-3"], "must be at least 0 N/m"), (["lobes", MACHINE, "--ka", "-3"], "ka"),
     (["lobes", MACHINE, "--material", "c45", "--kn", "300"], "feed_per_tooth"),
     (["lobes"], "none given"), (["lobes", MACHINE, "--immersion", "1.4"], "at most 1"),
     (["lobes", MACHINE, "--teeth", "0"], "teeth"), (["lobes", MACHINE, "--kt", "-5"], "kt"),

@@ -151,8 +151,8 @@ def test_a_report_of_labelled_files(folder, tmp_path, capsys):
 
 @pytest.mark.parametrize(("arguments", "words"), [
     ([], "none given"), (["--frf", "x.txt", "--modes", "modes.h5"], "--frf and --modes given; must be one"),
-    (["--frf", "x.txt", "--frf-x", "x.txt"], "must be one of them"), (["--frf-y", "y.txt"], "given without --frf-x"),
-    (["--frf-x", "x.txt", "--frf-xy", "xy.txt"], "without --frf-y"),
+    (["--frf", "x.txt", "--frf-x", "x.txt"], "must be one of them"), (["--frf-y", "y.txt"], "needs --frf-x"),
+    (["--frf-x", "x.txt", "--frf-xy", "xy.txt"], "needs --frf-y"),
     (["--frf", "x.txt", "--frf", "y.txt"], "--frf-x FILE --frf-y"), (["--frf-x", "whole.h5"], "3 x 3 responses; must be one"),
     (["--frf", "modes.h5"], "holds Modes; needs one Frf (give it with"),
     (["--modes", "whole.h5"], "holds Frf; needs one Modes"), (["--frf", "points.h5"], "which point cuts"),

@@ -1,17 +1,18 @@
 """A file that a person has is never written over without --replace, in any command that writes one."""
 
-import click
+from typing import Annotated
+
 import pytest
 from click.testing import CliRunner
 
+from toolpoint.app.declare import Help, command
 from toolpoint.app.main import HOME, main
-from toolpoint.app.options import NEW_FILE, REPLACE
+from toolpoint.app.values import NewFile
 
 
-@click.command()
-@click.option("--save", type=NEW_FILE)
-@REPLACE
-def save_something(save):
+@command(replace=True)
+def save_something(*, save: Annotated[NewFile, Help("Where.")]) -> None:
+    """Save something."""
     save.write_text("new")
 
 

@@ -78,7 +78,8 @@ def test_gauge_to_tool_point_in_both_planes(capsys, folder):
 
 def test_without_noise_the_missing_interval_is_the_first_thing_said(capsys, folder):
     result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml")
-    assert result["notes"][0].startswith("doubt: the noise") and result["peaks"][0]["intervals_hz_m_n"] is None
+    assert result["notes"][0] == result["doubts"][0] and result["doubts"][0].startswith("interval: the noise")
+    assert result["peaks"][0]["intervals_hz_m_n"] is None
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

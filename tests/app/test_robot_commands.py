@@ -46,7 +46,7 @@ def test_screen_as_json(tmp_path, capsys):
     main(["screen", plan(tmp_path), "--json"])
     data = json.loads(capsys.readouterr().out)
     assert data["screening"]["variants"] == ["as it is", "torsion -10 %", "torsion +10 %", "reducer stiff"]
-    assert data["rankings"][0]["doubt"].startswith("no uncertain inputs")
+    assert data["rankings"][0]["doubt"].startswith("order: no uncertain inputs")
 
 
 def test_accuracy_of_a_line(tmp_path, capsys):

@@ -87,11 +87,16 @@ def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     modes = ["--modes", folder / "modes.h5", "--direction", "slot"]
     assert "--diameter is in mm" in told(*modes, "--diameter", 0.012)
     assert "--kt is in N/mm^2" in told(*modes, "--kt", 6e8)
-    assert "--feed is in mm per tooth" in told(*modes, "--feed", 100)
+    assert "--feed is in mm per tooth" in told(*modes, "--feed", 9)
+    with pytest.raises(SystemExit):
+        told(*modes, "--feed", 100)
+    assert "--feed: 100 mm; must be at least 0 mm and at most 10 mm (Feed per tooth)" in capsys.readouterr().err
     assert "the axial force moves nothing here" in told(*modes, "--ka", 300)
     assert "doubtful" not in told(*modes, *CUT)
     # A receptance taken for an accelerance is stiff beyond belief: no limit at all, and that is said.
-    shown = told("--frf", folder / "x.txt", "--quantity", "accelerance", *CUT)
+    bare = tmp_path / "x.txt"  # without the header that says receptance
+    bare.write_text("".join(line for line in (folder / "x.txt").read_text().splitlines(True) if line[0] != "#"))
+    shown = told("--frf", bare, "--quantity", "accelerance", *CUT)
     assert "hardly that of a machine; check the units of the responses" in shown
 
 
@@ -101,7 +106,8 @@ def test_wrong_units_are_doubted(folder, tmp_path, capsys):
     (["lobes", "--frf", "{}/x.txt", "--band", "6000:9000"], "holds 0 lines"),
     (["lobes", "--frf", "{}/x.txt", *SPEEDS, "--method", "panel"], "toolpoint identify FILE -m modes.h5"),
     (["lobes", MACHINE, "--speeds", "9000:3000:5"], "the last above the first"),
-    (["lobes", MACHINE, "--speeds", "900:900:3"], "or one speed"), (["lobes", MACHINE, "--speeds", "nan:900:3"], "above zero"),
+    (["lobes", MACHINE, "--speeds", "900:900:3"], "or one speed"),
+    (["lobes", MACHINE, "--speeds", "nan:900:3"], "write FIRST:LAST:NUMBER"),
     (["mill", MACHINE, "--speed", "1350", "--depth", "5000"], "--depth: 5000 mm"),
     (["mill", MACHINE, "--speed", "1e9", "--depth", "2"], "at most 1e+06"),
     (["mill", MACHINE, "--speed", "0.1", "--depth", "2"], "time steps"),

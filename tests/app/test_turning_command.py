@@ -103,10 +103,10 @@ def test_process_damping_holds_low_speeds(folder, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(("more", "words"), [
-    (["--kf", "-3"], "above zero"), (["--kf", "800", "--direction", "w"], "an angle from x towards y"),
+    (["--kf", "-3"], "range x>0"), (["--kf", "800", "--direction", "w"], "an angle from x towards y"),
     (["--kf", "800", "--direction", "0,0,1"], "along z is not known"), (["--kf", "800", "--direction", "0,0,0"], "zero length"),
     (["--kf", "800", "--kt", "1600", "--direction", "y"], "not normal to the chip"),
-    (["--kf", "800", "--process-damping", "5"], "needs it"), ([], "--kf"), (["--kf", "nan"], "--kf nan"),
+    (["--kf", "800", "--process-damping", "5"], "needs it"), ([], "--kf"), (["--kf", "nan"], "nan is not in the range x>0"),
     (["--kf", "800", "--process-damping", "5", "--diameter", "50", "--cutting-speed", "200"], "must be one of them")])
 def test_wrong_input(folder, more, words, capsys):
     with pytest.raises(SystemExit) as stopped:

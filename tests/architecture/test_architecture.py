@@ -65,6 +65,18 @@ def test_errors_load_no_more_than_finds_them(tmp_path, arguments, heavy):
     assert loaded.isdisjoint(heavy)
 
 
+@pytest.mark.parametrize("path", sorted((SOURCE / "app" / "commands").glob("[!d_]*.py")), ids=lambda p: p.stem)
+def test_commands_read_their_files_before_they_name_what_computes(path):
+    """Python looks a function up before its arguments: `studies.f(io.read(...))` loads the study of a file that is wrong."""
+    late = []
+    for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(call, ast.Call) and ast.unparse(call.func).startswith(("studies.", "pages.")):
+            inner = [ast.unparse(node.func) for part in (*call.args, *(word.value for word in call.keywords))
+                     for node in ast.walk(part) if isinstance(node, ast.Call)]
+            late += [f"{call.lineno}: {name}" for name in inner if name.startswith("io.read") or name.endswith(".read")]
+    assert late == []
+
+
 def test_numba_is_loaded_only_when_asked_for():
     code = "import toolpoint.machine, toolpoint.vibration, sys; print('numba' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
@@ -123,6 +135,26 @@ def test_long_functions_name_their_variables(path):
         if isinstance(node, ast.FunctionDef) and (node.end_lineno or 0) - node.lineno > 15:
             faults += [f"{node.name}: {name.id}" for name in ast.walk(node) if isinstance(name, ast.Name) and name.id in VAGUE]
     assert sorted(set(faults)) == []
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if not path.is_relative_to(SOURCE / "plot")],
+                         ids=lambda p: p.relative_to(SOURCE).as_posix())
+def test_doubts_are_no_bare_strings(path):
+    """What is called a doubt is a `Doubt` (or a factor that is not known), in fields, arguments, results: it has parts."""
+    bare = []
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        named = []
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            named = [(node.target.id, node.annotation)]
+        elif isinstance(node, ast.FunctionDef):
+            named = [(node.name, node.returns), *((a.arg, a.annotation) for a in (*node.args.args, *node.args.kwonlyargs))]
+            named += [(node.args.vararg.arg, node.args.vararg.annotation)] if node.args.vararg else []
+        bare += [f"{node.lineno}: {name}: {ast.unparse(kind)}" for name, kind in named
+                 if kind and (name == "doubt" or name.endswith("doubts")) and "str" in ast.unparse(kind)
+                 and "Doubt" not in ast.unparse(kind)]
+        bare += [f"{node.lineno}: {name}" for name, _ in named if name == "warnings" and isinstance(node, ast.AnnAssign)
+                 and path.parts[-2] != "app"]
+    assert bare == []
 
 
 def test_wheel_carries_scripts_styles_and_machines():

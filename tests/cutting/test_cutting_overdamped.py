@@ -11,6 +11,7 @@ from toolpoint.cutting import (
     MillingProblem,
     PanelArnoldi,
     SemiDiscretization,
+    SpeedVariation,
     Tool,
     stability,
 )
@@ -46,8 +47,19 @@ def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper)
     np.testing.assert_allclose(stability.chart(cut, SPEEDS, method, depth_max=0.05).limit, expected, rtol=8e-3)
 
 
-@pytest.mark.parametrize("method", [PanelArnoldi(), FloquetDeterminant(), Automatic()])
+@pytest.mark.parametrize("method", [PanelArnoldi(), Automatic()])
 @pytest.mark.parametrize("damper", [2e4, 2e6])
-def test_dampers_beyond_double_precision_are_refused_with_what_to_use(method, damper):
-    with pytest.raises(ToolpointError, match=r"overdamped mode that decays by exp.*--method zero-order"):
-        stability.chart(cut_on_a_damper(damper), SPEEDS, method, depth_max=0.05)
+def test_dampers_that_decay_beyond_double_precision_are_integrated_in_closed_form(method, damper):
+    """Real poles of -22 000 and -2 200 000 1/s, which decay by exp(-22 000) in a tooth period."""
+    cut = cut_on_a_damper(damper)
+    expected = stability.chart(cut, SPEEDS, SemiDiscretization(intervals=100), depth_max=0.05).limit
+    np.testing.assert_allclose(stability.chart(cut, SPEEDS, method, depth_max=0.05).limit, expected, rtol=8e-3)
+
+
+@pytest.mark.parametrize("damper", [2e4, 2e6])
+def test_dampers_beyond_double_precision_are_refused_with_what_to_use(damper):
+    with pytest.raises(ToolpointError, match=r"overdamped mode that decays by exp.*--method panel, zero-order"):
+        stability.chart(cut_on_a_damper(damper), SPEEDS, FloquetDeterminant(), depth_max=0.05)
+    varied = cut_on_a_damper(damper).changed(speed_variation=SpeedVariation(0.1))
+    with pytest.raises(ToolpointError, match="PanelArnoldi with a varying speed"):
+        stability.chart(varied, SPEEDS, PanelArnoldi(), depth_max=0.05)

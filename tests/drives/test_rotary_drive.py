@@ -59,7 +59,8 @@ def test_servo_of_a_robot_s_joint_from_its_drive_file(tmp_path):
     side = line([0.69, -0.01, 0.1], [0.69, 0.01, 0.1])[0]
     bare = structure_along(robot, side, ToolStance(), spacing=5e-3).system
     system = structure_along(robot, side, ToolStance(), spacing=5e-3, servos=servos).system
-    assert system.size == bare.size + 2  # a rotor and its integral
+    delays = sum(delay > 0 for delay in servos["q2"].delays)
+    assert system.size == bare.size + 2 + delays and delays == 2  # a rotor, its integral, a coordinate of second order a delay
     held, free = (s.output_map[0] @ np.linalg.solve(s.stiffness[0], s.input_map[0][:, :3]) for s in (system, bare))
     assert np.allclose(held, free, rtol=1e-6, atol=1e-9 * np.abs(free).max())  # the integral holds a steady load
 

@@ -174,7 +174,7 @@ def test_the_pair_of_plain_names_works_wherever_the_data_suffice(tmp_path, capsy
 
 def test_names_and_the_first_point_label_tables(tmp_path):
     frf = Frf(np.arange(1.0, 9), np.ones((8, 1, 1)) + 0j, ("1:+x",), ("1:+x",))
-    frf_table.write(frf, tmp_path / "a.txt")
+    (tmp_path / "a.txt").write_text("".join(f"{line} 1 0\n" for line in range(1, 9)))
     np.save(tmp_path / "b.npy", np.column_stack([frf.frequency, np.full(8, 2.0), np.zeros(8)]))
     files = [tmp_path / "a.txt", tmp_path / "b.npy"]
     read = frf_files.read(files, names=["tip=+y__tip=+y", "5=-z__tip=+y"], quantity="accelerance")

@@ -1,6 +1,7 @@
 """Machine files: what is read, what is written back, and every fault at once with line, column and remedy."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -8,6 +9,7 @@ from broken_machines import CHANGED, GOOD, SEVERAL, WHOLE
 from hypothesis import given
 from hypothesis import strategies as st
 
+from toolpoint._doubt import Doubt
 from toolpoint.app.main import main
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import units
@@ -223,3 +225,9 @@ def test_faults_of_the_cutting_section(tmp_path, old, new, line, text):
     with pytest.raises(FileFaults) as caught:
         read(tmp_path, changed.replace(old, new, 1))
     _expect(caught.value, [(line, text)])
+
+
+def test_a_doubt_among_the_assumptions_is_written_as_its_sentence(tmp_path, vertical):
+    doubt = Doubt("measured modes at 44.7 Hz", "look like none of the machine's", "check the chain")
+    machine_file.write(replace(vertical.description, assumptions=(doubt,)), tmp_path / "copy.yaml")
+    assert machine_file.read(tmp_path / "copy.yaml").description.assumptions == (str(doubt),)

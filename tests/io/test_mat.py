@@ -8,7 +8,7 @@ import pytest
 from scipy.io import savemat
 
 from toolpoint import ToolpointError
-from toolpoint.io.binary import mat
+from toolpoint.io.binary import mat, numpy_arrays
 
 RNG = np.random.default_rng(0)
 AXIS = np.arange(1.0, 21)
@@ -68,3 +68,17 @@ def test_faults_are_named(tmp_path):
     savemat(path, {"f": AXIS, "H": broken})
     with pytest.raises(ToolpointError, match="not finite"):
         mat.read_frf(path)
+
+
+@pytest.mark.parametrize("name", ["w", "omega", "data.omega", "freq_rad_s"])
+def test_lines_named_as_angular_are_taken_in_rad_a_second_and_said(tmp_path, name):
+    lines = 2 * np.pi * np.arange(1.0, 9)
+    group, _, field = name.rpartition(".")
+    savemat(tmp_path / "a.mat", {group: {field: lines, "G": np.ones(8) + 0j}} if group else {name: lines, "G": np.ones(8) + 0j})
+    frf = mat.read_frf(tmp_path / "a.mat")
+    np.testing.assert_allclose(frf.frequency, np.arange(1.0, 9))
+    assert any("rad/s" in note for note in frf.notes)
+    np.savez(tmp_path / "a.npz", **{field: lines, "G": np.ones(8) + 0j})
+    frf = numpy_arrays.read_named(tmp_path / "a.npz", field, "G")
+    np.testing.assert_allclose(frf.frequency, np.arange(1.0, 9))
+    assert any("rad/s" in note for note in frf.notes)

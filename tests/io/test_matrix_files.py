@@ -8,6 +8,7 @@ from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.io import read_matrices
 from toolpoint.io.matrices import abaqus_mtx, ansys_full, dmig, harwell_boeing, matrix_files, matrix_market, op4, op4_writer
 from toolpoint.io.matrices.labelled_matrix import LabelledMatrix
+from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
 from toolpoint.vibration import Dof
 
 
@@ -126,6 +127,9 @@ def test_the_full_sample(measured):
     assert np.allclose(body.directional_mass, 77.96604704575776, rtol=1e-14)
     modes = body.modes(12)
     assert (modes.frequency[:6] == 0).all() and modes.frequency.size == 13
+    # More than half of all are solved for at once: the same lowest ones, and every row has its mode.
+    whole = body.modes(500).frequency
+    assert whole.size == 345 and whole[:13] == pytest.approx(modes.frequency, rel=1e-7, abs=1e-9)
     printed = [116.733109, 116.733109, 230.605375, 279.987386, 313.302135, 322.573947]
     assert np.allclose(modes.frequency[6:12], printed, rtol=6e-8)
 
@@ -202,3 +206,54 @@ def test_twenty_damaged_files_of_each_format(tmp_path, name, request):
         refused += path.name in refusal(readers[name], path)
     # A line less of a format that does not say how many there are is a matrix still.
     assert refused >= {"abaqus.mtx": 8, "dmig.pch": 8}.get(name, 15)
+
+
+def _chain_files(folder, *, loose=False):
+    """Stiffness and mass of thirty masses on a line as Matrix Market files, entries (row, column, value) from 1."""
+    n = 30
+    stiffness = [(i, i, 1e6 if loose and i in (1, n) else 2e6) for i in range(1, n + 1)]
+    stiffness += [(i + 1, i, -1e6) for i in range(1, n)]
+    return stiffness, [(i, i, 2.0) for i in range(1, n + 1)], n
+
+
+def _market(path, entries, n, *, kind="real symmetric"):
+    path.write_text(f"%%MatrixMarket matrix coordinate {kind}\n{n} {n} {len(entries)}\n"
+                    + "\n".join(" ".join(f"{v!r}" for v in entry) for entry in entries) + "\n")
+    return path
+
+
+def test_matrices_that_cannot_be_are_refused_with_their_file(tmp_path):
+    stiffness, mass, n = _chain_files(tmp_path)
+    k, m = _market(tmp_path / "k.mtx", stiffness, n), _market(tmp_path / "m.mtx", mass, n)
+    read_matrices(k, m)
+    turned = _market(tmp_path / "ku.mtx", [*stiffness, (3, 8, 1e5)], n, kind="real general")
+    with pytest.raises(ToolpointError, match=r"ku.mtx: .*unsymmetric by"):
+        read_matrices(turned, m)
+    negative = _market(tmp_path / "mn.mtx", [(i, j, -1.0 if i == 5 else v) for i, j, v in mass], n)
+    with pytest.raises(ToolpointError, match=r"mn.mtx: .*-1 on the diagonal of row 5 .*must not be negative"):
+        read_matrices(k, negative)
+    imaginary = _market(tmp_path / "mc.mtx", [(i, j, v, 0.1) for i, j, v in mass], n, kind="complex symmetric")
+    with pytest.raises(ToolpointError, match=r"mc.mtx: .*a mass must be real"):
+        read_matrices(k, imaginary)
+
+
+def test_imaginary_stiffness_is_left_out_and_said(tmp_path):
+    stiffness, mass, n = _chain_files(tmp_path)
+    k = _market(tmp_path / "k.mtx", [(i, j, v, 0.02 * v) for i, j, v in stiffness], n, kind="complex symmetric")
+    matrices = read_matrices(k, _market(tmp_path / "m.mtx", mass, n))
+    assert any("structural damping) are left out" in note for note in matrices.notes)
+    closed = np.sqrt(1e6 / 2) * 2 * np.sin(np.pi / (2 * (n + 1))) / (2 * np.pi)
+    assert matrices.modes(1).frequency[0] == pytest.approx(closed, rel=1e-9)
+
+
+def test_more_rigid_motions_than_one_body_has_are_doubted(tmp_path):
+    """Seven chains that nothing joins; all modes asked for: no rigid motion seems unstable by rounding."""
+    stiffness, mass, n = _chain_files(tmp_path, loose=True)
+    both = [[(i + s * n, j + s * n, v) for s in range(7) for i, j, v in part] for part in (stiffness, mass)]
+    files = [_market(tmp_path / name, part, 7 * n) for name, part in zip(("k.mtx", "m.mtx"), both, strict=True)]
+    matrices = read_matrices(*files)
+    result = solve_matrix_modes(matrices, 12)
+    assert str(result.notes[0]).startswith("modes at 0 Hz: 7 of them; one free body has six")
+    whole = solve_matrix_modes(matrices, 7 * n).modes.frequency
+    closed = np.sqrt(1e6 / 2) * 2 * np.sin(np.pi * np.arange(n) / (2 * n)) / (2 * np.pi)
+    assert whole == pytest.approx(np.repeat(closed, 7), rel=1e-7, abs=1e-3)

@@ -94,6 +94,15 @@ def test_sound_files_need_sensitivity_and_full_scale(tmp_path):
     assert np.abs(record.samples - SI).max() < 0.02
 
 
+def test_the_full_scale_of_a_sound_file_stands_with_its_sensitivity(tmp_path):
+    volts = np.column_stack([FORCE * 2.25e-3, MOTION / 9.80665 * 0.1]) / 2.5
+    wavfile.write(tmp_path / "hit.wav", int(RATE), volts.astype(np.float32))
+    said = ["1=force tip:+x 2.25mV/N 2.5V", "2=acceleration tip:+x 100 mV/g 2500 mV"]
+    assert np.abs(read_records(tmp_path / "hit.wav", said).records[0].samples - SI).max() < 1e-4
+    with pytest.raises(ToolpointError, match=r"channel 1=force 2\.25mV/N 10V"):
+        read_records(tmp_path / "hit.wav", ["1=force tip:+x 2.25mV/N", said[1]])
+
+
 def test_matlab_numpy_universal_and_hdf5(tmp_path):
     savemat(tmp_path / "a.mat", {"fs": RATE, "force": FORCE, "acc": MOTION})
     savemat(tmp_path / "b.mat", {"daten": SI, "abtast": RATE})
@@ -130,6 +139,42 @@ def test_a_sensitivity_of_another_quantity_is_refused(tmp_path):
     record = read_records(path, ["a=5:-z 2 mV/N", "b=tip:+x -100 mV/g"]).records[0]
     assert record.samples[:, 0].max() == pytest.approx(FORCE.max() / 2e-3)
     assert np.allclose(record.samples[:, 1], -MOTION / 0.1 * 9.80665, atol=1e-5)
+
+
+STAMPS = {"clock": "10:59:59.{:06.0f}", "date and clock": "2026-11-23T10:59:59.{:06.0f}Z",
+          "German": "23.11.2026 10:59:59,{:06.0f}"}
+
+
+@pytest.mark.parametrize("form", STAMPS)
+def test_times_of_a_clock_give_the_rate(tmp_path, form):
+    separator, point = (";", ",") if "," in STAMPS[form] else (",", ".")
+    rows = [separator.join([STAMPS[form].format(1e6 * t), *(f"{v:.9g}".replace(".", point) for v in row)])
+            for t, row in zip(TIME, SI, strict=True)]
+    head = separator.join(["Timestamp", "force [N]", "acceleration [m/s^2]"])
+    (tmp_path / "hit.csv").write_text("\n".join([head, *rows]))
+    record = read_records(tmp_path / "hit.csv").records[0]
+    assert record.sample_rate == pytest.approx(RATE) and np.abs(record.samples - SI).max() < 1e-5
+
+
+def test_midnight_between_two_samples(tmp_path):
+    rows = [f"{'23:59:59' if t < 0.2 else '00:00:00'}.{1e6 * ((t + 0.8) % 1):06.0f},{f:.9g},{a:.9g}"
+            for t, (f, a) in zip(TIME, SI, strict=True)]
+    (tmp_path / "hit.csv").write_text("\n".join(["time,force [N],acceleration [m/s^2]", *rows]))
+    assert read_records(tmp_path / "hit.csv").records[0].sample_rate == pytest.approx(RATE)
+
+
+@pytest.mark.parametrize("encoding", ["utf-16", "utf-16-le", "utf-8-sig"])
+def test_quoted_cells_and_wide_encodings(tmp_path, encoding):
+    rows = [",".join(f'"{v:.9g}"' for v in row) for row in np.column_stack([TIME, FORCE / 4.4482216152605, MOTION / 9.80665])]
+    text = "\n".join(['"Time (s)","Force (lbf)","Acceleration (g)"', *rows])
+    (tmp_path / "hit.csv").write_text(("\ufeff" if encoding == "utf-16-le" else "") + text, encoding=encoding)
+    assert np.abs(read_records(tmp_path / "hit.csv").records[0].samples - SI).max() < 1e-5
+
+
+def test_a_date_above_responses_is_no_column_of_time(tmp_path):
+    rows = "".join(f"{line},1e-6,-1e-6\n" for line in range(1, 20))
+    (tmp_path / "tip.csv").write_text("Date,2026-11-23\nTime: 10:00\nHz,real,imaginary\n" + rows)
+    assert read_frf(tmp_path / "tip.csv").frequency.size == 19
 
 
 @pytest.mark.parametrize(("texts", "words"), [

@@ -176,6 +176,34 @@ def test_other_units_and_g_become_si(path):
     assert np.allclose(found.values, expected * 9.80665)
 
 
+def without_units_set(data):
+    return data[:data.index(b"    -1\n   164")] + data[data.index(b"    -1\n    58"):]
+
+
+@pytest.mark.parametrize(("motion", "force", "factor"), [
+    (b"mm/s^2", b"N", 1e-3), (b"g", b"lbf", 9.80665 / 4.4482216152605), (b"um/s^2", b"N", None), (b"NONE", b"NONE", 1.0),
+    (b"g/N", b"NONE", 9.80665), (b"m/s^2", b"kN", 1e-3)])
+def test_unit_labels_are_followed_where_no_units_set_stands(path, motion, force, factor):
+    """A file of mm/s^2 without its units set was read as m/s^2."""
+    good = text_file(path)
+    expected = uff.read_frf(path).values
+    bare = without_units_set(good).replace(b"m/s^2" + b" " * 15, motion.ljust(20))
+    data = bare.replace(b" N" + b" " * 19, b" " + force.ljust(20))
+    frf = repaired(path, data)
+    if factor is None:
+        assert any("'um/s^2' is not known: SI is assumed" in note for note in frf.notes)
+    else:
+        assert np.allclose(frf.values, expected * factor, rtol=1e-12)
+        assert any("by their unit labels" in note for note in frf.notes) == (factor != 1.0)
+
+
+def test_a_label_that_contradicts_the_units_set_is_noted(path):
+    good = text_file(path)
+    expected = uff.read_frf(path).values
+    frf = repaired(path, good.replace(b"m/s^2" + b" " * 15, b"mm/s^2" + b" " * 14))
+    assert np.array_equal(frf.values, expected) and any("the set is followed" in note for note in frf.notes)
+
+
 def test_what_is_no_universal_file_is_refused(path):
     for data in (b"frequency, real, imaginary\n1, 2, 3\n", b"\x89HDF\r\n\x1a\n" + bytes(100), b"    -1\nhello\n"):
         path.write_bytes(data)
@@ -288,3 +316,16 @@ def test_a_header_that_is_damaged_is_refused_with_its_function(path, was, now, w
     changed(path, was, now)
     with pytest.raises(ToolpointError, match=words):
         uff.read_frf(path)
+
+
+def test_a_units_set_scales_forces_and_motions_of_time_records_apart(path):
+    """Set 164 with 1000 units in a metre and 2 in a newton: motions over 1000, forces over 2."""
+    record = Record(np.arange(20.0).reshape(10, 2) + 1, 100.0, (Dof(1, "+x"), Dof(2, "+x")), ("force", "acceleration"))
+    uff.write(path, record, text=True)
+    good = path.read_bytes()
+    one = b"1.0000000000000000D+00"
+    first = good.index(one)
+    second = good.index(one, first + 22)
+    path.write_bytes(good[:first] + b"1.0000000000000000D+03" + good[first + 22:second] + b"2.0000000000000000D+00"
+                     + good[second + 22:])
+    assert np.allclose(uff.read_record(path).samples, record.samples / [2, 1000])

@@ -83,7 +83,7 @@ def test_bending_column_is_marked(case, modes):
     shape[column, 1] += 0.3 * np.abs(modes.shape[:, 1]).max() * (height[column] - 0.1) ** 2 / 2.0
     with pytest.warns(ToolpointWarning, match="doubtful"):
         result = identify_joints(replace(modes, shape=shape), case.points, case.components, chain=p1.CHAIN)
-    assert any("column bends in mode 2" in doubt for doubt in result.joint("column").doubts)
+    assert any("column: bends in mode 2" in doubt for doubt in result.joint("column").doubts)
     assert not result.joint("magazine").certain
 
 

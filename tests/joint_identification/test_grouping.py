@@ -44,7 +44,7 @@ def test_points_that_the_data_do_not_decide_are_marked(case):
     modes = p1.noisy(case.truth.selected([0]), 0.3, np.random.default_rng(3))
     with pytest.warns(ToolpointWarning, match="grouping"):
         found = group_points(modes, case.points)
-    assert found.notes
+    assert found.doubts
 
 
 def test_faulty_channel_is_left_out(case):

@@ -8,6 +8,7 @@ from toolpoint import ToolpointError
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid, Patch
 from toolpoint.machine import build
+from toolpoint.machine.assembly.reduction_estimate import estimate_reduction
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.description import (
     AxisDescription,
@@ -21,6 +22,7 @@ from toolpoint.machine.description import (
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.elastic_body import SlidingPatch, reduce_solid
 from toolpoint.machine.parts.imported_body import PointGroup, reduce_matrices
+from toolpoint.studies.machines.check.machine_check import check_machine
 from toolpoint.vibration import Dof
 from toolpoint.vibration.eigen import solve_undamped
 
@@ -82,8 +84,16 @@ def test_carriage_on_an_elastic_rail_is_that_of_all_finite_elements(beam, rail):
     for x in (-0.2766, 0.0567, 0.2789):
         error = solve_undamped(assemble(machine, {"X": x}), 8).frequency / full(beam, 0.4 + x) - 1
         assert error.min() > -1e-6 and error.max() < 1e-3
+        # All shapes are kept, so what is left is the table's between its entries, of either sign: the estimate holds it.
+        estimate = estimate_reduction(machine, {"X": x}, 8)
+        assert (estimate.error + 1e-8 >= np.abs(error)).all() and estimate.error.max() < 1e-4
     values = natural_frequencies(machine, {"X": np.linspace(-0.3, 0.3, 7)}, 4)
     assert values[3] == pytest.approx(solve_undamped(assemble(machine, {"X": 0.0}), 4).frequency)
+    at = {"X": np.random.default_rng(0).uniform(-0.3, 0.3, 40)}
+    assert natural_frequencies(machine, at, 8, path="compiled") == pytest.approx(natural_frequencies(machine, at, 8), rel=1e-12)
+    for k in (0, 39):
+        one_pose = solve_undamped(assemble(machine, {"X": at["X"][k]}), 8).frequency
+        assert natural_frequencies(machine, at, 8)[k] == pytest.approx(one_pose, rel=1e-9)
     assert "beam: elastic, reduced from" in assemble(machine).notes[0]
 
 
@@ -106,6 +116,11 @@ def test_a_carriage_off_its_rail_and_a_point_on_a_way_are_refused(rail):
     machine = carriage_on_rail(rail, -0.5, 0.5)
     with pytest.raises(ToolpointError, match=r"body beam, interface way: .*position 0\.4 m; must be within its way"):
         assemble(machine, {"X": 0.4})
+    checked = check_machine(machine)
+    assert [str(doubt).partition(" m;")[0] for doubt in checked.doubts if "axes.X" in doubt] == [
+        f"axes.X: at X {end} mm, an end of its travel: body beam, interface way: way: position {value}"
+        for end, value in (("-500", "-0.5"), ("500", "0.5"))]
+    assert checked.reduction[0].startswith("reference pose, the worst of 1 poses: reduction of elastic bodies: the first 6")
     with pytest.raises(ToolpointError, match="slides: it can be held by a joint only"):
         rail.participation("way")
 

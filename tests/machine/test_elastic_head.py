@@ -10,6 +10,7 @@ from conftest import MACHINES
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.assembly.reduction_error import reduction_error, reduction_note
+from toolpoint.machine.assembly.reduction_estimate import estimate_reduction
 from toolpoint.machine.assembly.system import assemble
 from toolpoint.machine.parts import body_store
 from toolpoint.studies import solve_modes
@@ -61,6 +62,8 @@ def test_bodies_are_kept_on_disk_by_content(head, folder):
     body_store._kept.cache_clear()
     again = machine_file.read(MACHINES / "three_rps_elastic_head.yaml")
     assert np.array_equal(again.bodies[1].mass, body.mass) and again.bodies[1].notes == head.bodies[1].notes
+    pose = {"Z": -0.9, "tilt": 0.2, "azimuth": 0.0}
+    assert np.array_equal(estimate_reduction(again, pose).error, estimate_reduction(head, pose).error)
     assert np.array_equal(again.bodies[1].interfaces["guide"].slide.values, head.bodies[1].interfaces["guide"].slide.values)
     kept[0].write_bytes(b"cut off")
     body_store._kept.cache_clear()
@@ -88,7 +91,10 @@ def test_reduced_limbs_are_those_of_all_finite_elements(head, monkeypatch):
 
     for z, tilt, azimuth in bench.POSES[1:4:2]:
         pose = {"Z": z, "tilt": tilt, "azimuth": azimuth}
-        assert solve_undamped(assemble(head, pose), 6).frequency == pytest.approx(bench.full(head, pose), rel=2e-3)
+        exact = bench.full(head, pose)
+        assert solve_undamped(assemble(head, pose), 6).frequency == pytest.approx(exact, rel=2e-3)
+        estimate = estimate_reduction(head, pose, 6)
+        assert (estimate.error >= np.abs(estimate.frequency / exact - 1)).all() and estimate.is_sure.all()
 
 
 @pytest.mark.parametrize(("old", "new", "words"), [

@@ -79,14 +79,11 @@ def machine_of_file() -> Report:
 @case
 def workspace() -> Report:
     from toolpoint.pages.machines.demo import workspace_page
-    from toolpoint.studies.machines.machine_report import study_machine
-    from toolpoint.studies.machines.pose_map import pose_map
-    from toolpoint.studies.machines.stiffness_map import stiffness_map
+    from toolpoint.studies.robots.workspace import study_workspace
 
-    name, head = "three_rps_head.yaml", machine("three_rps_head.yaml")
+    name = "three_rps_head.yaml"
     axes = {"tilt": np.radians(np.linspace(0, 30, 7)), "azimuth": np.radians(np.linspace(0, 360, 9))}
-    return workspace_page(study_machine(head, method=rough()), pose_map(head, axes), stiffness_map(head, axes),
-                          source=text(name), file_name=name)
+    return workspace_page(study_workspace(machine(name), axes, method=rough()), source=text(name), file_name=name)
 
 
 @case

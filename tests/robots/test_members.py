@@ -1,5 +1,6 @@
 """Members of a robot: rigid, a beam, or finite elements, chosen for each in one file."""
 
+import importlib.util
 from dataclasses import replace
 from pathlib import Path
 
@@ -153,6 +154,79 @@ def test_a_member_of_another_program_s_mesh_is_the_same_box(sheet, tmp_path):
 def test_a_surface_alone_is_no_finite_elements(tmp_path):
     with pytest.raises(ToolpointError, match=r"arm.stl is a surface alone; finite elements need a STEP solid"):
         robot_file.read(mesh_sheet(tmp_path, "arm.stl"))
+
+
+def box_corners(low, high):
+    """The twelve triangles of a box, counter-clockwise seen from outside."""
+    ends = np.array([low, high], float)
+    corner = np.array([[ends[i, 0], ends[j, 1], ends[k, 2]] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    faces = [(0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1), (2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4),
+             (1, 5, 7), (1, 7, 3)]
+    return corner[np.array(faces)]
+
+
+def write_stl(path, corners):
+    lines = ["solid part", *("facet normal 0 0 0\nouter loop\n" + "\n".join(
+        f"vertex {x:.9g} {y:.9g} {z:.9g}" for x, y, z in face) + "\nendloop\nendfacet" for face in corners), "endsolid part"]
+    path.write_text("\n".join(lines), encoding="utf-8")
+
+
+def rigid_mesh_sheet(tmp_path, unit="1 mm", file="arm.stl"):
+    path = mesh_sheet(tmp_path, file)
+    text = path.read_text(encoding="utf-8").replace("elastic: finite elements,", "elastic: rigid,", 1).replace(
+        "mesh_unit: 1 mm", f"mesh_unit: {unit}")
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+ARM = box_corners([90, -55, -55], [210, 55, 305])  # mm, the upper arm's box
+
+
+def test_a_rigid_member_of_a_surface_is_the_box_that_it_bounds(sheet, tmp_path):
+    """Volume, centre and inertia by the divergence theorem."""
+    write_stl(tmp_path / "arm.stl", ARM)
+    mine = robot_file.read_robot_machine(rigid_mesh_sheet(tmp_path))
+    rigid = replace(sheet, members=sheet.members | {"upper_arm": replace(sheet.members["upper_arm"], elastic="rigid")})
+    other = robot_machine(rigid)
+    assert mine.bodies["link2"].mesh is not None
+    assert np.allclose(natural_frequencies(build(mine), {}, 4), natural_frequencies(build(other), {}, 4), rtol=1e-9)
+
+
+@pytest.mark.parametrize(("corners", "unit", "words"), [
+    (ARM[1:], "1 mm", r"members.upper_arm.mesh: arm.stl: .*3 open edges, the first \d+-\d+ at x 90, y -?\d+, z -?\d+ mm"),
+    (ARM[:, ::-1], "1 mm", r"members.upper_arm.mesh: arm.stl: .*inside out"),
+    (np.concatenate([ARM[:1, ::-1], ARM[1:]]), "1 mm", r"edge \d+-\d+ at x 90.* mm is run through twice"),
+    (ARM, "1 m", r"members.upper_arm.mesh: arm.stl: mesh_unit: 1 m makes it 360 m long.*most STL files are in mm"),
+    (ARM + 9000, "1 mm", r"9\.\d+ m from the base at most")])
+def test_surfaces_that_bound_no_member_are_refused_with_the_place(tmp_path, corners, unit, words):
+    write_stl(tmp_path / "arm.stl", corners)
+    with pytest.raises(ToolpointError, match=words):
+        robot_file.read_robot_machine(rigid_mesh_sheet(tmp_path, unit))
+
+
+def test_a_solid_s_file_as_a_rigid_surface_is_refused(tmp_path):
+    (tmp_path / "arm.step").write_text("ISO-10303-21;", encoding="utf-8")
+    with pytest.raises(ToolpointError, match=r"members.upper_arm.mesh: arm.step; a rigid member's mesh must be an STL surface"):
+        robot_file.read_robot_machine(rigid_mesh_sheet(tmp_path, file="arm.step"))
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(importlib.util.find_spec("netgen") is None, reason="Netgen (extra 'mesh') is not installed")
+def test_a_member_of_a_step_solid_is_the_same_box(sheet, tmp_path, monkeypatch):
+    """Tetrahedra against the hexahedra of the box itself; both are fine enough for a hundredth."""
+    from netgen.occ import Box, Pnt
+
+    monkeypatch.setenv("TOOLPOINT_CACHE", str(tmp_path / "cache"))
+    Box(Pnt(90, -55, -55), Pnt(210, 55, 305)).WriteStep(str(tmp_path / "arm.step"))
+    path = mesh_sheet(tmp_path, "arm.step")
+    path.write_text(path.read_text(encoding="utf-8").replace("mesh_unit: 1 mm", "mesh_unit: 1 mm, mesh_size: 40 mm"),
+                    encoding="utf-8")
+    machine = robot_file.read_robot_machine(path)
+    bent = replace(sheet, members=sheet.members | {"upper_arm": replace(sheet.members["upper_arm"],
+                                                                        elastic="finite elements", wall=None)})
+    mine, other = build(machine), build(robot_machine(bent))
+    assert sum(b.mass[0, 0] for b in mine.bodies) == pytest.approx(32.0, rel=1e-9)
+    assert np.allclose(natural_frequencies(mine, {}, 4), natural_frequencies(other, {}, 4), rtol=1e-2)
 
 
 def test_round_parts_of_another_axis_or_place_are_refused():

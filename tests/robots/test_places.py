@@ -8,8 +8,10 @@ import pytest
 from serial_arms import arm_forward
 from toolpoint import ToolpointError
 from toolpoint.app.main import main
+from toolpoint.cutting import ZeroOrder
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.machine.pose.placement import place_machine
 from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import arm_rows
 from toolpoint.studies.machines.reach import branch_names, path_faults, reach_places
@@ -18,6 +20,7 @@ from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_
 from toolpoint.studies.robots.reach_study import study_reach
 from toolpoint.studies.robots.regions import plane_directions, search_regions
 from toolpoint.studies.robots.turns import choose_turns, compare_branches
+from toolpoint.studies.screening.robot_demo import straight_wrist
 
 MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
 
@@ -153,7 +156,9 @@ def test_bad_input(robot, call, words):
 def test_lobes_of_overdamped_joints_say_their_method(robot):
     study = tool_point(robot, [{"q2": 0.3, "q3": -0.2, "q5": 0.3}])
     assert (study.modes.damping_ratio >= 1).any()
-    notes = lobes(study, speeds=np.array([6000.0]))[0].notes
+    chart = lobes(study, speeds=np.array([6000.0]))[0]
+    assert chart.method == "PanelArnoldi" and chart.status.startswith("complete up to the first loss of stability")
+    notes = lobes(study, speeds=np.array([6000.0]), method=ZeroOrder())[0].notes
     assert any("usual error" in note for note in notes)
 
 
@@ -167,3 +172,17 @@ def test_stiffness_over_places_where_the_number_of_poles_changes(robot, kind):
     assert np.isfinite(values).all() and (values > 0).all()
     alone = PlaceQuantity(kind).at_poses(robot, [pose for pose in result.reach.poses if pose is not None][3:4])
     assert np.allclose(values[3], alone[0], rtol=1e-12)
+
+
+def test_a_straight_wrist_stays_at_its_place(robot):
+    """The wrist's centre does not move with axes 4 to 6; a place out of reach is refused."""
+    places = np.array([[0.34, 0, 0.16], [0.34, 0, 0.36]])
+    frequency = straight_wrist(robot, places)
+    for pose, expected in zip(reach_places(robot, places, point="wrist").poses, frequency, strict=True):
+        straight = {**pose, "q4": 0.0, "q5": 0.0, "q6": 0.0}
+        at = place_machine(robot, straight).position(robot.description.points["wrist"])[0]
+        before = place_machine(robot, dict(pose)).position(robot.description.points["wrist"])[0]
+        assert np.allclose(at, before, atol=1e-12)
+        assert np.allclose(natural_frequencies(robot, straight, 4)[0], expected, rtol=1e-12)
+    with pytest.raises(ToolpointError, match="places: 1 of 2; must be reached"):
+        straight_wrist(robot, np.array([[0.34, 0, 0.16], [2.0, 0, 0.16]]))

@@ -107,7 +107,7 @@ def test_ranking_with_uncertain_inputs_has_intervals_and_odds(robot):
                     draws=8, rng=np.random.default_rng(2))
     ranking = rank_changes(result)
     assert sum(e.first for e in ranking.effects) == pytest.approx(1)
-    assert all(e.low <= e.high for e in ranking.effects) and ranking.doubt == ""
+    assert all(e.low <= e.high for e in ranking.effects) and ranking.doubt is None
 
 
 def test_a_screening_resumes_to_the_same_table_byte_for_byte(robot, tmp_path):

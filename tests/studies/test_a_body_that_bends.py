@@ -69,12 +69,12 @@ def test_a_column_that_bends_is_replaced_by_an_elastic_one(tmp_path):
     components = Components("its test", ("ground", "column"), {"column": [int(n) + 1 for n in nodes]})
     with pytest.warns(ToolpointWarning, match="doubtful at column"):
         result = study_joints(measured, geometry, components)
-    assert "column bends in mode" in result.table() and "elastic in the machine file" in result.table()
+    assert "column: bends in mode" in result.table() and "elastic in the machine file" in result.table()
     assert "do not move with" not in result.table()
     with pytest.warns(ToolpointWarning, match="doubtful at column"):
         turned = study_joints(replace(measured, shape=measured.shape * np.where(np.arange(len(dofs)) == 21, -1, 1)[:, None]),
                               geometry, components)
-    assert f"points [{dofs[21].point}] do not move with column (left out of the fit)" in turned.table()
+    assert f"points [{dofs[21].point}]: do not move with column (left out of the fit)" in turned.table()
 
     (tmp_path / "rigid.yaml").write_text(rigid(mass))
     stiff = solve_undamped(assemble(read_machine(tmp_path / "rigid.yaml"))).frequency[:6]

@@ -88,6 +88,48 @@ def test_coupling_then_decoupling_is_the_identity():
     assert np.abs(back - left.values).max() < 1e-12 * np.abs(left.values).max()
 
 
+def network(random, *, loss, first, grounded):
+    """Six masses on random springs to each other, and to the ground or not."""
+    k = np.zeros((6, 6))
+    for i in range(6):
+        for j in range(i):
+            if j == i - 1 or random.random() < 0.6:
+                spring = np.zeros(6)
+                spring[[i, j]] = 1.0, -1.0
+                k += 10 ** random.uniform(4, 5.5) * np.outer(spring, spring)
+    if grounded:
+        k += np.diag(10 ** random.uniform(3, 5, 6))
+    return SecondOrderSystem(np.diag(random.uniform(3, 20, 6)), k, structural_damping=loss * k,
+                             outputs=[Dof(first + i, "+x") for i in range(6)])
+
+
+@pytest.mark.skipif(np.finfo(np.longdouble).eps >= np.finfo(float).eps, reason="no numbers longer than double here")
+@pytest.mark.parametrize("links", [1, 2, 3])
+@pytest.mark.parametrize("loss", [0.001, 0.01, 0.03])
+def test_coupling_then_decoupling_is_the_identity_of_any_system(links, loss):
+    """Within 1e-12 of the peak, or what rounding the whole to double numbers alone does to the rest, dR = T dW T^T."""
+    beyond = 0
+    for seed in range(20):
+        random = np.random.default_rng(seed)
+        left, right = (frequency_response.direct(network(random, loss=loss, first=first, grounded=grounded), LINES)
+                       for first, grounded in ((1, True), (7 - links, seed % 2 == 0)))
+        shared = [f"{7 - links + i}:+x" for i in range(links)]
+        whole = couple_responses({"a": left, "b": right}, [(f"a.{label}", f"b.{label}") for label in shared])
+        keep = [*range(6), *range(6 + links, 12)]
+        labels = [Dof(k + 1, "+x") for k in range(len(keep))]
+        measured = Frf(LINES, whole.values[:, keep][:, :, keep], labels, labels)
+        back = decouple_responses(measured, right, shared).values[:, :6, :6]
+        joint = list(range(6 - links, 6))
+        gap = measured.values[:, joint][:, :, joint] - right.values[:, :links, :links]
+        carried = np.abs(np.eye(len(keep))[:6] - measured.values[:, :6][:, :, joint] @ np.linalg.solve(
+            gap, np.broadcast_to(np.eye(len(keep))[joint], (len(LINES), links, len(keep)))))
+        rounding = 2.0**-53 * (carried @ np.abs(measured.values) @ np.swapaxes(carried, -1, -2)).max()
+        error, peak = np.abs(back - left.values).max(), np.abs(left.values).max()
+        assert error < max(1e-12 * peak, 2 * rounding), seed
+        beyond += error > 1e-12 * peak
+    assert beyond <= (2 if loss == 0.001 else 0)
+
+
 def test_variance_of_the_whole_is_that_of_its_parts():
     left, right = (frequency_response.direct(part, LINES) for part in halves())
     noisy = {name: Frf(LINES, frf.values, frf.outputs, frf.inputs, variance=(1e-3 * np.abs(frf.values)) ** 2)

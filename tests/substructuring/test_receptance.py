@@ -5,6 +5,7 @@ import pytest
 from scipy.linalg import expm
 
 from toolpoint import ToolpointError, ToolpointWarning
+from toolpoint._doubt import Doubt
 from toolpoint.substructuring import ContactDescription, PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.gauge import identify_base
 from toolpoint.substructuring.receptance import complex_noise, plane_receptance
@@ -161,7 +162,7 @@ def test_responses_of_another_gauge_are_doubted():
     frf = struck(gauge, LINES)
     turned = Frf(LINES, frf.values[:, ::-1, ::-1], frf.outputs, frf.inputs)
     with pytest.warns(ToolpointWarning, match="which response is which"):
-        assert "doubt" in identify_base(turned, gauge, draws=0).notes[0]
+        assert isinstance(identify_base(turned, gauge, draws=0).notes[0], Doubt)
 
 
 def test_band_of_the_tool_point_holds_the_truth():

@@ -113,7 +113,7 @@ def test_a_mode_that_may_be_missing_is_said(body, around, truth):
     short = couple_reduced(reduce(body, ActingLoads(float(truth[-1]), 1.0)), around, COUNT)
     assert not short.is_sure and "one may be missing" in short.status
     fixed = couple_reduced(reduce(body, CraigBampton(float(truth[-1]))), around, COUNT)
-    assert "does not say which free modes" in fixed.status
+    assert fixed.status.startswith("free modes: Craig-Bampton does not say which")
     with pytest.raises(ToolpointError, match="wider band"):
         choose_size(span(body, ActingLoads(float(truth[-1]), 1.0)), around, COUNT, error=1e-3)
 

@@ -15,6 +15,11 @@ def test_a_doubt_is_its_sentence_and_keeps_its_parts():
     assert str(Doubt("foot", "no place is given")) == "foot: no place is given"
 
 
+def test_a_doubt_of_a_part_names_it_first():
+    of_axis = DOUBT.within("axis X")
+    assert of_axis == f"axis X: {DOUBT}" and (of_axis.what, of_axis.figure) == ("axis X: limits", 0.37)
+
+
 def test_a_doubt_travels_to_other_processes_whole():
     again = pickle.loads(pickle.dumps(DOUBT))
     assert again == DOUBT and vars(again) == vars(DOUBT) and isinstance(again, Doubt)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 import sys
 import threading
@@ -25,11 +26,6 @@ def text(lines: str) -> None:
 
     plain = spell_options(lines)
     OUT.print(plain.translate(ASCII) if OUT.options.ascii_only else plain, markup=False)
-
-
-def suggest(*commands: str) -> None:
-    """Say which commands come next."""
-    text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
 
 def warning(message: str) -> None:
@@ -57,22 +53,27 @@ def spell_options(text: str) -> str:
 
 
 @contextmanager
-def _spoken(state: Callable[[], str]) -> Iterator[None]:
-    """Print what is being done, a line now and then, where nobody watches a terminal: in a log, a pipe, a batch job."""
-    ended, start = threading.Event(), time.monotonic()
+def _spoken() -> Iterator[Callable[[str], None]]:
+    """Give a function that takes what is being done; it is printed, a line now and then, where nobody watches a terminal: in a
+    log, a pipe, a batch job."""
+    ended, start, said = threading.Event(), time.monotonic(), ""
+
+    def say(words: str) -> None:
+        nonlocal said
+        said = words
 
     def speak() -> None:
         wait = FIRST_LINE
         while not ended.wait(wait):
-            if state():
+            if said:
                 from toolpoint.app.terminal import ERR
 
-                ERR.print(f"{state()}, {time.monotonic() - start:.0f} s", markup=False)
+                ERR.print(f"{said}, {time.monotonic() - start:.0f} s", markup=False)
                 wait = NEXT_LINE
     thread = threading.Thread(target=speak, daemon=True)
     thread.start()
     try:
-        yield
+        yield say
     finally:
         ended.set()
         thread.join()
@@ -83,29 +84,18 @@ def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
     """Show progress through a number of named steps; call the given function at the start of each."""
     if quiet:
         yield lambda name: None
-        return
+    elif not interactive():
+        numbers = itertools.count(1)
+        with _spoken() as say:
+            yield lambda name: say(f"{name} (step {next(numbers)} of {total})")
+    else:
+        from toolpoint.app.terminal import bar_of_steps
 
-    said, done = "", -1
-    if not interactive():
-        def tell(name: str) -> None:
-            nonlocal done, said
-            done += 1
-            said = f"{name} (step {done + 1} of {total})"
-        with _spoken(lambda: said):
-            yield tell
-        return
-
-    from toolpoint.app.terminal import bar_of_steps
-
-    with bar_of_steps() as progress:
-        task = progress.add_task("", total=total)
-
-        def step(name: str) -> None:
-            nonlocal done
-            done += 1
-            progress.update(task, description=name, completed=done)
-        yield step
-        progress.update(task, completed=total)
+        numbers = itertools.count()
+        with bar_of_steps() as progress:
+            task = progress.add_task("", total=total)
+            yield lambda name: progress.update(task, description=name, completed=next(numbers))
+            progress.update(task, completed=total)
 
 
 @contextmanager
@@ -113,27 +103,20 @@ def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], No
     """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
     if quiet:
         yield lambda name, done, total: None
-        return
+    elif not interactive():
+        with _spoken() as say:
+            yield lambda name, done, total: say(f"{name}: {done} of {total}")
+    else:
+        from toolpoint.app.terminal import bars_of_parts
 
-    said = ""
-    if not interactive():
-        def tell(name: str, done: int, total: int) -> None:
-            nonlocal said
-            said = f"{name}: {done} of {total}"
-        with _spoken(lambda: said):
-            yield tell
-        return
+        with bars_of_parts() as progress:
+            tasks: dict[str, Any] = {}
 
-    from toolpoint.app.terminal import bars_of_parts
-
-    with bars_of_parts() as progress:
-        tasks: dict[str, Any] = {}
-
-        def count(name: str, done: int, total: int) -> None:
-            if name not in tasks:
-                tasks[name] = progress.add_task(name, total=total)
-            progress.update(tasks[name], completed=done, total=total)
-        yield count
+            def count(name: str, done: int, total: int) -> None:
+                if name not in tasks:
+                    tasks[name] = progress.add_task(name, total=total)
+                progress.update(tasks[name], completed=done, total=total)
+            yield count
 
 
 @contextmanager

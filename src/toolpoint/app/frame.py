@@ -1,14 +1,15 @@
-"""What every command does around its one call: steps, progress, collected warnings, the page, the console or JSON."""
+"""Frame: what every command does around its one call: steps, progress, collected warnings, the page, the console or JSON."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, contextmanager
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
+from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
+from toolpoint._doubt import Doubt
 from toolpoint.app import console
 
 if TYPE_CHECKING:
@@ -22,22 +23,45 @@ class Result(Protocol):
         """Return the result as text."""
         ...
 
-    def to_dict(self) -> dict[str, Any]:
+    def to_dict(self) -> Any:
         """Return the result as plain data."""
         ...
 
 
 class Frame:
-    """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far."""
+    """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far.
 
-    def __init__(self, output: Path | None, as_json: bool, step: Callable[[str], None], warnings: list[str]) -> None:
-        self.output, self.as_json, self.step, self.warnings = output, as_json, step, warnings
-        self._page: Path | None = None
+    What a command shows is printed when its progress has ended, in the order in which it was shown.
+    """
 
-    @contextmanager
-    def progress(self, name: str, folder: Path | None = None) -> Iterator[Callable[[int, int], None]]:
-        """Give a study its `progress` function of how much is done, and of how much; with a folder to resume from, say first
+    def __init__(self, output: Path | None, as_json: bool, steps: int = 0) -> None:
+        self.output, self.as_json, self.steps = output, as_json, steps
+        self.warnings: list[str] = []
+        self._tell: Callable[[str], None] | None = None
+        self._stack, self._display = ExitStack(), ExitStack()
+        self._later, self._pages = list[Callable[[], None]](), list[Path]()
+
+    def __enter__(self) -> Frame:
+        self.warnings = self._stack.enter_context(console.collect_warnings())
+        self._stack.enter_context(self._display)
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+        self._stack.__exit__(kind, error, trace)
+        for show in self._later:
+            show()
+
+    def step(self, name: str) -> None:
+        """Say that the next of the command's steps begins."""
+        if self._tell is None:
+            self._display.close()
+            self._tell = self._display.enter_context(console.steps(self.steps, self.as_json or self.steps == 0))
+        self._tell(name)
+
+    def progress(self, name: str, folder: Path | None = None) -> Callable[[int, int], None]:
+        """Return the `progress` function of a study: how much is done, and of how much; with a folder to resume from, say first
         how much was kept in it."""
+        count = self.progress_of_parts()
         silent = folder is None or not any(folder.glob("**/chunk-*.npz"))
 
         def report(done: int, total: int) -> None:
@@ -46,62 +70,54 @@ class Frame:
                 console.remark(f"{done} of {total} {name} kept in {folder} by an earlier run")
             silent = True
             count(name, done, total)
+        return report
 
-        with self.progress_of_parts() as count:
-            yield report
+    def progress_of_parts(self) -> Callable[[str, int, int], None]:
+        """Return the `progress` function of a study that takes name, done and total."""
+        self._display.close()  # one display at a time
+        self._tell = None
+        return self._display.enter_context(console.count_progress(self.as_json))
 
-    def progress_of_parts(self) -> AbstractContextManager[Callable[[str, int, int], None]]:
-        """Return a context that gives a study its `progress` function of name, done and total."""
-        return console.count_progress(self.as_json)
-
-    def save(self, report: Report) -> None:
-        """Write the page; its notes name the arguments as options."""
-        if self.output is not None:
-            self._page = _with_options(report).save(self.output)
+    def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
+        """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
+        place = to or self.output
+        if place is not None:
+            self._pages.append(page(*arguments, **named).reworded(console.spell_options).save(place))
 
     def show(self, result: Result, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
         """Print the result: JSON, or its table, notes, warnings, and the files that were written."""
         if self.as_json:
             self.show_json(result.to_dict())
             return
-        console.text(result.table())
+        self.show_text(result.table())
         self.show_rest(notes, written)
 
-    def print_table(self, result: Result) -> None:
-        """Print the table of one result of several."""
-        console.text(result.table())
+    def show_text(self, *lines: str) -> None:
+        """Print lines, of which each may be a table; --json leaves them out."""
+        if not self.as_json:
+            self._later.append(lambda: console.text("\n".join(lines)))
 
     def show_json(self, data: object) -> None:
         """Print plain data as JSON."""
-        print(console.spell_options(json.dumps(data)))
+        self._later.append(lambda: print(console.spell_options(json.dumps(data))))
 
     def show_rest(self, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
-        """Print notes, warnings that are none of them, and the files that were written."""
+        """Print notes and doubts, warnings that are none of them, and the files that were written."""
+        if not self.as_json:
+            self._later.append(lambda: self._print_rest(tuple(notes), dict(written or {})))
+
+    def suggest(self, *commands: str) -> None:
+        """Say which commands come next."""
+        self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
+
+    def _print_rest(self, notes: Sequence[str], written: Mapping[str, Path | str | None]) -> None:
         for note in dict.fromkeys(notes):
-            console.text("note: " + note)
+            console.text(("doubt: " if isinstance(note, Doubt) else "note: ") + note)
         for warning in self.warnings:
             if warning not in notes:
                 console.warning(warning)
-        for name, path in (written or {}).items():
+        for name, path in written.items():
             if path is not None:
                 console.text(f"{name} written: {path}")
-        if self._page is not None:
-            console.text(f"Page written: {self._page}")
-
-
-@contextmanager
-def frame(output: Path | None, as_json: bool, steps: int = 0) -> Iterator[Frame]:
-    """Give a command its frame: progress through a number of steps, warnings collected; what is shown comes after it."""
-    with console.steps(steps, as_json or steps == 0) as step, console.collect_warnings() as warnings:
-        yield Frame(output, as_json, step, warnings)
-
-
-def _with_options(report: Report) -> Report:
-    from toolpoint.plot import Notes
-
-    def part_of(part: Any) -> Any:
-        return replace(part, lines=tuple(map(console.spell_options, part.lines))) if isinstance(part, Notes) else part
-
-    sections = tuple(replace(section, parts=tuple(map(part_of, section.parts))) for section in report.sections)
-    return replace(report, sections=sections, doubts=tuple(map(console.spell_options, report.doubts)),
-                   assumptions=tuple(map(console.spell_options, report.assumptions)))
+        for page in self._pages:
+            console.text(f"Page written: {page}")

@@ -62,9 +62,10 @@ def cli() -> None:
 
 
 def main(arguments: Sequence[str] | None = None) -> None:
-    """Run the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
+    """Frame the command line; a wrong input ends with its message and exit code 2, never with a traceback."""
     if arguments is None:  # a process of its own
         hold_process()
+        os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # else every installed package is searched for plugins
     try:
         cli.main(args=None if arguments is None else list(arguments), prog_name="toolpoint", standalone_mode=False)
     except ToolpointError as error:

@@ -14,6 +14,7 @@ import numpy as np
 from toolpoint._check import LEFT_OUT, FloatArray, fail, floats, positive, symmetric
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
+from toolpoint.bodies.residual_form import ResidualForm
 from toolpoint.bodies.surface import BodySurface
 from toolpoint.spatial.motion_table import MotionTable
 
@@ -78,6 +79,8 @@ class Body(NotebookText):
         Imaginary part of the complex stiffness, from the loss factors of its materials.
     surface : BodySurface, optional
         What is drawn.
+    residual : ResidualForm, optional
+        From which the error of a machine's modes by the reduction is stated; none: it cannot be.
     """
 
     mass: FloatArray
@@ -89,6 +92,7 @@ class Body(NotebookText):
     spin_axis: FloatArray | None = None
     structural_damping: FloatArray = LEFT_OUT
     surface: BodySurface | None = None
+    residual: ResidualForm | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vibration.dof import check_labels
@@ -49,23 +50,27 @@ class ImportedMatrices(NotebookText):
         put(self, "mass", check_symmetric("ImportedMatrices.mass", self.mass))
         if self.mass.shape != self.stiffness.shape:
             fail("ImportedMatrices.mass", f"shape {self.mass.shape}", f"must be that of the stiffness, {self.stiffness.shape}")
+        negative = np.flatnonzero(self.mass.diagonal() < 0)
+        if negative.size:
+            fail("ImportedMatrices.mass", f"{self.mass.diagonal()[negative[0]]:g} on the diagonal of row {negative[0] + 1} "
+                 f"({negative.size} rows in all)", "must not be negative", "is it the mass, and of this model?")
         put(self, "dofs", check_labels("ImportedMatrices.dofs", self.dofs, self.stiffness.shape[0]))
         put(self, "notes", (*self.notes, *self._doubts()))
 
-    def _doubts(self) -> tuple[str, ...]:
+    def _doubts(self) -> tuple[Doubt, ...]:
         """Say what looks wrong: a mass that differs by direction, no mass at all in many rows, entries far from SI."""
-        notes = []
+        doubts = []
         total = self.directional_mass
         known = total[total > 0]
         if len(known) and np.ptp(known) > _MASS_SPREAD * known.max():
-            notes.append("mass differs by direction: " + ", ".join(f"{m:.6g}" for m in total) + " kg along x, y, z: held rows "
-                         "were left out, or rows are labelled wrongly")
+            doubts.append(Doubt("mass differs by direction", ", ".join(f"{m:.6g}" for m in total) + " kg along x, y, z: held "
+                                "rows were left out, or rows are labelled wrongly", figure=float(np.ptp(known) / known.max())))
         massless = int((self.mass.diagonal() <= 0).sum())
         if massless:
-            notes.append(f"{massless} of {len(self.dofs)} rows have no mass")
-        for note in notes:
-            warnings.warn(note, ToolpointWarning, stacklevel=4)
-        return tuple(notes)
+            doubts.append(Doubt("mass", f"{massless} of {len(self.dofs)} rows have no mass"))
+        for doubt in doubts:
+            warnings.warn(doubt, ToolpointWarning, stacklevel=4)
+        return tuple(doubts)
 
     @property
     def directional_mass(self) -> FloatArray:

@@ -61,14 +61,21 @@ def check_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
     unique, repeats = np.unique(code, return_counts=True)
     if (repeats > 1).any():
         at = divmod(int(unique[repeats > 1][0]), count)
-        fail("triangles", f"edge {at[0]}-{at[1]} is run through twice in the same direction",
+        fail("triangles", f"edge {at[0]}-{at[1]} {_where(nodes, at)} is run through twice in the same direction",
              "neighbours must be turned the same way", "turn the triangles consistently, or remove doubled ones")
     open_edges = np.setdiff1d(back, code)
     if open_edges.size:
         at = divmod(int(open_edges[0]), count)
-        fail("triangles", f"{open_edges.size} open edges, the first {at[1]}-{at[0]}", "must close around a solid",
+        fail("triangles", f"{open_edges.size} open edges, the first {at[1]}-{at[0]} {_where(nodes, at)}",
+             "must close around a solid",
              "merge equal nodes, or fill the holes in the CAD program")
     return faces
+
+
+def _where(nodes: ArrayLike, edge: tuple[int, int]) -> str:
+    """The middle of an edge in words, mm."""
+    middle = 1e3 * np.asarray(nodes, float)[list(edge)].mean(axis=0)
+    return "at " + ", ".join(f"{name} {value:.5g}" for name, value in zip("xyz", middle + 0.0, strict=True)) + " mm"
 
 
 def merge_corners(corners: FloatArray) -> tuple[FloatArray, np.ndarray]:

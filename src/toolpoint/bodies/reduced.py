@@ -17,7 +17,9 @@ import numpy as np
 from toolpoint._check import FloatArray, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.body import Body
+from toolpoint.bodies.residual_form import ResidualForm
 
+ALIKE = 1e-9  # relative difference of scales that are one
 APART = 1.2  # ratio of scales of two sets from which the shapes are called those of other numbers
 Kind = Literal["modulus", "density", "loss_factor"]
 KINDS: tuple[Kind, ...] = ("modulus", "density", "loss_factor")
@@ -76,8 +78,19 @@ class ReducedBody(NotebookText):
                 if gyroscopic is not None and part.gyroscopic is not None:
                     gyroscopic += (heavy - 1) * part.gyroscopic
             loss += numbers[name].loss_factor * stiff * part.stiffness
-        return replace(body, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic,
+        return replace(body, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic, residual=self._residual(numbers),
                        structural_damping=loss, notes=(*body.notes, *self._notes(numbers)))
+
+    def _residual(self, numbers: Mapping[str, ElasticNumbers]) -> ResidualForm | None:
+        """Return the form of the scaled body; None where sets scale apart: what their shapes leave out is not known then."""
+        form = self.nominal.residual
+        if form is None:
+            return None
+        stiff, heavy = (np.array([getattr(numbers[name], kind) / getattr(part.numbers, kind)
+                                  for name, part in self.parts.items()]) for kind in ("modulus", "density"))
+        if np.ptp(stiff) > ALIKE * stiff.max() or np.ptp(heavy) > ALIKE * heavy.max():
+            return None
+        return form if stiff[0] == heavy[0] == 1 else form.scaled(float(stiff[0]), float(heavy[0]))
 
     def _notes(self, numbers: Mapping[str, ElasticNumbers]) -> tuple[str, ...]:
         notes = []

@@ -9,11 +9,15 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass, replace
+from math import isfinite
+from operator import ge, gt, le, lt
 from typing import Any
 
 from toolpoint._check import fail, suggestion
 
-LIMITS = ("gt", "ge", "lt", "le")  # above, at least, below, at most
+WORDS = {"gt": ("above", gt), "ge": ("at least", ge), "lt": ("below", lt), "le": ("at most", le)}
+LIMITS = tuple(WORDS)
+FASTEST, DEEPEST = 1e6, 1.0  # rev/min, m: no spindle turns faster, no edge is longer
 SI_VALUE = {"": 1.0, "mm": 1e-3, "um": 1e-6, "um/mm": 1e-3, "degrees": math.pi / 180, "N/mm^2": 1e6, "N/mm": 1e3, "N/m": 1.0}
 
 
@@ -52,6 +56,20 @@ class CutParameter:
             numbers = tuple(SI_VALUE[self.unit] * v for v in value)
             return numbers[0] if self.several == "one or each" and len(numbers) == 1 else numbers
         return SI_VALUE[self.unit] * value
+
+    def check(self, name: str, value: Any) -> None:
+        """Refuse an SI value (number or tuple of them) outside the limits, in the unit of the option, under this name."""
+        scale = SI_VALUE.get(self.unit, 1.0)
+        for number in value if isinstance(value, tuple) else (value,):
+            if isinstance(number, float | int) and not (isfinite(number) and self._allows(number)):
+                fail(name, f"{number / scale:g} {self.unit}".strip(), self._range(scale), self.meaning)
+
+    def _allows(self, number: float) -> bool:
+        return all(WORDS[kind][1](number, limit) for kind, limit in self.limits.items())
+
+    def _range(self, scale: float) -> str:
+        limits = [f"{WORDS[kind][0]} {limit / scale:g} {self.unit}".strip() for kind, limit in self.limits.items()]
+        return "must be " + (" and ".join(limits) or "finite")
 
 
 def _states(kind: str, meaning: str = "", unit: str = "", remark: str = "", **more: Any) -> dict[str, CutParameter]:
@@ -225,3 +243,22 @@ def flat_values(cut: CuttingDescription) -> dict[str, Any]:
     values = {key: value for key, value in cut.flat().items() if key not in DEFAULTS or value != DEFAULTS[key]}
     return {key: {f.name: getattr(value, f.name) for f in fields(value) if getattr(value, f.name) != f.default}
             if is_dataclass(value) else value for key, value in values.items()}
+
+
+def check_values(values: Mapping[str, Any], name: Mapping[str, str] | None = None) -> None:
+    """Refuse values of a cut (flat keys, SI) outside the limits of their keys, before anything is read or computed.
+
+    `name` tells under which name a key was given, such as an option of a command; the key itself where it is missing.
+    """
+    for key, value in values.items():
+        PARAMETERS[key].check((name or {}).get(key, f"`{key}`"), value)
+
+
+def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:
+    """Refuse a speed (rev/min), a depth (m) or a feed that no simulated cut has."""
+    if not 0 < speed <= FASTEST:
+        fail("`speed`", f"{speed:g} rev/min", f"must be above zero and at most {FASTEST:g} rev/min")
+    if not 0 < depth <= DEEPEST:
+        fail("`depth`", f"{1e3 * depth:g} mm", f"must be above zero and at most {1e3 * DEEPEST:g} mm")
+    if values.get("feed_per_tooth") is not None and not values["feed_per_tooth"] > 0:
+        fail("`feed`", f"{1e3 * values['feed_per_tooth']:g} mm", "must be above zero", "without feed there is no cut")

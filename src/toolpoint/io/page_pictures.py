@@ -40,8 +40,7 @@ def write_pictures(page: str | Path, folder: str | Path, kind: str, *, width: in
             browser = playwright.chromium.launch(executable_path=executable, args=["--no-sandbox"])
         except Exception as error:  # playwright has many words for a browser that is not there
             raise ToolpointError(f"{page}: no browser starts ({str(error).splitlines()[0]}); install chromium, or run: "
-                                 "playwright "
-                                 "install chromium") from None
+                                 "playwright install chromium") from None
         try:
             return _drawn(browser, page, Path(folder), kind, width, scale)
         finally:

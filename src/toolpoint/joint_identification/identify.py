@@ -56,7 +56,7 @@ class JointIdentification(NotebookText):
     joints: tuple[JointEstimate, ...]
     motions: Mapping[str, RigidMotion]
     relatives: tuple[RelativeMotion, ...]
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     machine: WholeMachine | None = None
 
     @property
@@ -226,7 +226,7 @@ def _half(modes: Modes) -> FloatArray | None:
 
 def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mapping[str, Sequence[Point]], *,
              method: MotionMethod, deviation: float, criterion: Criterion
-             ) -> tuple[dict[str, Component], dict[str, RigidMotion], list[str]]:
+             ) -> tuple[dict[str, Component], dict[str, RigidMotion], list[Doubt]]:
     """Return the components, their rigid motions with the covariance of all columns, and doubts of the coordinates.
 
     Components stay where their coordinates are stated, with what these may be wrong by in their variance, so that they are
@@ -235,7 +235,7 @@ def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mappin
     stated = {name: component(name, modes, points, labels=labels) for name, labels in components.items()}
     parts = {name: _with_coordinates(part, deviation) for name, part in stated.items()}
     motions = {name: rigid_motion(part, _twists(method, part)) for name, part in parts.items()}
-    doubts: list[str] = []
+    doubts: list[Doubt] = []
     if deviation > 0:
         motions, doubts = _placed_motions(stated, motions, method, deviation)
     else:
@@ -249,7 +249,7 @@ def _motions(modes: Modes, points: Mapping[Point, ArrayLike], components: Mappin
 
 
 def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidMotion], method: MotionMethod, deviation: float
-                    ) -> tuple[dict[str, RigidMotion], list[str]]:
+                    ) -> tuple[dict[str, RigidMotion], list[Doubt]]:
     """Return the motions of the components with their points placed; how rigid they are stays as it was judged."""
     placed = {name: place_points(part, deviation) for name, part in stated.items()}
     parts = {name: part.part for name, part in placed.items()}
@@ -261,8 +261,9 @@ def _placed_motions(stated: Mapping[str, Component], judged: Mapping[str, RigidM
         result[name] = replace(motion, twist=motion.twist if twist is None else twist, bending=old.bending,
                                bending_p=old.bending_p, residual=old.residual)
     return result, [
-        f"the motions place the points of {name} {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they are stated, "
-        f"{1e3 * deviation:.3g} mm were told: intervals take the former; check its points, and whether it bends"
+        Doubt(f"points of {name}", f"the motions place them {1e3 * part.deviation:.3g} mm (rms a coordinate) from where they "
+              f"are stated, {1e3 * deviation:.3g} mm were told: intervals take the former", "check them, and whether it bends",
+              figure=part.deviation / deviation)
         for name, part in placed.items() if part.deviation > deviation]
 
 
@@ -299,26 +300,26 @@ def _check_overlap(components: Mapping[str, Sequence[Point]]) -> None:
                 fail(f"components[{name!r}]", f"point {point!r} is also in {owner[point]!r}", "must be in one component only")
 
 
-def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[str]]:
+def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, list[Doubt]]:
     """Return the number of modes that are not repeats of others, and the doubts; refuse a mode that is there twice."""
     rows = np.concatenate([part.values for part in parts.values()])
     shape = rows[:, :modes.count]
     if (np.abs(shape).max(axis=0) == 0).any():
         fail("modes", f"mode {int(np.argmin(np.abs(shape).max(axis=0))) + 1} is zero at all points", "must move somewhere")
-    alike, doubts, repeated = mac(shape, shape), [], set()
+    alike, doubts, repeated = mac(shape, shape), list[Doubt](), set()
     for i in range(modes.count):
         for j in range(i):
             if alike[i, j] < 0.99:
                 continue
             near = abs(modes.frequency[i] - modes.frequency[j]) <= 0.005 * max(modes.frequency[i], modes.frequency[j])
-            text = (f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz) have the same "
-                    f"shape (MAC {alike[i, j]:.4f})")
+            which = f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz)"
+            same = f"have the same shape (MAC {alike[i, j]:.4f})"
             if near or alike[i, j] > 1 - 1e-9:
-                fail("modes", text, "every mode must be given once", "leave one out with modes.selected")
+                fail("modes", f"{which} {same}", "every mode must be given once", "leave one out with modes.selected")
             repeated.add(i)
-            doubts.append(text + ": they tell one motion only")
+            doubts.append(Doubt(which, f"{same}: they tell one motion only", figure=float(alike[i, j])))
     if modes.count - len(repeated) < 2:
-        doubts.append("one mode only: the axes are those of this mode, not yet joints; give more modes")
+        doubts.append(Doubt("one mode only", "the axes are those of this mode, not yet joints", "give more modes"))
     return modes.count - len(repeated), doubts
 
 
@@ -334,24 +335,26 @@ def _without_strangers(components: Mapping[str, Sequence[Point]], strange: Mappi
 
 
 def _flaws(motions: Mapping[str, RigidMotion], strange: Mapping[str, Sequence[Point]], kept: Mapping[str, Sequence[Point]], *,
-           count: int, criterion: Criterion) -> dict[str, str]:
-    """Return a sentence for every component that bends, has points that move otherwise, or too few to tell."""
+           count: int, criterion: Criterion) -> dict[str, Doubt]:
+    """Return a doubt on every component that bends, has points that move otherwise, or too few to tell."""
     tests = sum(motion.twist.shape[1] for motion in motions.values())
-    result = {}
+    result = dict[str, Doubt]()
     for name, motion in motions.items():
         bends = motion.bends(criterion.significance / tests, max(criterion.floor, 1e-3))
         # Points of another component look like bending; a name is the better hint.
         if strange[name]:
             left = "" if set(strange[name]) & set(kept[name]) else " (left out of the fit)"
-            result[name] = (f"points {list(strange[name])[:8]} do not move with {name}{left}: check their component, position, "
-                            "directions and channels" + (", or whether it bends" if bends.any() else ""))
+            bending = ", or whether it bends" if bends.any() else ""
+            result[name] = Doubt(f"points {list(strange[name])[:8]}", f"do not move with {name}{left}", "check their "
+                                 f"component, position, directions and channels{bending}")
         elif bends.any():
             which = sorted({int(i) % count + 1 for i in np.flatnonzero(bends)})
-            result[name] = (f"{name} bends in mode {', '.join(map(str, which))} (up to "
-                            f"{100 * motion.bending[bends].max():.2g} % of its motion): divide it, leave these modes out, or "
-                            "describe it as elastic in the machine file")
+            most = float(motion.bending[bends].max())
+            result[name] = Doubt(name, f"bends in mode {', '.join(map(str, which))} (up to {100 * most:.2g} % of its motion)",
+                                 "divide it, leave these modes out, or describe it as elastic in the machine file", figure=most)
         elif np.isnan(motion.bending_p).any():
-            result[name] = f"{name} has too few points to tell whether it bends: add points, or give the shapes' variance"
+            result[name] = Doubt(name, "has too few points to tell whether it bends", "add points, or give the shapes' "
+                                 "variance")
     return result
 
 
@@ -361,22 +364,23 @@ def _softness(motion: RigidMotion, count: int, criterion: Criterion) -> float:
     return float(motion.bending[bends].max(initial=0.0))
 
 
-def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, str]) -> tuple[str, ...]:
+def _doubts(motion: RelativeMotion, fits: list[JointFit], independent: int, flexible: Mapping[str, Doubt]) -> tuple[Doubt, ...]:
     fit = fits[0]
     doubts = [flexible[name] for name in (motion.parent, motion.child) if name in flexible]
     if 0 < fit.chart.freedoms < 6 and fit.chart.freedoms >= independent:
-        doubts.append(f"{fit.chart.freedoms} freedoms from {independent} mode(s): more freedoms cannot be excluded; "
-                      "give more modes")
+        doubts.append(Doubt(f"{fit.chart.freedoms} freedoms from {independent} mode(s)", "more freedoms cannot be excluded",
+                            "give more modes"))
     if fit.kind == "general":
-        doubts.append(f"no simple kind explains the motion ({fit.chart.freedoms} freedoms): check the points of "
-                      f"{motion.child} and {motion.parent} and the order of the chain")
+        doubts.append(Doubt("kind", f"no simple kind explains the motion ({fit.chart.freedoms} freedoms)", "check the points "
+                            f"of {motion.child} and {motion.parent} and the order of the chain"))
     if len(fits) > 1:
-        doubts.append(f"the data do not refuse {', '.join(other.kind for other in fits[1:])} either: give more modes")
+        doubts.append(Doubt("kind", f"the data do not refuse {', '.join(other.kind for other in fits[1:])} either",
+                            "give more modes"))
     return tuple(doubts)
 
 
 def _best_tree(tree: Mapping[str, str], parts: Mapping[str, Component], motions: Mapping[str, RigidMotion],
-               criterion: Criterion) -> tuple[dict[str, str], list[str]]:
+               criterion: Criterion) -> tuple[dict[str, str], list[Doubt]]:
     """Return the given tree, or another that needs fewer freedoms, with the words for it."""
     if len(tree) < 2:
         return dict(tree), []
@@ -384,8 +388,8 @@ def _best_tree(tree: Mapping[str, str], parts: Mapping[str, Component], motions:
     if given <= fewest:
         return dict(tree), []
     order = ", ".join(f"{parent} - {child}" for child, parent in links)
-    return dict(links), [f"the chain as told needs {given} freedoms, {order} only {fewest}: the joints are those of the "
-                         "latter; check the order of the chain"]
+    return dict(links), [Doubt("chain", f"as told it needs {given} freedoms, {order} only {fewest}: the joints are those of "
+                               "the latter", "check the order of the chain")]
 
 
 __all__ = ["JointIdentification", "MotionMethod", "identify_joints"]

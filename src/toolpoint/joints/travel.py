@@ -27,7 +27,3 @@ class AxialTravel:
     def gain(self, travel: FloatArray) -> FloatArray:
         """Return the stiffness beyond that of the described pose, N/m, (P,)."""
         return self.law(travel)[0] - self.law(np.zeros(1))[0]
-
-    def slope(self, travel: FloatArray) -> FloatArray:
-        """Return the derivative of the stiffness by the travel, N/m^2, (P,)."""
-        return self.law(travel)[1]

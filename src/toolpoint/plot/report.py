@@ -7,7 +7,7 @@ import html
 import os
 import re
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -85,6 +85,15 @@ class Report:
     def with_assumptions(self, *assumptions: str) -> Report:
         """Return the report with more assumptions, each once."""
         return replace(self, assumptions=tuple(dict.fromkeys((*self.assumptions, *assumptions))))
+
+    def reworded(self, change: Callable[[str], str]) -> Report:
+        """Return the report with the words of its notes, doubts and assumptions changed, such as names of arguments."""
+        def part_of(part: Part) -> Part:
+            return replace(part, lines=tuple(map(change, part.lines))) if isinstance(part, Notes) else part
+
+        sections = tuple(replace(section, parts=tuple(map(part_of, section.parts))) for section in self.sections)
+        return replace(self, sections=sections, doubts=tuple(map(change, self.doubts)),
+                       assumptions=tuple(map(change, self.assumptions)))
 
     def html(self) -> str:
         """Return the page: the chart library once, the shape script once, data as inert blocks, no outside address.

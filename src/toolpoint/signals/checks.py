@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, floats, nonnegative
+from toolpoint._doubt import Doubt
 from toolpoint.vibration.dof import Dof, positions
 from toolpoint.vibration.frf import Frf
 
@@ -49,13 +50,14 @@ class DrivingPointCheck:
     share: float
 
     @property
-    def remark(self) -> str:
-        """What to do, empty where all is well."""
+    def remark(self) -> Doubt | None:
+        """What to doubt, None where all is well."""
         if self.share > 0.9:
-            return ""
+            return None
         if self.share < 0.1:
-            return f"{self.dof}: the sign of one channel is wrong (force and response point against each other)"
-        return f"{self.dof}: not a driving point (response and force are not at one point and direction) or very noisy"
+            return Doubt(str(self.dof), "the sign of one channel is wrong (force and response point against each other)")
+        return Doubt(str(self.dof), "not a driving point (response and force are not at one point and direction) or very noisy",
+                     figure=1 - self.share)
 
 
 def driving_points(frf: Frf) -> list[DrivingPointCheck]:

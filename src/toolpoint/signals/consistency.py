@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.signals.hits import Hit, HitRules
 
 EXCITED = 1e-2  # of the largest power of the force, on lines that are compared
@@ -46,7 +47,8 @@ class Misfit:
         return f"contradicts the other hits: struck at another spot or in another direction ({part})"
 
 
-def compare_hits(hits: Sequence[Hit], spectra: Spectra, rules: HitRules) -> tuple[list[Hit], tuple[str, ...]]:
+def compare_hits(hits: Sequence[Hit], spectra: Spectra, rules: HitRules
+                 ) -> tuple[list[Hit], tuple[Doubt, ...]]:
     """Return the hits with those marked that contradict the majority, and a doubt where there is no majority.
 
     `spectra` : of every hit the force (n_f,) and the responses (n_f, n_channels).
@@ -58,16 +60,18 @@ def compare_hits(hits: Sequence[Hit], spectra: Spectra, rules: HitRules) -> tupl
     pairs = _misfits(force, response)
     limit = _limit(pairs[~np.eye(len(good), dtype=bool)], rules)
     if len(good) == 2:
-        if float(pairs.max()) < max(rules.inconsistent, 0.05):
+        worst = float(pairs.max())
+        if worst < max(rules.inconsistent, 0.05):
             return list(hits), ()
-        return list(hits), (f"the two good hits contradict each other ({100 * min(float(pairs.max()), 9.99):.0f} % of the "
-                            "response to one is not explained by the other): nobody can tell which is right; strike again",)
+        return list(hits), (Doubt("hits", f"the two good ones contradict each other ({100 * min(worst, 9.99):.0f} % of the "
+                                  "response to one is not explained by the other): nobody can tell which is right",
+                                  "strike again", figure=worst),)
     agree = pairs < limit
     middle = int(np.argmax(agree.sum(axis=1) - np.median(pairs, axis=1) / max(float(np.median(pairs)), 1e-300) * 1e-3))
     inside = agree[middle] | (np.arange(len(good)) == middle)
     if 2 * inside.sum() <= len(good):
-        return list(hits), (f"no majority among {len(good)} good hits: the largest group that agrees has {int(inside.sum())}; "
-                            "look at spot and direction and strike again",)
+        return list(hits), (Doubt("hits", f"no majority among {len(good)} good ones: the largest group that agrees has "
+                                  f"{int(inside.sum())}", "look at spot and direction and strike again"),)
     for _ in range(2):
         shares = [misfit(force, response, i, inside=inside) for i in range(len(good))]
         usual = float(np.median([shares[i].share for i in np.flatnonzero(inside)]))

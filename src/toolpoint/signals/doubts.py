@@ -58,8 +58,7 @@ def _driving_doubts(frf: Frf) -> list[Doubt]:
             continue  # noise, or no driving point: `driving_points` of signals.checks has the words for that
         if delay == 0:
             lines.append(Doubt(str(dof), "the driving point gives off power at nearly all lines: the sign of one channel "
-                                         "is wrong "
-                               "(sensor or force cell mounted the other way round)",
+                               "is wrong (sensor or force cell mounted the other way round)",
                                f"check the mounting, then read it with its direction turned ({_opposite(dof)})",
                                figure=1 - share))
         else:

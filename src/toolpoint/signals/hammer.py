@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
@@ -315,9 +316,9 @@ def _lines(sample_rate: float, block: int, highest: float | None) -> int:
 
 
 def _notes(frequency: FloatArray, level: FloatArray, used: int, decay: float) -> tuple[str, ...]:
-    notes = []
+    notes: list[str] = []
     if used == 1:
-        notes.append("one hit only: no coherence and no variance; strike at least three times")
+        notes.append(Doubt("one hit only", "no coherence and no variance", "strike at least three times"))
         warnings.warn(notes[-1], ToolpointWarning, stacklevel=3)
     weak = np.flatnonzero(level < 0.1 * level.max())
     if weak.size and frequency[weak[0]] < frequency[-1]:

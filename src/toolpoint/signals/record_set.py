@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 from toolpoint._check import fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration.record import Record
 
@@ -20,7 +21,7 @@ class RecordSet(NotebookText):
     records: tuple[Record, ...]
     names: tuple[str, ...]
     notes: tuple[str, ...] = ()
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     decisions: Mapping[str, bool] = field(default_factory=dict)
 
     def __post_init__(self) -> None:

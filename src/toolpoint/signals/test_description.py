@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Annotated, Literal
 
 from toolpoint._quantity import Quantity
@@ -56,3 +56,7 @@ class HammerTestDescription:
     sample_rate: Annotated[float, Quantity("frequency", "Hz", above=0)] | None = None
     geometry: str | None = None
     hits: Mapping[str, Literal["accepted", "refused"]] = field(default_factory=dict)
+
+    def with_decisions(self, decisions: Mapping[str, bool]) -> HammerTestDescription:
+        """Return the description with what a person decided about hits by their names, True: accepted; no other."""
+        return replace(self, hits={name: "accepted" if accept else "refused" for name, accept in decisions.items()})

@@ -100,12 +100,30 @@ def _drift_end(share: FloatArray, level: FloatArray, loudest: int) -> int:
 
 
 def _grown(share: FloatArray, start: int) -> tuple[int, int]:
+    """Return the ends of the band about its strongest window, grown over gaps behind which responses stand out again.
+
+    A gap of noise between two resonances is an antiresonance that the sensor cannot resolve: what lies behind it is a mode like
+    any other. Behind the end of the force there is nothing but noise, whose share stays near one.
+    """
     low = high = start
     for step in (-1, 1):
-        noisy, at = 0, start
-        while 0 <= at + step < share.size and noisy < IN_A_ROW:
-            at += step
-            noisy = noisy + 1 if share[at] > NOISY else 0
-            if noisy == 0:
-                low, high = (at, high) if step < 0 else (low, at)
+        at = start
+        while (after := _next_clear(share, at, step)) is not None:
+            at = after
+        low, high = (at, high) if step < 0 else (low, at)
     return low, high
+
+
+def _next_clear(share: FloatArray, at: int, step: int) -> int | None:
+    """Return the next window outwards that belongs to the band, or None: one within reach of the last, or the first of a clear
+    stretch behind a gap."""
+    outwards = share[at + step::step] if at + step >= 0 else share[:0]
+    clear = outwards <= NOISY
+    near = np.flatnonzero(clear[:IN_A_ROW])
+    if near.size:
+        return int(at + step * (near[0] + 1))
+    runs = np.flatnonzero(np.convolve(clear, np.ones(IN_A_ROW), "valid") == IN_A_ROW) if clear.size >= IN_A_ROW else near
+    for first in runs.tolist():
+        if outwards[first:first + IN_A_ROW].min() <= ROUGH:
+            return int(at + step * (first + 1))
+    return None

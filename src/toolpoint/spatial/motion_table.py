@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,28 @@ class MotionTable:
         if order == 0:
             return np.asarray(((third * t + second) * t + first) * t + value)
         return np.asarray((3 * third * t + 2 * second) * t + first if order == 1 else 6 * third * t + 2 * second)
+
+    def deviation(self, position: float) -> FloatArray:
+        """Return by how much the table may err about a position: of the two entries there, (2, 6, r).
+
+        Splines through every other entry are off by so much at those between; with half the step, where the second derivative
+        jumps, a quarter of it is left, and twice that is stated.
+        """
+        i = int(np.searchsorted(self.positions, position, side="right")) - 1
+        return self._skipped[[min(max(k, 0), len(self.positions) - 1) for k in (i, i + 1)]] / 2
+
+    @cached_property
+    def _skipped(self) -> FloatArray:
+        """At every entry, what a spline through every other one, itself not among them, differs by; at the ends, as beside."""
+        from scipy.interpolate import CubicSpline
+
+        result = np.zeros_like(self.values)
+        for first in (0, 1):
+            known, left_out = slice(first, None, 2), slice(1 - first, None, 2)
+            spline = CubicSpline(self.positions[known], self.values[known], axis=0)
+            result[left_out] = spline(self.positions[left_out]) - self.values[left_out]
+        result[[0, -1]] = result[[1, -2]]
+        return result
 
     def mixed(self, turn: FloatArray, after: int = 0) -> MotionTable:
         """Return the table over combinations (r, k) of its coordinates behind the first `after`, which stay."""

@@ -9,21 +9,29 @@ from toolpoint._exports import export_lazily
 if TYPE_CHECKING:
     from toolpoint.machine.description.variation import Factor, Option, Swap
     from toolpoint.studies.accuracy.accuracy_metric import AccuracyMetric
+    from toolpoint.studies.accuracy.cut_course import WorkBlock
+    from toolpoint.studies.accuracy.joint_servos import servos_of
     from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_path
-    from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
+    from toolpoint.studies.accuracy.moving_structure import ToolStance
+    from toolpoint.studies.accuracy.tool_paths import along_points, arc, lay_path, line, plane_frame, sides_of, square
     from toolpoint.studies.cuts.chatter_map import chatter_map as map_chatter
+    from toolpoint.studies.cuts.described_cut import cut_on
     from toolpoint.studies.cuts.forces.calibration import CuttingTest, calibrate
+    from toolpoint.studies.cuts.forces.material_table import materials_table
     from toolpoint.studies.cuts.lobes_study import chart_lobes
     from toolpoint.studies.cuts.measured_response import study_responses
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
     from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_machine, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
     from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
-    from toolpoint.studies.cuts.uncertain_cut import Uncertainty
-    from toolpoint.studies.finite_elements.machine_study import study_finite_elements
+    from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
+    from toolpoint.studies.environment import examine_environment
+    from toolpoint.studies.execute import Dask, Serial, choose_engine
+    from toolpoint.studies.finite_elements.machine_study import study_example_mill, study_finite_elements
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
     from toolpoint.studies.machines.campbell import map_speeds
+    from toolpoint.studies.machines.check.machine_check import check_machine
     from toolpoint.studies.machines.machine_modes import solve_modes
     from toolpoint.studies.machines.machine_report import study_machine, study_modes
     from toolpoint.studies.machines.machine_responses import study_responses_of_machine
@@ -32,130 +40,83 @@ if TYPE_CHECKING:
     from toolpoint.studies.machines.response_map import response_map as map_responses
     from toolpoint.studies.machines.sensitivity_study import study_sensitivity
     from toolpoint.studies.machines.stiffness_map import stiffness_map as map_stiffness
+    from toolpoint.studies.machines.virtual_test import list_points
     from toolpoint.studies.measured.hammer_study import study_hammer_records
-    from toolpoint.studies.measured.identification import identify_modes
+    from toolpoint.studies.measured.identification import identify_modes, modes_of_test
     from toolpoint.studies.measured.joint_study import study_joints
     from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
-    from toolpoint.studies.measured.measured_update import Measurement, update_machine
+    from toolpoint.studies.measured.measured_update import Measurement, pair_measurements, update_machine
     from toolpoint.studies.robots.datasheet_study import study_datasheet
     from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
     from toolpoint.studies.robots.reach_study import study_reach
-    from toolpoint.studies.robots.regions import plane_directions, search_regions
+    from toolpoint.studies.robots.regions import plane_directions, search_regions, study_region
     from toolpoint.studies.robots.turns import choose_turns, compare_branches
+    from toolpoint.studies.robots.workspace import study_workspace
     from toolpoint.studies.screening.answers import DepthLimit, PeriodicError, ResponsePeak
     from toolpoint.studies.screening.designs import one_at_a_time
     from toolpoint.studies.screening.effects import rank_changes
     from toolpoint.studies.screening.improve import improve as improve_machine
     from toolpoint.studies.screening.metrics import NamedMetrics
-    from toolpoint.studies.screening.planned import run_plan
+    from toolpoint.studies.screening.planned import improve_by_plan, run_plan
+    from toolpoint.studies.screening.robot_demo import run_demo as run_robot_demo
     from toolpoint.studies.screening.screen import screen
     from toolpoint.studies.servos.drive_experiment import run_drives
+    from toolpoint.studies.servos.drive_structure import structure_of
     from toolpoint.studies.servos.servo_data import judge_servo_data
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.testing.modal_test_plan import plan_test
     from toolpoint.studies.testing.tap_study import study_tap
     from toolpoint.studies.video.interfaces import rank_interfaces
+    from toolpoint.studies.video.record_poles import poles_of
     from toolpoint.studies.video.video_study import study_video
-    from toolpoint.studies.video.video_update import update_from_videos
+    from toolpoint.studies.video.video_update import seen_places, update_from_videos
     from toolpoint.studies.video.virtual_update import update_from_virtual_videos
     from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
-    "AccuracyMetric",
-    "CuttingTest",
-    "DepthLimit",
-    "Factor",
-    "Measurement",
-    "MillingSetup",
-    "NamedMetrics",
-    "Option",
-    "PeriodicError",
-    "PlaceQuantity",
-    "ResponsePeak",
-    "Swap",
-    "TurningCut",
-    "Uncertainty",
-    "along_points",
-    "arc",
-    "bases_from_gauge",
-    "bases_of_machine",
-    "bases_of_responses",
-    "calibrate",
-    "chart_lobes",
-    "chart_turning",
-    "choose_turns",
-    "compare_branches",
-    "compare_with_test",
-    "film_machine",
-    "gather_test",
-    "identify_modes",
-    "improve_machine",
-    "judge_servo_data",
-    "line",
-    "machine_dynamics",
-    "map_chatter",
-    "map_frequencies",
-    "map_places",
-    "map_responses",
-    "map_servo",
-    "map_speeds",
-    "map_stiffness",
-    "mill_path",
-    "modal_dynamics",
-    "one_at_a_time",
-    "place_grid",
-    "plan_test",
-    "plane_directions",
-    "rank_changes",
-    "rank_interfaces",
-    "rank_tests",
-    "response_dynamics",
-    "run_drives",
-    "run_plan",
-    "screen",
-    "search_regions",
-    "separate_dynamics",
-    "sides_of",
-    "simulate_cut",
-    "solve_matrix_modes",
-    "solve_modes",
-    "square",
-    "study_datasheet",
-    "study_finite_elements",
-    "study_hammer_records",
-    "study_joints",
-    "study_machine",
-    "study_modes",
-    "study_reach",
-    "study_responses",
-    "study_responses_of_machine",
-    "study_sensitivity",
-    "study_tap",
-    "study_tool",
-    "study_video",
-    "tune_damper",
-    "update_from_videos",
-    "update_from_virtual_videos",
-    "update_machine",
+    "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup", "NamedMetrics",
+    "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "Swap", "ToolStance", "TurningCut", "Uncertainty",
+    "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine", "bases_of_responses", "calibrate",
+    "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns", "compare_branches",
+    "compare_with_test", "cut_on", "examine_environment", "film_machine", "gather_test", "identify_modes",
+    "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "machine_dynamics",
+    "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo", "map_speeds", "map_stiffness",
+    "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time", "pair_measurements", "place_grid",
+    "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds", "rank_changes", "rank_interfaces",
+    "rank_tests", "response_dynamics", "run_drives", "run_plan", "run_robot_demo", "screen", "search_regions",
+    "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut", "solve_matrix_modes", "solve_modes",
+    "square", "structure_of", "study_datasheet", "study_example_mill", "study_finite_elements", "study_hammer_records",
+    "study_joints", "study_machine", "study_modes", "study_reach", "study_region", "study_responses",
+    "study_responses_of_machine", "study_sensitivity", "study_tap", "study_tool", "study_video", "study_workspace",
+    "tune_damper", "update_from_videos", "update_from_virtual_videos", "update_machine",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
+    "toolpoint.machine.description.variation": ("Factor", "Option", "Swap"),
     "accuracy.accuracy_metric": ("AccuracyMetric",),
+    "accuracy.cut_course": ("WorkBlock",),
+    "accuracy.joint_servos": ("servos_of",),
     "accuracy.milling_accuracy": ("MillingSetup", "mill_path"),
-    "accuracy.tool_paths": ("along_points", "arc", "line", "sides_of", "square"),
-    "cuts.forces.calibration": ("CuttingTest", "calibrate"),
+    "accuracy.moving_structure": ("ToolStance",),
+    "accuracy.tool_paths": ("along_points", "arc", "lay_path", "line", "plane_frame", "sides_of", "square"),
     "cuts.chatter_map": ("chatter_map as map_chatter",),
+    "cuts.described_cut": ("cut_on",),
+    "cuts.forces.calibration": ("CuttingTest", "calibrate"),
+    "cuts.forces.material_table": ("materials_table",),
     "cuts.lobes_study": ("chart_lobes",),
     "cuts.measured_response": ("study_responses",),
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
     "cuts.turning_study": ("TurningCut", "chart_turning"),
-    "cuts.uncertain_cut": ("Uncertainty",),
-    "finite_elements.machine_study": ("study_finite_elements",),
+    "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
+    "environment": ("examine_environment",),
+    "execute": ("Dask", "Serial", "choose_engine"),
+    "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
     "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "finite_elements.tuned_damper": ("tune_damper",),
     "machines.campbell": ("map_speeds",),
+    "machines.check.machine_check": ("check_machine",),
     "machines.machine_modes": ("solve_modes",),
     "machines.machine_report": ("study_machine", "study_modes"),
     "machines.machine_responses": ("study_responses_of_machine",),
@@ -164,32 +125,36 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "machines.response_map": ("response_map as map_responses",),
     "machines.sensitivity_study": ("study_sensitivity",),
     "machines.stiffness_map": ("stiffness_map as map_stiffness",),
+    "machines.virtual_test": ("list_points",),
     "measured.hammer_study": ("study_hammer_records",),
-    "measured.identification": ("identify_modes",),
+    "measured.identification": ("identify_modes", "modes_of_test"),
     "measured.joint_study": ("study_joints",),
     "measured.measured_comparison": ("compare_with_test", "gather_test"),
-    "measured.measured_update": ("Measurement", "update_machine"),
+    "measured.measured_update": ("Measurement", "pair_measurements", "update_machine"),
     "robots.datasheet_study": ("study_datasheet",),
     "robots.place_map": ("PlaceQuantity", "map_places", "place_grid"),
     "robots.reach_study": ("study_reach",),
-    "robots.regions": ("plane_directions", "search_regions"),
+    "robots.regions": ("plane_directions", "search_regions", "study_region"),
     "robots.turns": ("choose_turns", "compare_branches"),
+    "robots.workspace": ("study_workspace",),
     "screening.answers": ("DepthLimit", "PeriodicError", "ResponsePeak"),
     "screening.designs": ("one_at_a_time",),
     "screening.effects": ("rank_changes",),
     "screening.improve": ("improve as improve_machine",),
     "screening.metrics": ("NamedMetrics",),
-    "screening.planned": ("run_plan",),
+    "screening.planned": ("improve_by_plan", "run_plan"),
+    "screening.robot_demo": ("run_demo as run_robot_demo",),
     "screening.screen": ("screen",),
     "servos.drive_experiment": ("run_drives",),
+    "servos.drive_structure": ("structure_of",),
     "servos.servo_data": ("judge_servo_data",),
     "servos.servo_map": ("map_servo",),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
     "video.interfaces": ("rank_interfaces",),
+    "video.record_poles": ("poles_of",),
     "video.video_study": ("study_video",),
-    "video.video_update": ("update_from_videos",),
+    "video.video_update": ("seen_places", "update_from_videos"),
     "video.virtual_update": ("update_from_virtual_videos",),
     "video.virtual_video": ("film_machine",),
-    "toolpoint.machine.description.variation": ("Factor", "Option", "Swap"),
 })

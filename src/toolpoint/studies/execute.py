@@ -112,6 +112,11 @@ class Dask:
         return Client(cluster), cluster
 
 
+def choose_engine(workers: int = 0, address: str | None = None) -> Engine:
+    """Return this process for no workers and no address of a scheduler, else Dask workers, see `Dask`."""
+    return Dask(workers, address) if workers or address else Serial()
+
+
 def evaluate(function: Function, point: Any) -> Outcome:
     """Return the outcome of one point; an exception becomes a failure with its reason."""
     start = time.perf_counter()

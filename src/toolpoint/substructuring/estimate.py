@@ -14,6 +14,7 @@ import numpy as np
 from scipy.linalg import block_diag, eigh
 
 from toolpoint._check import FloatArray, count, fail, floats, positive, symmetric
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
@@ -47,7 +48,7 @@ class CoupledModes(NotebookText):
     """Lowest modes of a reduced body in its surroundings.
 
     frequency : Hz; error : estimate of the relative error of each from the reduction; coordinates : (rigid, elastic, others)
-    of each mode, unit modal mass; status : whether the estimate is to be believed, and what to do where not.
+    of each mode, unit modal mass; status : whether the estimate is to be believed, a Doubt where not.
     """
 
     frequency: FloatArray
@@ -58,7 +59,7 @@ class CoupledModes(NotebookText):
     @property
     def is_sure(self) -> bool:
         """Whether no free mode of the body can be missing."""
-        return not self.status.startswith("doubt")
+        return not isinstance(self.status, Doubt)
 
     def __repr__(self) -> str:
         return (f"CoupledModes({self.frequency.size} modes, {self.frequency[0]:.5g}..{self.frequency[-1]:.5g} Hz, error up to "
@@ -82,21 +83,22 @@ def couple_reduced(reduction: Reduction, surroundings: Surroundings, modes: int)
     number = min(count("modes", modes), n)
     squares, vectors = eigh((k + k.T) / 2, (m + m.T) / 2)
     residual = _residuals(reduction, surroundings, place, squares=squares, vectors=vectors)
-    error = _kato_temple(squares, residual, reduction.residual.shift)[:number]
+    error = bound_errors(squares, residual, reduction.residual.shift)[:number]
     frequency = np.sqrt(np.maximum(squares[:number], 0)) / (2 * np.pi)
     return CoupledModes(frequency, error, vectors[:, :number], _status(reduction, float(frequency[-1]), float(error.max())))
 
 
 def _status(reduction: Reduction, band: float, error: float) -> str:
     if error > COARSE:
-        return f"doubt: an estimated error of {100 * error:.2g} % is too large to be believed itself; keep more shapes"
+        return Doubt("error", f"an estimate of {100 * error:.2g} % is too large to be believed itself", "keep more shapes",
+                     figure=error)
     if reduction.reach >= SURE * band:
         return f"all free modes of the body to {reduction.reach / band:.3g} times the band are among the shapes"
     if reduction.reach == 0:
-        return (f"doubt: {reduction.method} does not say which free modes are among the shapes; one may be missing: compare "
-                "with ActingLoads")
-    return (f"doubt: free modes of the body are known to {reduction.reach:.5g} Hz, {reduction.reach / band:.3g} times the band "
-            f"({SURE:g} at least); one may be missing: reduce with a wider band")
+        return Doubt("free modes", f"{reduction.method} does not say which are among the shapes; one may be missing",
+                     "compare with ActingLoads")
+    return Doubt("free modes", f"those of the body are known to {reduction.reach:.5g} Hz, {reduction.reach / band:.3g} times "
+                 f"the band ({SURE:g} at least); one may be missing", "reduce with a wider band", figure=reduction.reach / band)
 
 
 def _residuals(reduction: Reduction, surroundings: Surroundings, place: FloatArray, *, squares: FloatArray, vectors: FloatArray
@@ -109,13 +111,15 @@ def _residuals(reduction: Reduction, surroundings: Surroundings, place: FloatArr
     inertial = known.inertial @ elastic - (known.shapes @ elastic) * squares
     inertial[:r] -= vectors[:r] * squares
     rest = np.vstack([inertial, known.loads @ elastic + wrench])
-    return np.maximum(np.einsum("im,ij,jm->m", rest, known.gram, rest), 0.0)
+    return np.maximum(np.einsum("im,ij,jm->m", rest, known.gram[:len(rest), :len(rest)], rest), 0.0)
 
 
-def _kato_temple(squares: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
-    """Return relative errors of frequencies, at least those that the residuals bound.
+def bound_errors(squares: FloatArray, residual: FloatArray, shift: float) -> FloatArray:
+    """Return relative errors of frequencies (modes,), at least those that the residuals bound; infinite where nothing does.
 
-    The gap to the next mode is that to its lower end: a second pass takes off what the first one says of the next mode.
+    squares : all of the reduced problem, ascending, rad^2/s^2; residual : rho^2 of each, in a flexibility no smaller than that
+    of the whole, shifted; shift : s0, rad^2/s^2. The gap to the next mode is that to its lower end: a second pass takes off
+    what the first one says of the next mode.
     """
     error = _bounds(squares, squares, residual, shift)
     return _bounds(squares, squares * (1 - 2 * np.minimum(error, HALF)), residual, shift)

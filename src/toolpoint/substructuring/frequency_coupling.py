@@ -18,6 +18,8 @@ from toolpoint.vibration import Dof, Frf
 from toolpoint.vibration.dof import dofs
 
 WORST = 1e12  # condition of the interface above which no digit is left
+REFINEMENTS = 3
+LONG_ENTRIES = 2**19  # that are held as long numbers at once
 
 
 def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, compliance: ComplexArray | FloatArray | float = 0.0,
@@ -43,7 +45,7 @@ def couple_responses(parts: Mapping[str, Frf], links: Iterable[Link], *, complia
     pairs = list(links)
     rows, columns = link_rows(pairs, apart.outputs), link_rows(pairs, apart.inputs, "links (forces)")
     soft = _compliance(compliance, len(pairs), apart.frequency.size)
-    values = _coupled(apart.values, rows, columns, soft)
+    values = _refined(apart.values, rows, columns, soft)
     variance = None
     if generator is not None and apart.variance is not None:
         variance = _spread(apart, rows, columns, soft, generator=generator, draws=draws)
@@ -71,7 +73,9 @@ def decouple_responses(whole: Frf, part: Frf, shared: Iterable[Dof | str], *, be
     links = [(label_of("rest", label), label_of("part", label)) for label in labels]
     met = [*links, *((label_of("rest", label), label_of("part", label)) for label in more)]
     rows, columns = link_rows(met, apart.outputs), link_rows(links, apart.inputs, "shared (forces)")
-    left = _coupled(values, rows, columns, np.zeros((1, len(met), len(links)), complex))[:, :split[0], :split[1]]
+    rigid = np.zeros((1, len(met), len(links)), complex)
+    # More motions than forces are a least-squares problem of measured data: its digits are not those of the arithmetic.
+    left = (_coupled if more else _refined)(values, rows, columns, rigid)[:, :split[0], :split[1]]
     notes = tuple(dict.fromkeys((*whole.notes, *part.notes)))
     return Frf(apart.frequency, left, whole.outputs, whole.inputs, "receptance", notes=notes)
 
@@ -91,7 +95,39 @@ def _coupled(values: ComplexArray, rows: FloatArray, columns: FloatArray, compli
 
     Interface rows are scaled to one size first: metres and radians must not decide the rank.
     """
-    interface = rows @ values @ columns.T + compliance
+    scaled, left, right = _scaled(rows @ values @ columns.T + compliance)
+    moved = (rows @ values) / left[..., None]
+    solved = np.linalg.solve(scaled, moved) if len(rows) == len(columns) else np.linalg.pinv(scaled) @ moved
+    return values - (values @ columns.T) @ (solved / right[..., None])
+
+
+def _refined(values: ComplexArray, rows: FloatArray, columns: FloatArray, compliance: ComplexArray) -> ComplexArray:
+    """Return what `_coupled` does for one set of responses, every entry to its own last digits where numbers longer than double
+    are there (not on Windows, nor on most ARM processors).
+
+    Where one part at the interface moves far more than the other (a resonance of it alone, the more so the less it loses),
+    large responses leave small ones, and taking the part away needs these digits: sums and differences are of long numbers, the
+    inverse is refined by its residual.
+    """
+    long_rows, long_columns = rows.astype(np.longdouble), columns.astype(np.longdouble)
+    result = np.empty_like(values)
+    lines = max(1, LONG_ENTRIES // max(1, values[0].size))
+    for first in range(0, len(values), lines):
+        part = slice(first, first + lines)
+        exact = values[part].astype(np.clongdouble)
+        moved, driven = long_rows @ exact, exact @ long_columns.T
+        interface = moved @ long_columns.T + (compliance if len(compliance) == 1 else compliance[part])
+        scaled, left, right = _scaled(interface.astype(complex))
+        inverse = np.linalg.inv(scaled) / (right[..., :, None] * left[..., None, :])
+        solved = (inverse @ moved.astype(complex)).astype(np.clongdouble)
+        for _ in range(REFINEMENTS):
+            solved = solved + inverse @ (moved - interface @ solved).astype(complex)
+        result[part] = exact - driven @ solved
+    return result
+
+
+def _scaled(interface: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Return an interface's matrix with rows and columns of one size, and both sizes; one that is singular is refused."""
     left = np.sqrt(np.maximum(np.abs(interface).max(axis=-1), 1e-300))
     right = np.sqrt(np.maximum(np.abs(interface).max(axis=-2), 1e-300))
     scaled = interface / (left[..., :, None] * right[..., None, :])
@@ -100,9 +136,7 @@ def _coupled(values: ComplexArray, rows: FloatArray, columns: FloatArray, compli
     if not (worst < WORST).all():
         fail("links", f"an interface of condition {float(worst.max()):.2g} at some line", f"must be below {WORST:.0e}",
              "leave out labels that follow from others, or lines at which the parts do not answer")
-    moved = (rows @ values) / left[..., None]
-    solved = np.linalg.solve(scaled, moved) if len(rows) == len(columns) else np.linalg.pinv(scaled) @ moved
-    return values - (values @ columns.T) @ (solved / right[..., None])
+    return scaled, left, right
 
 
 def _spread(apart: Frf, rows: FloatArray, columns: FloatArray, compliance: ComplexArray,

@@ -16,6 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, IndexArray, ToolpointWarning, fail
+from toolpoint._doubt import Doubt
 from toolpoint.substructuring.receptance import DRAWS, PlaneReceptance, complex_noise, uncertain_shaft
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
@@ -206,11 +207,11 @@ def _uncertain_gauge(gauge: ShaftDescription) -> bool:
     return uncertain_shaft(gauge) or gauge.station_deviation > 0
 
 
-def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[str]:
+def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[Doubt]:
     """Return doubts of responses that no base behind this gauge can have, where there are more of them than unknowns."""
     spare = pairs.values.shape[1] - 3
     if spare < 1:
-        return ["three responses for three unknowns a line: nothing left to check the gauge and its stations by"]
+        return [Doubt("gauge", "three responses for three unknowns a line: nothing left to check it and its stations by")]
     if pairs.variance is None:
         size = np.sqrt((np.abs(misfit) ** 2).sum() / (np.abs(pairs.values) ** 2).sum())
         words = f"responses differ from those of any base behind this gauge by {100 * size:.2g} % of their size"
@@ -221,6 +222,6 @@ def _doubts(misfit: ComplexArray, pairs: _Pairs) -> list[str]:
         level = ratio > UNLIKE
     if not level:
         return []
-    text = f"doubt: {words}; check diameter, modulus and stations of the gauge, and which response is which"
-    warnings.warn(text, ToolpointWarning, stacklevel=4)
-    return [text]
+    doubt = Doubt("gauge", words, "check its diameter, modulus and stations, and which response is which")
+    warnings.warn(doubt, ToolpointWarning, stacklevel=4)
+    return [doubt]

@@ -16,6 +16,7 @@ from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 from toolpoint.vibration.sparse.pencil import Pencil
 
 STRAINED = 1e-8
+CHUNK = 48  # answers that are held at once where only their products are kept
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,9 @@ class LargeBody:
         How many of the loads stand for the same place, as stations of a sliding one do: together they count as one.
     coordinates : (n, 3), optional
         Where every row is, m: helps the ordering.
+    beside : (n, q) sparse, optional
+        Loads that are not among those the shapes answer, and stand in the products that state the error: a sliding place
+        between its stations.
     """
 
     stiffness: SymmetricMatrix
@@ -46,6 +50,7 @@ class LargeBody:
     weights: FloatArray | None = None
     repeats: FloatArray | None = None
     coordinates: FloatArray | None = None
+    beside: csc_array | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -62,6 +67,8 @@ class LargeBody:
             put(self, "weights", floats("weights", self.weights, (self.loads.shape[1],)))
         if self.repeats is not None:
             put(self, "repeats", floats("repeats", self.repeats, (self.loads.shape[1],)))
+        if self.beside is not None and self.beside.shape[0] != n:
+            fail("beside", f"shape {self.beside.shape}", f"must be ({n}, any)")
         if self.rigid is not None:
             put(self, "rigid", floats("rigid", self.rigid, (n, None)))
             self._check_rigid(self.rigid)
@@ -129,6 +136,16 @@ class Preparation:
         if not self.rigid.shape[1]:
             return self.responses
         return self.responses + self.rigid @ (self.rigid.T @ self.body.loads) / self.shift
+
+    @cached_property
+    def beside_products(self) -> FloatArray:
+        """B^T S B of the loads B beside the others, (q, q): a few columns at a time, as the answers are large."""
+        beside = self.body.beside
+        if beside is None:
+            return np.zeros((0, 0))
+        parts = [beside.T @ self.inverse.solve(beside[:, first:first + CHUNK].toarray())
+                 for first in range(0, beside.shape[1], CHUNK)]
+        return np.hstack([np.zeros((beside.shape[1], 0)), *parts])
 
     @property
     def load_weights(self) -> FloatArray:

@@ -62,7 +62,8 @@ class ReductionMethod(Protocol):
 class ResidualProducts:
     """K V = M X a + W t over columns X = [R, ...], and the products of [M X, W] in S.
 
-    inertial : a (x, r); loads : t (l, r); shapes : (x, r), V in X; gram : (x + l, x + l); shift : s0, rad^2/s^2.
+    inertial : a (x, r); loads : t (l, r); shapes : (x, r), V in X; gram : (x + l + q, x + l + q), q the loads beside W of the
+    body; shift : s0, rad^2/s^2.
     """
 
     inertial: FloatArray
@@ -246,7 +247,7 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
         responses.append(prepared.inverse.solve(body.mass @ responses[-1]))
     # S M R = R / s0 and S M q = q' are known; the kept shapes and the last responses are solved for, then no more is.
     solved = [prepared.inverse.solve(body.mass @ part) for part in (raw.kept, responses[-1])]
-    static = prepared.answers
+    static, beside = prepared.answers, prepared.beside_products
     prepared.let_go()
     columns = np.hstack([prepared.rigid, raw.kept, *responses])
     inertial, loads = np.zeros((columns.shape[1],) * 2), np.zeros((l, columns.shape[1]))
@@ -258,9 +259,12 @@ def span(body: LargeBody, method: ReductionMethod, *, shift: float | None = None
     loads[:, first] = mix
     weighty = body.mass @ columns
     answers = np.hstack([prepared.rigid / shift if r else prepared.rigid, solved[0], *responses[1:], solved[1], static])
-    gram = np.hstack([weighty, body.loads]).T @ answers
+    gram = _even(np.hstack([weighty, body.loads]).T @ answers)
+    if body.beside is not None:
+        cross = body.beside.T @ answers
+        gram = np.block([[gram, cross.T], [cross, _even(beside)]])
     return ShapeSpan(prepared, method, columns, _even(columns.T @ weighty), _even(columns.T @ (body.stiffness @ columns)),
-                     inertial, loads, _even(gram), m, raw.reach)
+                     inertial, loads, gram, m, raw.reach)
 
 
 def _leading(prepared: Preparation) -> FloatArray:

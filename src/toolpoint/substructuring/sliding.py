@@ -43,8 +43,7 @@ def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, *, high: f
     """
     if not low < high:
         fail("low", f"{low:g} m with high {high:g} m", "must be below it")
-    count = max(int(np.ceil((high - low) / positive("step", step) - 1e-9)), 3) + 1
-    at = np.linspace(low, high, count)
+    at = table_positions(low, high, step)
     values = np.array([weights(float(z)).T @ shapes for z in at])
     table = MotionTable(at, values, name)
     if not is_checked:
@@ -55,6 +54,12 @@ def tabulate(shapes: FloatArray, weights: SlidingWeights, low: float, *, high: f
     size = np.abs(values).max(axis=(0, 2), keepdims=True)
     error = float(np.max(np.abs(table.at(sample) - exact) / np.maximum(size, 1e-300)))
     return MotionTable(at, values, name, error)
+
+
+def table_positions(low: float, high: float, step: float) -> FloatArray:
+    """Return the positions of a table's entries (m): as far apart as `step`, or closer, four at least."""
+    count = max(int(np.ceil((high - low) / positive("step", step) - 1e-9)), 3) + 1
+    return np.linspace(low, high, count)
 
 
 def station_loads(weights: Sequence[SlidingWeights], low: float, high: float, *, step: float) -> csc_array:

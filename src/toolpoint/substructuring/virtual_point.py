@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats
+from toolpoint._doubt import Doubt
 from toolpoint.spatial.rotation import skew
 from toolpoint.vibration import Dof, Frf
 
@@ -117,8 +118,9 @@ def _consistency(frf: Frf, point: VirtualPoint) -> str:
     rest = (np.abs(measured - rigid) ** 2).sum(axis=(0, 2)) / np.maximum((np.abs(measured) ** 2).sum(axis=(0, 2)), 1e-300)
     worst = int(np.argmax(rest))
     share, label = 1 - float(rest[worst]), str(point.sensors[worst])
-    text = f"virtual point {point.name}: least consistency {share:.4f}, of sensor {label}"
-    if share < LEAST_CONSISTENCY:
-        text = f"doubt: {text}; the patch bends there, or sign, direction or place of the sensor is wrong"
-        warnings.warn(text, ToolpointWarning, stacklevel=4)
-    return text
+    what, why = f"virtual point {point.name}", f"least consistency {share:.4f}, of sensor {label}"
+    if share >= LEAST_CONSISTENCY:
+        return f"{what}: {why}"
+    doubt = Doubt(what, why, "the patch bends there, or sign, direction or place of the sensor is wrong", figure=1 - share)
+    warnings.warn(doubt, ToolpointWarning, stacklevel=4)
+    return doubt

@@ -201,8 +201,11 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
                       float(rest.frequency[0]))
 
 
-def condense_above(modes: Modes, frequency: float) -> Modes:
-    """Return the modes with those above a frequency (Hz) as their static receptance alone, in the upper residual (one pose)."""
+def condense_above(modes: Modes, frequency: float, reason: str = "elastic bodies are reduced for no more") -> Modes:
+    """Return the modes with those above a frequency (Hz) as their static receptance alone, in the upper residual (one pose).
+
+    reason : why, for the note.
+    """
     kept = np.flatnonzero(modes.frequency <= frequency)
     rest = np.flatnonzero(modes.frequency > frequency)
     if not kept.size or not rest.size:
@@ -210,7 +213,7 @@ def condense_above(modes: Modes, frequency: float) -> Modes:
     above = replace(modes.selected(rest), lower_residual=None, upper_residual=None)
     static = modal(above, np.zeros(1), outputs=modes.dofs, inputs=modes.input_dofs or modes.dofs).values[0]
     known = 0.0 if modes.upper_residual is None else modes.upper_residual
-    note = f"{rest.size} modes above {frequency:.4g} Hz count by their static part: elastic bodies are reduced for no more"
+    note = f"{rest.size} modes above {frequency:.4g} Hz count by their static part: {reason}"
     return replace(modes.selected(kept), lower_residual=modes.lower_residual, upper_residual=static + known,
                    notes=(*modes.notes, note))
 

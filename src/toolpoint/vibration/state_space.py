@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import scipy
@@ -101,21 +100,14 @@ class StateSpace(NotebookText):
         return Frf(frequency, self.response(frequency), _labels(self.outputs), _labels(self.inputs), quantity)
 
     def to_control(self) -> object:
-        """Return the system as python-control's StateSpace (needs the extra ``control``)."""
+        """Return the system g as python-control's StateSpace (needs the extra ``control``); the way back is
+        ``StateSpace(g.A, g.B, g.C, g.D, tuple(g.input_labels), tuple(g.output_labels))``."""
         try:
             import control
         except ImportError:
             fail("to_control", "python-control is not installed", "needs it", "pip install 'toolpoint[control]'")
         return control.ss(self.a, self.b, self.c, self.d, self.sample_time or 0, inputs=list(self.inputs),
                           outputs=list(self.outputs), states=list(self.states))
-
-    @classmethod
-    def from_control(cls, system: Any) -> StateSpace:
-        """Return a python-control StateSpace as a toolpoint one."""
-        g = system  # of a library that may not be installed, hence Any
-        step = getattr(g, "dt", 0)
-        return cls(g.A, g.B, g.C, g.D, tuple(g.input_labels), tuple(g.output_labels),
-                   tuple(g.state_labels), None if not step else float(step))
 
     def __repr__(self) -> str:
         kind = "continuous" if self.sample_time is None else f"step {self.sample_time:g} s, {self.hold}-order hold"

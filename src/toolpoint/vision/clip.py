@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from toolpoint._check import count, fail, floats, positive, scalar
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 
 Frames = NDArray[np.unsignedinteger]
@@ -93,7 +94,7 @@ class Clip(NotebookText):
     row_delay: float = 0.0
     region: Region | None = None
     name: str = ""
-    doubts: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = field(default=())
     is_lossy: bool = False
 
     def __post_init__(self) -> None:
@@ -132,7 +133,7 @@ class Clip(NotebookText):
         """Return the clip of a part of the picture, in the coordinates of the whole one."""
         return replace(self, region=region)
 
-    def doubted(self, *doubts: str) -> Clip:
+    def doubted(self, *doubts: Doubt) -> Clip:
         """Return the clip with further doubts."""
         return replace(self, doubts=tuple(dict.fromkeys((*self.doubts, *doubts))))
 

@@ -2,86 +2,58 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Annotated, Literal
 
-import click
-
+from toolpoint import io, studies
 from toolpoint._check import ToolpointError
-from toolpoint.app.options import FILE, JSON, PATH
+from toolpoint.app.declare import Argument, Help, command
+from toolpoint.app.frame import Frame
+from toolpoint.app.values import AnyPath, SourceFile
 
 NEXT = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."), "servo": ("check {0}", "drive {0} --circle 50,4000"),
         "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
         "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
 
 
-@click.command()
-@click.argument("kind", type=click.Choice(list(NEXT)))
-@click.argument("file", required=False, type=PATH)
-@click.option("--template", default="", metavar="NAME",
-              help="Which machine: three-axis-vertical, three-axis-horizontal, boring-mill, trunnion, gantry, lathe, grinder, "
-                   "parallel-head, robot.")
-@click.option("--list", "listed", is_flag=True, help="Show the templates of KIND.")
-def new(kind: str, file: Path | None, template: str, listed: bool) -> None:
+@command(page=False, json=False)
+def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test"], Argument()],
+        file: Annotated[AnyPath | None, Argument()] = None, *,
+        template: Annotated[str, Help("Which machine: three-axis-vertical, three-axis-horizontal, boring-mill, trunnion, "
+                                      "gantry, lathe, grinder, parallel-head, robot.", metavar="NAME")] = "",
+        listed: Annotated[bool, Help("Show the templates of KIND.", name="--list")] = False) -> None:
     """A commented file to begin with: a machine, a hammer test, its components, a servo, or a cut.
 
     FILE is KIND.yaml where left out; a file that is there is never overwritten.
     """
-    from toolpoint.app import console
-    from toolpoint.io.template_files import list_templates, write_template
-
-    names = list_templates(kind)
+    names = io.list_templates(kind)
     if listed or (not template and len(names) > 1):
-        console.text("\n".join(f"{name}: {words}" for name, words in names.items()))
+        run.show_text(*(f"{name}: {words}" for name, words in names.items()))
         if listed:
             return
         raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
-    path = write_template(file or Path(f"{kind}.yaml"), kind, template)
-    console.text(f"Written: {path}")
-    console.suggest(*(words.format(path) for words in NEXT[kind]))
+    path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
+    run.show_text(f"Written: {path}")
+    run.suggest(*(words.format(path) for words in NEXT[kind]))
 
 
-@click.command()
-@click.argument("file", type=FILE)
-@click.option("--mass", type=click.FloatRange(0, min_open=True), help="Mass of a robot (URDF) by its catalogue, kg.")
-@JSON
-def check(file: Path, mass: float | None, as_json: bool) -> None:
+@command(page=False)
+def check(run: Frame, file: Annotated[SourceFile, Argument()], *,
+          mass: Annotated[float | None, Help("Mass of a robot (URDF) by its catalogue, kg.", above=0)] = None) -> None:
     """Check a file: all its faults at once, or what was understood of it, what it assumes and what looks odd.
 
     FILE is a machine (YAML), a robot (URDF), or another YAML file of toolpoint: servo, components, shaft, plan, datasheet.
     """
-    from toolpoint.io.yaml.file_kinds import kind_of
-
-    kind = kind_of(file)
-    if kind == "machine":
-        _check_machine(file, mass, as_json)
+    if (kind := io.kind_of(file)) != "machine":
+        words = io.read_kind(file, kind)
+        if run.as_json:
+            run.show_json({"ok": True, "kind": kind, "words": words})
+        run.show_text(f"{file}: {words}; no faults")
         return
-    from toolpoint.app import console
-    from toolpoint.io.yaml.file_kinds import read_kind
-
-    words = read_kind(file, kind)
-    if as_json:
-        click.echo(json.dumps({"ok": True, "kind": kind, "words": words}))
-    else:
-        console.text(f"{file}: {words}; no faults")
-
-
-def _check_machine(path: Path, mass: float | None, as_json: bool) -> None:
-    from toolpoint.app import console
-    from toolpoint.io.yaml import machine_file
-
-    inertias: tuple[str, ...] = ()
-    if path.suffix.lower() == ".urdf":
-        from toolpoint.io import urdf
-
-        inertias = urdf.read_robot(path, mass).doubts
-    built = machine_file.read(path)
-
-    from toolpoint.studies.machines.check.machine_check import check_machine
-
-    checked = check_machine(built, inertias)
-    if as_json:
-        click.echo(json.dumps(checked.to_dict()))
-        return
-    console.text(checked.table())
-    console.suggest(f"report {path}")
+    inertias = io.read_robot(file, mass).doubts if file.suffix.lower() == ".urdf" else ()
+    machine = io.read_machine(file)
+    result = studies.check_machine(machine, inertias)
+    if run.as_json:
+        run.show_json(result.to_dict())
+    run.show_text(result.table())
+    run.suggest(f"report {file}")

@@ -6,15 +6,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
+from typing import Annotated
 
-import click
+import numpy as np
 from numpy.typing import ArrayLike
 
+from toolpoint import cutting, io, pages, studies
+from toolpoint import machine as machines
 from toolpoint._check import fail, one_of
-from toolpoint.app.frame import frame
-from toolpoint.app.options import OUTPUT
+from toolpoint.app.declare import Argument, Help, command
+from toolpoint.app.frame import Frame
 
 DEFAULT = "machining-centre"
+MACHINES = Path(__file__).parents[1] / "machines"
 CASTING, DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
 
 MILL = "small_mill.yaml"
@@ -28,186 +32,125 @@ MILL_TRUTH = {
 
 @dataclass(frozen=True)
 class Demo:
-    """A published system: one line of what it shows, and what runs it and writes its page into a folder; `full` at full
-    length."""
+    """A published system: one line of what it shows, how many steps it takes, and what runs it; `full` at full length."""
 
     summary: str
-    run: Callable[[Path], None]
-    full: Callable[[Path], None] | None = None
+    steps: int
+    run: Callable[[Frame], None]
+    full: Callable[[Frame], None] | None = None
 
 
-@click.command()
-@click.argument("name", default=DEFAULT)
-@click.option("--list", "listed", is_flag=True, help="Print the names and what they show.")
-@click.option("--full", is_flag=True,
-              help="At full length: of the milling robot, all four sides of all 23 variants (four minutes).")
-@OUTPUT
-def demo(name: str, listed: bool, full: bool, output: Path) -> None:
+@command(json=False)
+def demo(run: Frame, name: Annotated[str, Argument()] = DEFAULT, *,
+         listed: Annotated[bool, Help("Print the names and what they show.", name="--list")] = False,
+         full: Annotated[bool, Help("At full length: of the milling robot, all four sides of all 23 variants (four "
+                                    "minutes).")] = False) -> None:
     """A published system by name (see --list): by default a machining centre with modes, tool-point responses and lobes."""
     if listed:
         width = max(map(len, DEMOS))
-        click.echo("\n".join(f"{key:{width}}  {entry.summary}" for key, entry in DEMOS.items()))
+        run.show_text(*(f"{key:{width}}  {entry.summary}" for key, entry in DEMOS.items()))
         return
     chosen = DEMOS[one_of("demo", name, DEMOS)]
     if full and chosen.full is None:
         fail("--full", name, "has one length only")
-    (chosen.full if full and chosen.full is not None else chosen.run)(output)
-    if name == DEFAULT:
-        from toolpoint.app import console
-
-        console.suggest("demo --list", "new machine my_machine.yaml --template three-axis-vertical")
-
-
-def run_machining_centre(output: Path) -> None:
-    """Show the published three-axis machining centre, without and with its feed drives."""
-    from importlib import resources
-
-    from toolpoint.app import console
-    from toolpoint.cutting import ZeroOrder
-    from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.machines.demo import demo_page
-    from toolpoint.studies.machines.machine_report import study_machine, study_modes
-
-    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
-        run.step("machine")
-        casting = study_modes(machine_file.read(folder / CASTING))
-        run.step("machine with feed drives")
-        # The quickest method: nobody wants to wait for a compiler on the first page.
-        drives = study_machine(machine_file.read(folder / DRIVES), step=run.step, method=ZeroOrder())
-        run.step("page")
-        files = [(name, (folder / name).read_text(encoding="utf-8")) for name in (CASTING, DRIVES)]
-        run.save(demo_page(casting, drives, files, warnings=run.warnings))
-    size, frequency = drives.machine.size, drives.frequency
-    console.text(casting.table())
-    console.text(f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz")
-    console.text("\n".join(drives.limit_lines()))
+    run.steps = chosen.steps
+    (chosen.full if full and chosen.full is not None else chosen.run)(run)
     run.show_rest()
+    if name == DEFAULT:
+        run.suggest("demo --list", "new machine my_machine.yaml --template three-axis-vertical")
 
 
-def run_three_rps_head(output: Path) -> None:
+def run_machining_centre(run: Frame) -> None:
+    """Show the published three-axis machining centre, without and with its feed drives."""
+    run.step("machine")
+    casting = studies.study_modes(io.read_machine(MACHINES / CASTING))
+    run.step("machine with feed drives")
+    # The quickest method: nobody wants to wait for a compiler on the first page.
+    drives = studies.study_machine(io.read_machine(MACHINES / DRIVES), step=run.step, method=cutting.ZeroOrder())
+    run.step("page")
+    run.save(pages.demo_page, casting, drives, [(name, _text(name)) for name in (CASTING, DRIVES)], warnings=run.warnings)
+    size, frequency = drives.machine.size, drives.frequency
+    run.show_text(casting.table(), f"With feed drives: {size} degrees of freedom, {frequency[0]:.2f} .. {frequency[-1]:.1f} Hz",
+                  *drives.limit_lines())
+
+
+def run_three_rps_head(run: Frame) -> None:
     """Show the 3-RPS head with rigid limbs, then (in a folder or file of its own) with elastic ones that slide through their
     frames: modes at tilted poses, responses, lobes, and frequencies and stiffness over tilt and azimuth."""
-    import numpy as np
-
     azimuth, tilt = np.radians(np.linspace(0, 360, 25)), np.radians(np.linspace(0, 30, 7))
-    _run_over_workspace(output, "three_rps_head.yaml", {"tilt": tilt, "azimuth": azimuth})
+    _run_over_workspace(run, "three_rps_head.yaml", {"tilt": tilt, "azimuth": azimuth})
+    output = run.output or Path()
     elastic = output.with_name(f"{output.stem}-elastic{output.suffix}") if output.suffix else output / "elastic"
-    _run_over_workspace(elastic, "three_rps_elastic_head.yaml", {"tilt": tilt[::2], "azimuth": azimuth[::2]})
+    _run_over_workspace(run, "three_rps_elastic_head.yaml", {"tilt": tilt[::2], "azimuth": azimuth[::2]}, to=elastic)
 
 
-def run_gantry(output: Path) -> None:
+def run_gantry(run: Frame) -> None:
     """Show the gantry, whose axis Y drives both sides: modes, responses, lobes, frequencies and stiffness over Y and X."""
-    import numpy as np
-
-    _run_over_workspace(output, "gantry.yaml", {"Y": np.linspace(-1, 1, 11), "X": np.linspace(-0.8, 0.8, 9)})
+    _run_over_workspace(run, "gantry.yaml", {"Y": np.linspace(-1, 1, 11), "X": np.linspace(-0.8, 0.8, 9)})
 
 
-def _run_over_workspace(output: Path, name: str, axes: Mapping[str, ArrayLike]) -> None:
+def _run_over_workspace(run: Frame, name: str, axes: Mapping[str, ArrayLike], to: Path | None = None) -> None:
     """Show a machine of the package and two maps of it."""
-    from importlib import resources
-
-    from toolpoint.app import console
-    from toolpoint.cutting import ZeroOrder
-    from toolpoint.io.yaml import machine_file
-    from toolpoint.pages.machines.demo import workspace_page
-    from toolpoint.studies.machines.check.machine_words import describe_motion
-    from toolpoint.studies.machines.machine_report import study_machine
-    from toolpoint.studies.machines.pose_map import pose_map
-    from toolpoint.studies.machines.stiffness_map import stiffness_map
-
-    with resources.as_file(resources.files("toolpoint.app") / "machines" / name) as path, frame(output, False, steps=7) as run:
-        run.step("machine")
-        machine = machine_file.read(path)
-        result = study_machine(machine, step=run.step, method=ZeroOrder())
-        run.step("frequencies over the workspace")
-        frequencies = pose_map(machine, axes)
-        run.step("stiffness over the workspace")
-        stiffness = stiffness_map(machine, axes)
-        run.step("page")
-        text = path.read_text(encoding="utf-8")
-        run.save(workspace_page(result, frequencies, stiffness, source=text, file_name=name, warnings=run.warnings))
-    console.text(result.table())
-    for line in (*describe_motion(machine), *frequencies.extremes(), *stiffness.extremes()):
-        console.text(line)
-    run.show_rest()
+    before = len(run.warnings)
+    run.step("machine")
+    result = studies.study_workspace(io.read_machine(MACHINES / name), axes, step=run.step, method=cutting.ZeroOrder())
+    run.step("page")
+    run.save(pages.workspace_page, result, source=_text(name), file_name=name, warnings=run.warnings[before:], to=to)
+    run.show_text(result.table())
 
 
-def run_video_mill(output: Path) -> None:
+def run_video_mill(run: Frame) -> None:
     """Film a small mill of known truth in two planes, find its soft interfaces, update its model to the videos."""
-    from importlib import resources
+    result = studies.update_from_virtual_videos(io.read_machine(MACHINES / MILL), MILL_TRUTH, "spindle_nose",
+                                                rng=np.random.default_rng(1), step=run.step)
+    run.step("page")
 
-    import numpy as np
-
-    from toolpoint.app import console
-    from toolpoint.io.yaml import machine_file
     from toolpoint.pages.video import virtual_update_page
-    from toolpoint.studies.video.virtual_update import update_from_virtual_videos
 
-    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=6) as run:
-        result = update_from_virtual_videos(machine_file.read(folder / MILL), MILL_TRUTH, "spindle_nose",
-                                            rng=np.random.default_rng(1), step=run.step)
-        run.step("page")
-        run.save(virtual_update_page(result, (folder / MILL).read_text(encoding="utf-8"), MILL, warnings=run.warnings))
-    console.text(result.table())
-    run.show_rest()
+    run.save(virtual_update_page, result, _text(MILL), MILL, warnings=run.warnings)
+    run.show_text(result.table())
 
 
-def run_milling_robot(output: Path, *, whole: bool = False) -> None:
+def run_milling_robot(run: Frame, *, whole: bool = False) -> None:
     """Show the published milling robot; `whole`: whole sides of all variants, kept and resumed in a folder beside the page."""
-    from importlib import resources
+    run.step("datasheet")
+    sheet, output = MACHINES / "milling_robot_datasheet.yaml", run.output or Path()
+    description = io.read_robot_machine(sheet)
+    study = studies.study_datasheet(io.read_datasheet(sheet), description)
+    result = studies.run_robot_demo(study, machines.build(description), io.read_plan(MACHINES / "milling_robot_screening.yaml"),
+                                    step=run.step, whole=whole,
+                                    folder=output.with_name(f"{output.stem}-kept") if whole else None)
+    run.step("page")
 
-    from toolpoint.app import console
-    from toolpoint.io.yaml import plan_file, robot_file
-    from toolpoint.machine.parts.build import build
     from toolpoint.pages.robots.robot_demo import robot_demo_page
-    from toolpoint.studies.robots.datasheet_study import study_datasheet
-    from toolpoint.studies.screening.robot_demo import run_demo
 
-    with resources.as_file(resources.files("toolpoint.app") / "machines") as folder, frame(output, False, steps=7) as run:
-        run.step("datasheet")
-        sheet = folder / "milling_robot_datasheet.yaml"
-        description = robot_file.read_robot_machine(sheet)
-        study = study_datasheet(robot_file.read(sheet), description)
-        result = run_demo(study, build(description), plan_file.read(folder / "milling_robot_screening.yaml"), step=run.step,
-                          whole=whole, folder=output.with_name(f"{output.stem}-kept") if whole else None)
-        run.step("page")
-        run.save(robot_demo_page(result, sheet.read_text(encoding="utf-8"), sheet.name, warnings=run.warnings))
-    console.text(study.table())
-    console.text(result.table())
-    run.show_rest()
+    run.save(robot_demo_page, result, _text(sheet.name), sheet.name, warnings=run.warnings)
+    run.show_text(study.table(), result.table())
 
 
-def run_finite_element_mill(output: Path) -> None:
+def run_finite_element_mill(run: Frame) -> None:
     """Show an example mill by finite elements: modes, a virtual hammer test beside them, sensitivities, what helps the cut."""
-    from toolpoint.app import console
-    from toolpoint.pages.machines.finite_elements import finite_element_page
-    from toolpoint.studies.finite_elements.example_mill import (
-        FINE_MESH,
-        example_mill,
-        example_tested_mill,
-        example_variants,
-    )
-    from toolpoint.studies.finite_elements.machine_study import study_finite_elements
+    run.step("meshes")
+    result = studies.study_example_mill(step=run.step)
+    run.step("page")
+    run.save(pages.finite_element_page, result, warnings=run.warnings)
+    run.warnings[:0] = result.notes
+    run.show_text(result.table())
 
-    with frame(output, False, steps=13) as run:
-        run.step("meshes")
-        mill, variants = example_mill(), example_variants()
-        result = study_finite_elements(mill, variants, tested=example_tested_mill(mill),
-                                       finer=example_mill(mesh_size=FINE_MESH), step=run.step)
-        run.step("page")
-        run.save(finite_element_page(result, warnings=run.warnings))
-    console.text(result.table())
-    run.show_rest(result.notes)
+
+def _text(name: str) -> str:
+    return (MACHINES / name).read_text(encoding="utf-8")
 
 
 DEMOS: dict[str, Demo] = {
-    DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", run_machining_centre),
-    "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", run_video_mill),
+    DEFAULT: Demo("three-axis machining centre: modes, tool-point responses, stability lobes", 6, run_machining_centre),
+    "video-mill": Demo("small mill filmed in two planes: modes from video, the soft joints, the updated model", 6,
+                       run_video_mill),
     "three-rps-head": Demo("parallel head with three driven limbs: closed loops, parasitic motion, maps over tilt and azimuth",
-                           run_three_rps_head),
+                           14, run_three_rps_head),
     "milling-robot": Demo("six-axis robot that mills: datasheet, map, best region, stable depths, accuracy, 23 design changes",
-                          run_milling_robot, partial(run_milling_robot, whole=True)),
+                          7, run_milling_robot, partial(run_milling_robot, whole=True)),
     "finite-element-mill": Demo("mill of castings by finite elements: hammer test, sensitivities, layers, dampers",
-                                run_finite_element_mill),
-    "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", run_gantry),
+                                13, run_finite_element_mill),
+    "gantry": Demo("gantry whose one axis drives both sides of a closed loop: maps over Y and X", 7, run_gantry),
 }

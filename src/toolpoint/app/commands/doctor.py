@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import sys
+from typing import Annotated, Literal
 
 import click
 
-from toolpoint.app.options import JSON
+from toolpoint import studies
+from toolpoint.app.declare import Argument, command
+from toolpoint.app.frame import Frame
 
 
-@click.command()
-@JSON
-def doctor(as_json: bool) -> None:
+@command(page=False)
+def doctor(run: Frame) -> None:
     """Versions, threads, caches, extras and the browser: what is there, what is missing, and what to do about it."""
-    from toolpoint.app.frame import frame
-    from toolpoint.studies.environment import examine_environment
-
-    with frame(None, as_json) as run:
-        result = examine_environment()
+    result = studies.examine_environment()
     run.show(result)
     if not result.is_whole:
-        sys.exit(1)
+        raise SystemExit(1)
 
 
-@click.command()
-@click.argument("shell", type=click.Choice(["bash", "zsh", "fish"]))
-def completion(shell: str) -> None:
+@command()
+def completion(shell: Annotated[Literal["bash", "zsh", "fish"], Argument()]) -> None:
     """Print what makes SHELL complete commands, options and files: eval "$(toolpoint completion bash)" in its start-up file."""
     from click.shell_completion import get_completion_class
 

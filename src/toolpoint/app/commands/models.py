@@ -2,286 +2,205 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import shlex
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, cast
 
 import click
 
+from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
-from toolpoint.app.frame import frame
-from toolpoint.app.naming import naming_options
-from toolpoint.app.options import BAND, FILE, GEOMETRY, JSON, NEW_FILE, OUTPUT, POSE, POSES, QUANTITY, REPLACE
-from toolpoint.app.pole_choice import Choice, CommandOfChoice, choice_options
+from toolpoint.app import console
+from toolpoint.app.declare import DeclaredCommand, Help, Reading, command
+from toolpoint.app.frame import Frame
+from toolpoint.app.options import GEOMETRY, Band, Count, Files, Geometry, MachineFile, Naming, Pose, Poses, Quantity
+from toolpoint.app.values import NEW_FILE, NewFile, SourceFile
+from toolpoint.io.quantities.written import read_numbers, read_pairs
+
+if TYPE_CHECKING:
+    from toolpoint.modal_identification import PoleChoice
 
 LEGEND = ("share: part of the responses at its frequency that a mode carries, with those that overlap and look like it; "
           "* stands out, ? doubtful")
 
 
-def _pairs(ctx: click.Context, parameter: click.Parameter, value: Sequence[str]) -> dict[str, str]:
-    result = {}
-    for part in value:
-        test, equals, model = part.partition("=")
-        if not equals or not test.strip() or not model.strip():
-            raise click.BadParameter(f"{part!r}: write TEST=MODEL, for example 12=spindle_nose")
-        result[test.strip()] = model.strip()
-    return result
+def _pole(text: str) -> tuple[float, float]:
+    frequency, percent = read_numbers(text, 2)
+    if not frequency > 0 or not 0 < percent <= 50:
+        raise ToolpointError(f"{text!r}: the frequency must be above 0 Hz, the damping above 0 and at most 50 %")
+    return frequency, percent / 100
 
 
-@click.command(cls=CommandOfChoice)
-@click.argument("files", nargs=-1, required=True, type=FILE)
-@click.option("--geometry", type=FILE, help=GEOMETRY)
-@click.option("--lines", "drawn", type=FILE, help="Lines between points: CSV (points that a line runs through), or universal.")
-@click.option("--method", default="refined", show_default=True, help="Identification method.")
-@BAND
-@QUANTITY
-@naming_options
-@click.option("-m", "--modes", "modes_file", type=NEW_FILE, help="Save the modes here (HDF5).")
-@choice_options
-@REPLACE
-@OUTPUT
-@JSON
-def identify(files: Sequence[Path], geometry: Path | None, drawn: Path | None, method: str, band: tuple[float, float] | None,
-             quantity: str | None, naming: dict[str, Any], modes_file: Path | None, choice: Choice, output: Path,
-             as_json: bool) -> None:
+Pole = Annotated[tuple[float, float], Reading(_pole, "frequency and damping, Hz and percent, for example 34.2,1.5")]
+Pair = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "TEST=MODEL, for example 12=spindle_nose"))]
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Poles that a person adds, and modes that go: a choice file, and poles beside it."""
+
+    choice: Annotated[SourceFile | None, Help("YAML file of poles added and modes removed by hand, as the page writes "
+                                              "it.")] = None
+    add: Annotated[tuple[Pole, ...], Help("A pole to add: frequency and damping.", metavar="HZ,PERCENT")] = ()
+    remove: Annotated[tuple[float, ...], Help("A mode to leave out, by its frequency.", metavar="HZ", above=0)] = ()
+
+    def read(self) -> PoleChoice:
+        """Return the choice, an empty one where nothing was given."""
+        from toolpoint.modal_identification import PoleChoice
+
+        first = PoleChoice() if self.choice is None else io.read_choice(self.choice)
+        return first.extended(self.add, self.remove)
+
+
+def _command_without_choice() -> str:
+    """Return the command as it was typed, without a choice: the page adds the one that a person clicks together."""
+    kept, words = [], list(cast(DeclaredCommand, click.get_current_context().command).words)
+    while words:
+        word = words.pop(0)
+        if word in ("--choice", "--add", "--remove"):
+            words.pop(0)
+        elif not word.startswith(("--choice=", "--add=", "--remove=")):
+            kept.append(word)
+    return "toolpoint identify " + shlex.join(kept)
+
+
+@command(steps=3, replace=True)
+def identify(run: Frame, files: Files, *, geometry: Geometry = None,
+             lines: Annotated[SourceFile | None, Help("Lines between points: CSV (points that a line runs through), or "
+                                                      "universal.", needs="--geometry, lines need the places of their "
+                                                      "points")] = None,
+             method: Annotated[str, Help("Identification method.")] = "refined", band: Band = None, quantity: Quantity = None,
+             naming: Naming,
+             modes: Annotated[NewFile | None, Help("Save the modes here (HDF5).", name="-m --modes")] = None,
+             choice: Choice) -> None:
     """Modes of measured FRFs (universal, HDF5, MATLAB, NumPy or text files), with confidence intervals and a page.
 
     An output that ends in .h5 is where the modes are saved; the page then goes to its default folder.
     """
-    from toolpoint.app import console
-    from toolpoint.io.binary import hdf5
-    from toolpoint.io.measured import frf_files, geometry_files
-
-    if output.suffix == ".h5":
-        modes_file, output = output, Path("toolpoint-report")
-    if modes_file is not None and not modes_file.parent.is_dir():
-        raise ToolpointError(f"{modes_file}: the folder {modes_file.parent} does not exist; create it first")
-    if drawn is not None and geometry is None:
-        raise ToolpointError(f"--lines {drawn}: given without --geometry; lines need the places of their points")
-    with frame(output, as_json, steps=3) as run:
-        run.step("reading")
-        frf = frf_files.read(files, quantity=quantity, **naming)
-        shape = None if geometry is None else geometry_files.read(geometry)
-        shape = shape if shape is None or drawn is None else geometry_files.read_lines(drawn, shape)
-        run.step("identification")
-
-        from toolpoint.pages.measured.identification import identification_page
-        from toolpoint.studies.measured.identification import identify_modes
-
-        result = identify_modes(frf, method, band, choice=choice.read())
-        run.step("page")
-        run.save(identification_page(result, shape, [file.name for file in files], warnings=run.warnings,
-                                     command=choice.command))
-        if modes_file is not None:
-            hdf5.write(result.modes, modes_file)
-    if as_json:
+    if run.output is not None and run.output.suffix == ".h5":
+        modes = NEW_FILE.convert(run.output, None, click.get_current_context())
+        run.output = Path("toolpoint-report")
+    run.step("reading")
+    frf = io.read_frf(files, quantity=quantity, **naming.keywords)
+    shape = None if geometry is None else io.read_geometry(geometry)
+    shape = shape if shape is None or lines is None else io.read_lines(lines, shape)
+    chosen = choice.read()
+    run.step("identification")
+    result = studies.identify_modes(frf, method, band, choice=chosen)
+    run.step("page")
+    run.save(pages.identification_page, result, shape, [file.name for file in files], warnings=run.warnings,
+             command=_command_without_choice())
+    if modes is not None:
+        io.write_nouns(result.modes, modes)
+    if run.as_json:
         run.show(result)
-        return
-    console.text("\n".join([result.table(), LEGEND, result.status]))
+    run.show_text(result.table(), LEGEND, result.status)
     run.warnings += [note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)]
-    if modes_file is not None:
-        console.text(f"Modes saved: {modes_file}")
+    run.show_text(*([] if modes is None else [f"Modes saved: {modes}"]))
     run.show_rest()
 
 
-@click.command()
-@click.argument("files", nargs=-1, required=True, type=FILE)
-@click.option("--geometry", required=True, type=FILE, help=GEOMETRY)
-@click.option("--components", required=True, type=FILE,
-              help="YAML: which points belong to which component, the chain, masses where known.")
-@click.option("--machine", "written", type=NEW_FILE, help="Write the identified machine here.")
-@click.option("--coordinate-deviation", type=float,
-              help="Standard deviation of the points' coordinates, mm, in place of that of the component file.")
-@BAND
-@REPLACE
-@OUTPUT
-@JSON
-def joints(files: Sequence[Path], geometry: Path, components: Path, written: Path | None, coordinate_deviation: float | None,
-           band: tuple[float, float] | None, output: Path, as_json: bool) -> None:
+@command(steps=4, replace=True)
+def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEOMETRY)],
+           components: Annotated[SourceFile, Help("YAML: which points belong to which component, the chain, masses where "
+                                                  "known.")],
+           written: Annotated[NewFile | None, Help("Write the identified machine here.", name="--machine")] = None,
+           coordinate_deviation: Annotated[float | None, Help("Standard deviation of the points' coordinates, mm, in place of "
+                                                              "that of the component file.")] = None,
+           band: Band = None) -> None:
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
-    from toolpoint.io.measured import geometry_files
-    from toolpoint.io.yaml import component_file, machine_file
-
-    with frame(output, as_json, steps=4) as run:
-        run.step("reading")
-        shape, described = geometry_files.read(geometry), component_file.read(components)
-        run.step("modes")
-        modes, doubts = _modes_of(files, band)
-        run.step("joints")
-
-        from toolpoint.pages.measured.joints import joints_page
-        from toolpoint.studies.measured.joint_study import study_joints
-
-        deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
-        result = study_joints(modes, shape, described, coordinate_deviation=deviation, channel_doubts=doubts)
-        if written is not None and result.machine is not None:
-            machine_file.write(result.machine, written)
-            # What is written is read back and run before it is called the machine of the test.
-            result = result.compared(machine_file.read(written))
-        run.step("page")
-        run.save(joints_page(result, run.warnings))
-    run.warnings = [text for text in run.warnings if not text.startswith("doubtful")]
+    run.step("reading")
+    shape, described = io.read_geometry(geometry), io.read_components(components)
+    run.step("modes")
+    saved, responses = io.read_test_nouns(files)
+    modes, doubts = studies.modes_of_test(saved, responses, band=band)
+    run.step("joints")
+    deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
+    result = studies.study_joints(modes, shape, described, coordinate_deviation=deviation, channel_doubts=doubts)
+    if written is not None and result.machine is not None:
+        io.write_machine(result.machine, written)
+        # What is written is read back and run before it is called the machine of the test.
+        result = result.compared(io.read_machine(written))
+    run.step("page")
+    run.save(pages.joints_page, result, run.warnings)
+    run.warnings[:] = [text for text in run.warnings if not text.startswith("doubtful")]
     run.show(result, written={"Machine file": written if result.machine is not None else None})
     if written is not None and result.machine is None:
         raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
 
 
-def _modes_of(files: Sequence[Path], band: tuple[float, float] | None) -> tuple[Any, tuple[str, ...]]:
-    """Return the saved modes of the only file, or those identified from responses with the doubts of their channels."""
-    from toolpoint.io.measured import frf_files, mode_files
-
-    if len(files) == 1 and mode_files.holds_modes(files[0]):
-        return mode_files.read(files[0]), ()
-    frf = frf_files.read(files)
-
-    from toolpoint.studies.measured.identification import identify_modes
-
-    # All lines: what a tester of joints leaves out, he says himself.
-    result = identify_modes(frf, band=band or (float(frf.frequency[0]), float(frf.frequency[-1])))
-    return result.modes, result.doubts
-
-
-@click.command()
-@click.argument("machine", type=FILE)
-@click.option("--modes", multiple=True, type=FILE,
-              help="Measured modes, saved by identify (HDF5); several times for several measurements.")
-@click.option("--frf", multiple=True, type=FILE,
-              help="Measured FRFs (universal, HDF5, MATLAB, text); with several poses one file for each.")
-@click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
-              help="Parameter to update; all joint stiffnesses where none is named.")
-@POSES
-@click.option("--samples", default=0, metavar="STEPS", show_default="none", type=click.IntRange(min=0),
-              help="Sample the posterior by so many steps of every walker, for example 2000 (extra 'bayes').")
-@click.option("--seed", default=1, show_default=True, help="Seed of the samples.")
-@click.option("--machine", "written", type=NEW_FILE, help="Write the updated machine here.")
-@REPLACE
-@OUTPUT
-@JSON
-def update(machine: Path, modes: tuple[Path, ...], frf: tuple[Path, ...], paths: tuple[str, ...],
-           poses: tuple[dict[str, float], ...], samples: int, seed: int, written: Path | None, output: Path,
-           as_json: bool) -> None:
+@command(steps=3, replace=True)
+def update(run: Frame, machine: MachineFile, *,
+           modes: Annotated[tuple[SourceFile, ...], Help("Measured modes, saved by identify (HDF5); several times for several "
+                                                         "measurements.")] = (),
+           frf: Annotated[tuple[SourceFile, ...], Help("Measured FRFs (universal, HDF5, MATLAB, text); with several poses one "
+                                                       "file for each.")] = (),
+           paths: Annotated[tuple[str, ...], Help("Parameter to update; all joint stiffnesses where none is named.",
+                                                  name="--parameter", metavar="joints.NAME.stiffness.rx")] = (),
+           poses: Poses = (),
+           samples: Annotated[int, Help("Sample the posterior by so many steps of every walker, for example 2000 (extra "
+                                        "'bayes').", metavar="STEPS", shown="none", least=0)] = 0,
+           seed: Annotated[int, Help("Seed of the samples.")] = 1,
+           written: Annotated[NewFile | None, Help("Write the updated machine here.", name="--machine")] = None) -> None:
     """The machine that agrees with measured modes or responses: what the data can tell is moved, the rest is named.
 
     Measurements at several poses: --modes a.h5 --pose X=0 --modes b.h5 --pose X=0.2
     """
-    from toolpoint.app.poses import machine_at
-    from toolpoint.io.yaml import machine_file
-
-    with frame(output, as_json, steps=3) as run:
-        run.step("reading")
-        built, measured = machine_at(machine, *poses), _measurements(modes, frf, poses)
-
-        from toolpoint.pages.measured.update import update_page
-        from toolpoint.studies.measured.measured_update import update_machine
-
-        run.step("updating")
-        what = ", ".join(path.name for path in (*modes, *frf))
-        result = update_machine(built, measured, paths, samples=samples, seed=seed, what=what)
-        if written is not None:
-            machine_file.write(result.machine.description, written)
-        run.step("page")
-        run.save(update_page(result, run.warnings))
+    run.step("reading")
+    built = io.read_machine_at(machine, *poses)
+    # One pose: all files of responses are one measurement; several poses: a file for each.
+    responses = [io.read_frf(file) for file in frf] if len(poses) > 1 else [io.read_frf(frf)] if frf else []
+    saved = [io.read_modes(file) for file in modes]
+    measured = studies.pair_measurements(saved, responses, poses)
+    run.step("updating")
+    result = studies.update_machine(built, measured, paths, samples=samples, seed=seed,
+                                    what=", ".join(path.name for path in (*modes, *frf)))
+    if written is not None:
+        io.write_machine(result.machine.description, written)
+    run.step("page")
+    run.save(pages.update_page, result, run.warnings)
     run.show(result, written={"Machine file": written})
 
 
-def _measurements(modes: Sequence[Path], frf: Sequence[Path], poses: Sequence[dict[str, float]]) -> list[Any]:
-    """Read the measurements of files and poses given in order.
-
-    One pose or none: all response files are one measurement, joined by the modes where there is one file of them; more
-    files of modes are repeated measurements. Several poses: one file of modes, of responses, or of each, for every pose.
-    """
-    from toolpoint.io.measured import frf_files, mode_files
-
-    if not modes and not frf:
-        raise ToolpointError("update: neither --modes nor --frf given; needs at least one measurement")
-    for name, files in (("--modes", modes), ("--frf", frf)):
-        if len(poses) > 1 and files and len(files) != len(poses):
-            raise ToolpointError(f"{name}: {len(files)} files for {len(poses)} poses; must be one for each, in "
-                                 f"their order, or none ({name} a.h5 --pose X=0 {name} b.h5 --pose X=0.2)")
-    read = [mode_files.read(path) for path in modes]
-    responses = [frf_files.read(path) for path in frf] if len(poses) > 1 else []
-    joined = frf_files.read(frf) if frf and len(poses) <= 1 else None
-
-    from toolpoint.studies.measured.measured_update import Measurement
-
-    if len(poses) > 1:
-        return [Measurement(read[k] if read else None, responses[k] if responses else None, pose)
-                for k, pose in enumerate(poses)]
-    pose = poses[0] if poses else None
-    if len(read) <= 1:
-        return [Measurement(read[0] if read else None, joined, pose)]
-    return [*(Measurement(part, None, pose) for part in read), *([] if joined is None else [Measurement(None, joined, pose)])]
-
-
-@click.command()
-@click.argument("machine", type=FILE)
-@click.argument("files", nargs=-1, required=True, type=FILE)
-@click.option("--geometry", type=FILE, help=GEOMETRY)
-@click.option("--components", type=FILE,
-              help="YAML: which measured points ride on which body of the machine; otherwise points are paired by place.")
-@click.option("--pair", "pairs", multiple=True, callback=_pairs, metavar="TEST=MODEL",
-              help="A measured point and the machine's point that it is; at least three fix the registration.")
-@click.option("--furthest", default=50.0, show_default=True, help="Points further apart stay single, mm.")
-@click.option("--before", type=FILE, help="The machine before updating, shown beside.")
-@click.option("--lowest-mac", default=0.5, show_default=True, help="Modes below are not paired.")
-@BAND
-@POSE
-@OUTPUT
-@JSON
-def correlate(machine: Path, files: tuple[Path, ...], geometry: Path | None, components: Path | None, pairs: dict[str, str],
-              furthest: float, before: Path | None, lowest_mac: float, band: tuple[float, float] | None,
-              pose: dict[str, float] | None, output: Path, as_json: bool) -> None:
+@command(steps=3)
+def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geometry = None,
+              components: Annotated[SourceFile | None, Help("YAML: which measured points ride on which body of the machine; "
+                                                            "otherwise points are paired by place.",
+                                                            needs="--geometry, for the positions of the points")] = None,
+              pairs: Annotated[tuple[Pair, ...], Help("A measured point and the machine's point that it is; at least three fix "
+                                                      "the registration.", name="--pair", metavar="TEST=MODEL")] = (),
+              furthest: Annotated[float, Help("Points further apart stay single, mm.")] = 50.0,
+              before: Annotated[SourceFile | None, Help("The machine before updating, shown beside.")] = None,
+              lowest_mac: Annotated[float, Help("Modes below are not paired.")] = 0.5, band: Band = None,
+              pose: Pose = None) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
-    from toolpoint.app.poses import machine_at
-    if components is not None and geometry is None:
-        raise ToolpointError("--components: needs --geometry for the positions of the points")
-    with frame(output, as_json, steps=3) as run:
-        run.step("reading")
-        built, first = machine_at(machine, pose), None if before is None else machine_at(before, pose)
-
-        from toolpoint.io.measured import frf_files, geometry_files, mode_files
-        from toolpoint.io.yaml import component_file
-
-        saved = [file for file in files if mode_files.holds_modes(file)]
-        responses = [file for file in files if file not in saved]
-        measured = mode_files.read(saved[-1]) if saved else None, frf_files.read(responses) if responses else None
-        shape = None if geometry is None else geometry_files.read(geometry)
-        owner = None if components is None else component_file.read(components).points
-        run.step("correlation")
-
-        from toolpoint.pages.measured.correlation import correlation_page
-        from toolpoint.studies.measured.measured_comparison import compare_with_test, gather_test
-
-        test = gather_test(*measured, geometry=shape, band=band, owner=owner)
-        result = compare_with_test(built, test, pose=pose, known=pairs, furthest=1e-3 * furthest, before=first,
-                                   lowest_mac=lowest_mac)
-        run.step("page")
-        run.save(correlation_page(result, run.warnings))
+    run.step("reading")
+    built, first = io.read_machine_at(machine, pose), None if before is None else io.read_machine_at(before, pose)
+    saved, responses = io.read_test_nouns(files)
+    shape = None if geometry is None else io.read_geometry(geometry)
+    owner = None if components is None else io.read_components(components).points
+    run.step("correlation")
+    test = studies.gather_test(saved, responses, geometry=shape, band=band, owner=owner)
+    known = {point: model for pair in pairs for point, model in pair.items()}
+    result = studies.compare_with_test(built, test, pose=pose, known=known, furthest=1e-3 * furthest, before=first,
+                                       lowest_mac=lowest_mac)
+    run.step("page")
+    run.save(pages.correlation_page, result, run.warnings)
     run.show(result)
 
 
-@click.command()
-@click.argument("machine", type=FILE)
-@click.option("--parameter", "paths", multiple=True, metavar="joints.NAME.stiffness.rx",
-              help="Parameter to study; all stiffnesses, dampers, masses and densities where none is named.")
-@click.option("--count", default=6, show_default=True, help="How many of the lowest modes.")
-@click.option("--change", default=10.0, show_default=True, help="Change of a parameter that MAC values are given for, %.")
-@POSE
-@OUTPUT
-@JSON
-def sensitivity(machine: Path, paths: tuple[str, ...], count: int, change: float, pose: dict[str, float] | None, output: Path,
-                as_json: bool) -> None:
+@command(steps=2)
+def sensitivity(run: Frame, machine: MachineFile, *,
+                paths: Annotated[tuple[str, ...], Help("Parameter to study; all stiffnesses, dampers, masses and densities "
+                                                       "where none is named.", name="--parameter",
+                                                       metavar="joints.NAME.stiffness.rx")] = (), count: Count = 6,
+                change: Annotated[float, Help("Change of a parameter that MAC values are given for, %.")] = 10.0,
+                pose: Pose = None) -> None:
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
-    from toolpoint.app.poses import machine_at
-
-    with frame(output, as_json, steps=2) as run:
-        run.step("sensitivities")
-        built = machine_at(machine, pose)
-
-        from toolpoint.pages.machines.sensitivity import sensitivity_page
-        from toolpoint.studies.machines.sensitivity_study import study_sensitivity
-
-        result = study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
-        run.step("page")
-        run.save(sensitivity_page(result, built, 1e-2 * change, pose=pose, warnings=run.warnings))
+    run.step("sensitivities")
+    built = io.read_machine_at(machine, pose)
+    result = studies.study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
+    run.step("page")
+    run.save(pages.sensitivity_page, result, built, 1e-2 * change, pose=pose, warnings=run.warnings)
     run.show(result)

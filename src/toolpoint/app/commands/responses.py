@@ -2,112 +2,143 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Annotated, Literal
 
-import click
-
+from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
-from toolpoint.app.frame import frame
-from toolpoint.app.options import FILE, JSON, NEW_FILE, OUTPUT, POSE, POSES, REPLACE, lines_of
-from toolpoint.app.record_options import RecordOptions, measure, record_options
+from toolpoint.app.declare import Help, command, list_given
+from toolpoint.app.frame import Frame
+from toolpoint.app.options import Files, MachineFile, Pose, Poses, Variables
+from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile
+from toolpoint.io.suffixes import YAML
+
+if TYPE_CHECKING:
+    from toolpoint.signals.record_set import RecordSet
+    from toolpoint.signals.test_description import HammerTestDescription
+
+LABELS = ("channel", "struck", "name", "rate", "variables")
 
 
-@click.command()
-@click.argument("files", nargs=-1, required=True, type=FILE)
-@POSES
-@click.option("--at", "outputs", multiple=True, metavar="POINT:DIRECTION",
-              help="Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against table where left out.")
-@click.option("--force", "inputs", multiple=True, metavar="POINT:DIRECTION",
-              help="Force here; where it is seen, where left out.")
-@click.option("--lines", callback=lines_of, metavar="LOW:HIGH:NUMBER",
-              help="Lines in Hz, for example 5:400:1600; over all modes where left out.")
-@click.option("--save", type=NEW_FILE, help="Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one pose.")
-@record_options
-@REPLACE
-@OUTPUT
-@JSON
-def frf(files: Sequence[Path], poses: Sequence[dict[str, float]], outputs: Sequence[str], inputs: Sequence[str], lines: Any,
-        save: Path | None, output: Path, as_json: bool, **options: Any) -> None:
+@dataclass(frozen=True)
+class RecordOptions:
+    """Options of `frf` that are for records: labels, blocks, decisions, and where the test is written."""
+
+    channel: Annotated[tuple[str, ...], Help("Records: what a channel (by name or number) measures, where, its sensitivity; "
+                                             "several times.", metavar="'1=force 5:-z 2.25mV/N'")] = ()
+    struck: Annotated[str | None, Help("Records: where and in which direction the hammer struck.",
+                                       metavar="POINT:DIRECTION")] = None
+    name: Annotated[str | None, Help("Records: where names of files say what was struck: P{input}_*.",
+                                     metavar="PATTERN")] = None
+    rate: Annotated[float | None, Help("Records: samples per second, Hz, where the files do not say it.")] = None
+    variables: Annotated[Variables | None, Help("Records: variables of MATLAB and NumPy files (time, rate, samples).",
+                                                metavar="time=t,samples=y")] = None
+    block: Annotated[float | None, Help("Records: length of a block, s; the longest that fits where left out.")] = None
+    window_end: Annotated[float | None, Help("Records: end value of the exponential window; 1 is none; what the slowest mode "
+                                             "needs where left out.")] = None
+    estimator: Annotated[Literal["H1", "H2", "Hv"] | None, Help("Records: H1 where left out.")] = None
+    accept: Annotated[tuple[str, ...], Help("Records: use this hit whatever is judged; several times.", metavar="HIT")] = ()
+    refuse: Annotated[tuple[str, ...], Help("Records: do not use this hit; several times.", metavar="HIT")] = ()
+    test: Annotated[AnyPath | None, Help("Records: write or update this test file (YAML): channels, records, every "
+                                         "decision.")] = None
+
+    @property
+    def decisions(self) -> dict[str, bool]:
+        """What a person decided about hits."""
+        if both := set(self.accept) & set(self.refuse):
+            raise ToolpointError(f"--accept and --refuse {both.pop()}: must be one of them")
+        return {**dict.fromkeys(self.accept, True), **dict.fromkeys(self.refuse, False)}
+
+    def read(self, files: Sequence[Path]) -> tuple[RecordSet, HammerTestDescription]:
+        """Return the records of a test file, or of files of records, and the description of their test."""
+        if files[0].suffix.lower() not in YAML:
+            return io.read_described_records(
+                files, self.channel, struck=self.struck, pattern=self.name, rate=self.rate, variables=self.variables,
+                block=self.block, window_end=self.window_end, estimator=self.estimator or "H1",
+                folder=None if self.test is None else self.test.parent)
+        if labelling := list_given(*LABELS):
+            raise ToolpointError(f"{labelling[0]}: is in the test file {files[0]}; change it there")
+        return io.read_hammer_test(files)
+
+
+@dataclass(frozen=True)
+class MachineResponse:
+    """Options of `frf` that are for a machine: poses, where it is seen and pushed, at which lines."""
+
+    pose: Poses = ()
+    outputs: Annotated[tuple[str, ...], Help("Response seen here, e.g. tool-table:+x or 7:+z; several times. Tool against "
+                                             "table where left out.", name="--at", metavar="POINT:DIRECTION")] = ()
+    inputs: Annotated[tuple[str, ...], Help("Force here; where it is seen, where left out.", name="--force",
+                                            metavar="POINT:DIRECTION")] = ()
+    lines: Annotated[Lines | None, Help("Lines in Hz, for example 5:400:1600; over all modes where left out.",
+                                        metavar="LOW:HIGH:NUMBER")] = None
+
+
+@command(steps=3, replace=True)
+def frf(run: Frame, files: Files, asked: MachineResponse, *,
+        save: Annotated[NewFile | None, Help("Save the responses here: .h5, .uff, .mat, .npz or .csv; of a machine one "
+                                             "pose.")] = None, records: RecordOptions) -> None:
     """Frequency responses: of a machine file at poses, or of the records of a hammer test.
 
     FILES are one machine file (YAML): responses of the tool against the table, with 95 % intervals where its numbers were
     identified. Or records of hammer hits (universal 58, CSV, LVM, WAV, TDMS, MATLAB, NumPy, HDF5), one hit a file or many, or a
     test file (YAML with 'test' and 'records'): every hit is judged, and good ones give the responses.
     """
-    records = RecordOptions(**options)
-    if is_machine(files):
-        if records.given:
-            raise ToolpointError(f"{records.given[0]}: is for records of a hammer test; {files[0]} is a machine file")
-        _respond(files[0], poses, outputs, inputs=inputs, lines=lines, save=save, output=output, as_json=as_json)
-        return
-    for name, value in (("--pose", poses), ("--at", outputs), ("--force", inputs), ("--lines", lines)):
-        if value is not None and len(value):
-            raise ToolpointError(f"{name}: is for a machine file; {files[0]} is a record of a hammer test")
-    measure(files, records, save=save, output=output, as_json=as_json)
-
-
-def is_machine(files: Sequence[Path]) -> bool:
-    """Return whether the only file is a YAML file that is no test."""
-    from toolpoint.io.suffixes import YAML
-
-    if len(files) > 1 or files[0].suffix.lower() not in YAML:
-        return False
-    from toolpoint.io.yaml.file_kinds import kind_of
-
-    return kind_of(files[0]) != "test"
-
-
-def _respond(machine: Path, poses: Sequence[dict[str, float]], outputs: Sequence[str], *, inputs: Sequence[str], lines: Any,
-             save: Path | None, output: Path, as_json: bool) -> None:
-    from toolpoint.app.poses import machine_at
-
     if save is not None:
-        from toolpoint.io.measured import frf_writing
+        io.check_writable(save)
+    of_machine = len(files) == 1 and files[0].suffix.lower() in YAML and io.kind_of(files[0]) != "test"
+    if other := list_given(*(vars(records if of_machine else asked))):
+        raise ToolpointError(f"{other[0]}: is for " + (f"records of a hammer test; {files[0]} is a machine file" if of_machine
+                                                       else f"a machine file; {files[0]} is a record of a hammer test"))
+    if of_machine:
+        _respond(run, files[0], asked, save)
+    else:
+        _measure(run, files, records, save)
 
-        frf_writing.check_writable(save)
-    if save is not None and len(poses) > 1:
-        raise ToolpointError(f"--save {save}: {len(poses)} poses; a file of responses holds one; call once for each")
-    with frame(output, as_json, steps=0) as run, run.progress("intervals") as progress:
-        built = machine_at(machine, *poses)
 
-        from toolpoint.pages.machines.machine_responses import responses_page
-        from toolpoint.studies.machines.machine_responses import study_responses_of_machine
-
-        result = study_responses_of_machine(
-            built, list(poses) or None, list(outputs) or None, inputs=list(inputs) or None,
-            frequency=lines, progress=progress)
-    run.save(responses_page(result, run.warnings))
+def _respond(run: Frame, machine: Path, asked: MachineResponse, save: Path | None) -> None:
+    if save is not None and len(asked.pose) > 1:
+        raise ToolpointError(f"--save {save}: {len(asked.pose)} poses; a file of responses holds one; call once for each")
+    built = io.read_machine_at(machine, *asked.pose)
+    result = studies.study_responses_of_machine(built, asked.pose or None, asked.outputs or None, inputs=asked.inputs or None,
+                                                frequency=asked.lines, progress=run.progress("intervals"))
+    run.save(pages.responses_page, result, run.warnings)
     if save is not None:
-        from toolpoint.io.measured import frf_writing
-
-        frf_writing.write(result.frfs[0], save)
+        io.write_frf(result.frfs[0], save)
     run.show(result, result.notes, {"Responses": save})
 
 
-@click.command("next-test")
-@click.argument("machine", type=FILE)
-@POSE
-@click.option("--axis", "axes", multiple=True, metavar="X=-300mm:300mm:5", help="Poses that could be tested next; several "
-                                                                                "times.")
-@click.option("--frequency-deviation", default=1e-4, show_default=True, help="Relative, of measured frequencies.")
-@click.option("--shape-deviation", default=0.02, show_default=True, help="Of shapes, over the greatest motion of the mode.")
-@JSON
-def next_test(machine: Path, pose: dict[str, float] | None, axes: Sequence[str], frequency_deviation: float,
-              shape_deviation: float, as_json: bool) -> None:
+def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:
+    run.step("reading")
+    records, description = options.read(files)
+    run.step("hits")
+    result = studies.study_hammer_records(
+        records, duration=options.block or description.block, final=options.window_end or description.window_end,
+        estimator=options.estimator or description.estimator, decisions=options.decisions)
+    run.step("page")
+    run.save(pages.hammer_page, result, run.warnings, description.test)
+    if save is not None:
+        io.write_frf(result.frf, save)
+    if options.test is not None:
+        io.write_test(description.with_decisions({**records.decisions, **options.decisions}), options.test,
+                      replace=options.test in files)
+    run.warnings[:] = [text for text in run.warnings if text not in (*result.doubts, *result.notes)]
+    run.show(result, [*result.doubts, *result.notes, *result.band.notes],
+             {"Responses": save, "Test file": options.test})
+
+
+@command(page=False)
+def next_test(run: Frame, machine: MachineFile, *, pose: Pose = None,
+              axes: Annotated[tuple[AxisRange, ...], Help("Poses that could be tested next; several times.", name="--axis",
+                                                          metavar="X=-300mm:300mm:5")] = (),
+              frequency_deviation: Annotated[float, Help("Relative, of measured frequencies.")] = 1e-4,
+              shape_deviation: Annotated[float, Help("Of shapes, over the greatest motion of the mode.")] = 0.02) -> None:
     """Which point, direction or pose, measured next, would narrow the tool's compliance at a pose most."""
-    import itertools
-
-    from toolpoint.app.poses import grid, machine_at
-
-    with frame(None, as_json) as run, run.progress("slopes") as progress:
-        built = machine_at(machine, pose)
-        positions = grid(built, axes, "--axis") if axes else {}
-        poses = [dict(zip(positions, map(float, row), strict=True)) for row in itertools.product(*positions.values())]
-
-        from toolpoint.studies.machines.next_test import rank_tests
-
-        result = rank_tests(built, pose, poses if axes else (), frequency_deviation=frequency_deviation,
-                            shape_deviation=shape_deviation, progress=progress)
-    run.show(result)
+    built = io.read_machine_at(machine, pose)
+    grid = io.lay_grid(built, axes)
+    poses = [dict(zip(grid, map(float, row), strict=True)) for row in itertools.product(*grid.values())] if axes else []
+    run.show(studies.rank_tests(built, pose, poses, frequency_deviation=frequency_deviation, shape_deviation=shape_deviation,
+                                progress=run.progress("slopes")))

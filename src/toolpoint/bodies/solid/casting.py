@@ -16,6 +16,9 @@ from toolpoint.bodies.solid.model import ElementBlock, SolidModel
 
 Predicate = Callable[[FloatArray], np.ndarray]
 
+MOST_CELLS = 20_000_000  # of a casting's box, windows included
+MOST_FILLED = 400_000  # elements, four to five million coordinates
+
 
 @dataclass(frozen=True, eq=False)
 class Cuboid:
@@ -76,9 +79,11 @@ class Casting:
         Raises ToolpointError for a casting that falls into several pieces.
         """
         at = tuple(floats("planes", p, (None,)) for p in planes) if planes is not None else self.planes(size)
+        check_mesh_size(size, float(np.prod([len(p) - 1.0 for p in at])), MOST_CELLS)
         centres = [(p[1:] + p[:-1]) / 2 for p in at]
         names, owner = self._owners(centres)
         cells = np.argwhere(owner >= 0)
+        check_mesh_size(size, len(cells), MOST_FILLED)
         _check_whole(owner >= 0)
         nodes, elements = _hexahedra(at, cells)
         belongs = owner[tuple(cells.T)]
@@ -98,6 +103,13 @@ class Casting:
             inside = np.asarray(predicate(places.reshape(-1, 3)), dtype=bool).reshape(owner.shape)
             owner[inside] = -1 if name == "window" else names.index(name)
         return names, owner
+
+
+def check_mesh_size(size: float, cells: float, most: int) -> None:
+    """Refuse a mesh that no machine here could solve: a size in the wrong unit, before memory runs out."""
+    if cells > most:
+        fail("mesh_size", f"{1e3 * size:.4g} mm, which gives {cells:.2g} cells", f"must give {most:.0e} at most",
+             "write a larger one; is its unit right?")
 
 
 def _divided(sides: FloatArray, size: float) -> FloatArray:

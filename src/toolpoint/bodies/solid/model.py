@@ -2,22 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, partial
 
 import numpy as np
-from scipy.sparse import csc_array, eye_array, kron
+from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, IndexArray, fail, floats, frozen, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.inertia import MassProperties
 from toolpoint.bodies.solid import matrices
-from toolpoint.bodies.solid.assembly import add_pairs, assemble_blocks, chunks
+from toolpoint.bodies.solid.assembly import add_pairs, chunks
 from toolpoint.bodies.solid.element_kinds import ElementKind, kind_of
 from toolpoint.bodies.solid.material import Material
 from toolpoint.vibration import Dof
-from toolpoint.vibration.sparse.node_matrix import NodeMatrix, pattern_of
+from toolpoint.vibration.sparse.node_matrix import NodeMatrix, NodePattern, pattern_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,28 +117,30 @@ class SolidModel(NotebookText):
     @cached_property
     def stiffness_parts(self) -> dict[str, csc_array]:
         """Stiffness of each set with its own material, N/m; proportional to the set's Young's modulus."""
-        return {name: self._sum(name, 3, partial(_stiffness, self.materials[name])) for name in self.set_names}
+        return {name: self._sum(self._blocks_of(name), 3).columns() for name in self.set_names}
 
     @cached_property
     def mass_parts(self) -> dict[str, csc_array]:
         """Consistent mass of each set with its own density, kg; proportional to the density."""
-        parts = {name: self._sum(name, 1, partial(_scalar_mass, self.materials[name])) for name in self.set_names}
-        return {name: csc_array(kron(part, eye_array(3), format="csc")) for name, part in parts.items()}
+        return {name: self._sum(self._blocks_of(name), 1).columns() for name in self.set_names}
 
-    def _sum(self, name: str, width: int, matrices_of: Callable[[ElementKind, FloatArray], FloatArray]) -> csc_array:
-        parts = [assemble_blocks(self.nodes, block.nodes, width, matrices=partial(matrices_of, block.kind))
-                 for block in self.blocks if block.name == name]
-        return parts[0] if len(parts) == 1 else csc_array(sum(parts[1:], parts[0]))
+    def _blocks_of(self, name: str) -> list[ElementBlock]:
+        return [block for block in self.blocks if block.name == name]
+
+    def _sum(self, blocks: Sequence[ElementBlock], width: int, pattern: NodePattern | None = None) -> NodeMatrix:
+        """Return the stiffness (width 3) or mass (width 1) of some elements, each of its set's material, by node pairs."""
+        pairs = pattern_of([block.nodes for block in blocks], len(self.nodes)) if pattern is None else pattern
+        values = np.zeros((pairs.block_count, width, width))
+        for block in blocks:
+            matrices_of = _stiffness if width == 3 else _scalar_mass
+            add_pairs(self.nodes, block.nodes, pairs, blocks=values,
+                      matrices=partial(matrices_of, self.materials[block.name], block.kind))
+        return NodeMatrix(pairs, values if width == 3 else values.ravel())
 
     def node_matrices(self) -> tuple[NodeMatrix, NodeMatrix]:
         """Return stiffness (N/m) and mass (kg) by node pairs, half of them stored: for a large body that is solved once."""
         pattern = pattern_of([block.nodes for block in self.blocks], len(self.nodes))
-        stiffness, mass = np.zeros((pattern.block_count, 3, 3)), np.zeros((pattern.block_count, 1, 1))
-        for block in self.blocks:
-            material = self.materials[block.name]
-            add_pairs(self.nodes, block.nodes, pattern, blocks=stiffness, matrices=partial(_stiffness, material, block.kind))
-            add_pairs(self.nodes, block.nodes, pattern, blocks=mass, matrices=partial(_scalar_mass, material, block.kind))
-        return NodeMatrix(pattern, stiffness), NodeMatrix(pattern, mass.ravel())
+        return self._sum(self.blocks, 3, pattern), self._sum(self.blocks, 1, pattern)
 
     def assembled(self) -> tuple[csc_array, csc_array]:
         """Return stiffness (N/m) and mass (kg) without keeping their parts, as compressed columns."""

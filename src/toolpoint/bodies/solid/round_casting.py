@@ -13,6 +13,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
 from toolpoint._check import FloatArray, IndexArray, fail, one_of, positive
+from toolpoint.bodies.solid.casting import MOST_CELLS, MOST_FILLED, check_mesh_size
 from toolpoint.bodies.solid.element_kinds import HEX_SIDES
 from toolpoint.bodies.solid.material import Material
 from toolpoint.bodies.solid.model import ElementBlock, SolidModel
@@ -62,10 +63,13 @@ class RoundCasting:
         positive("size", size)
         radii = np.unique([part.diameter / 2 for part in self.parts])
         around = max(8 * int(np.ceil(2 * np.pi * radii[-1] / size / 8)), 16)
+        lengths = sum(part.high - part.low for part in self.parts)
+        check_mesh_size(size, around * max(float(radii[-1]), size) / size * lengths / size, MOST_CELLS)
         plane, quads, middle = _section(radii, around, size)
         planes = _levels(np.unique([end for part in self.parts for end in (part.low, part.high)]), size)
         names, owner = self._owners(middle, (planes[1:] + planes[:-1]) / 2)
         layer, quad = np.nonzero(owner.T >= 0)
+        check_mesh_size(size, len(layer), MOST_FILLED)
         corners = np.concatenate([quads[quad] + layer[:, None] * len(plane), quads[quad] + (layer[:, None] + 1) * len(plane)],
                                  axis=1)
         places = np.empty((len(planes), len(plane), 3))

@@ -6,6 +6,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, fail
 from toolpoint.cutting.cut.plane import PlaneDynamics
+from toolpoint.cutting.cut.problem import MillingProblem
 
 
 def modal_plane(plane: PlaneDynamics) -> PlaneDynamics:
@@ -13,6 +14,15 @@ def modal_plane(plane: PlaneDynamics) -> PlaneDynamics:
     if not plane.is_modal:
         fail("dynamics", "a measured FRF", "this method needs modes", "identify modes, or use HillDeterminant()")
     return plane.with_modal_residual()
+
+
+def plane_with_static(problem: MillingProblem, speed: float | None = None) -> PlaneDynamics:
+    """Return modes with the static part beside them, for methods in which what answers at once has a place.
+
+    Process damping follows the velocity, which a static part has none of: there it is given by modes (`modal_plane`).
+    """
+    plane = problem.plane if speed is None else problem.plane_at(speed)
+    return modal_plane(plane) if problem.process_damping > 0 or not plane.is_modal else plane
 
 
 class ModalState:

@@ -104,8 +104,9 @@ class PlaneDynamics(NotebookText):
         damped = top * np.sqrt(1 - RESIDUAL_DAMPING**2)
         pole = -RESIDUAL_DAMPING * top + 1j * damped
         residue = (self.static * top**2 / (2j * damped))[None]
+        lag = np.degrees(np.arctan2(2 * RESIDUAL_DAMPING / RESIDUAL_ABOVE, 1 - RESIDUAL_ABOVE**-2))
         note = (f"upper residual given by a mode at {top / (2 * np.pi):.4g} Hz with a damping ratio of {RESIDUAL_DAMPING:g}: "
-                "it has no place of its own in this method")
+                f"it has no place of its own in this method, and lags by {lag:.0f} degrees at the highest mode")
         return replace(self, poles=np.append(self.poles, pole), residues=np.concatenate([self.residues, residue]),
                        static=np.zeros_like(self.static), notes=(*self.notes, note))
 

@@ -39,8 +39,8 @@ class Automatic:
     """The default of `stability.chart`: `default_method`, at low speeds of many modes PanelArnoldi in its place.
 
     FloquetDeterminant's work grows with the cube of (highest frequency times tooth period), PanelArnoldi's in proportion
-    to it: below some speed the second is faster by any factor. Both state the error of every point. A structure with a
-    static residual stays with FloquetDeterminant, in which it has a place of its own.
+    to it: below some speed the second is faster by any factor. Both state the error of every point, and in both a
+    static residual has a place of its own.
 
     Parameters
     ----------
@@ -73,8 +73,7 @@ class Automatic:
 
     def _by_speed(self, problem: MillingProblem, speeds: FloatArray, depth_max: float, warm: WarmStart | None
                   ) -> StabilityChart:
-        has_residual = np.abs(problem.plane.static).max(initial=0.0) > 0
-        slow = np.array([(not has_residual and estimate_seconds(problem, float(n)) > self.patience)
+        slow = np.array([estimate_seconds(problem, float(n)) > self.patience
                          or decay_of_overdamped(problem, float(n)) > STEEPEST_DECAY for n in speeds])
         if slow.all() or not slow.any():
             method = PanelArnoldi() if slow.all() else FloquetDeterminant()

@@ -10,6 +10,7 @@ from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem, check_
 from toolpoint.cutting.stability.automatic import Automatic
 from toolpoint.cutting.stability.method import Problem, StabilityMethod
 from toolpoint.cutting.stability.result import StabilityChart
+from toolpoint.cutting.stability.static_part import end_at, limit_static_part
 from toolpoint.cutting.stability.warm_start import WarmStart
 
 
@@ -57,5 +58,8 @@ def chart(
     depth_max = positive("depth_max", depth_max, 10.0)
     remarks = coverage(problem, n)
     chosen = Automatic() if method is None else method
-    result = chosen.solve(problem, np.asarray(n), depth_max, warm=warm)
+    end = limit_static_part(problem) if isinstance(problem, MillingProblem) else float("inf")
+    result = chosen.solve(problem, np.asarray(n), min(depth_max, end), warm=warm)
+    if end < depth_max and isinstance(problem, MillingProblem):
+        result = end_at(result, problem, end, depth_max=depth_max)
     return result.noted(*remarks, *([] if result.search == "complete" else [result.search]), *result.doubts)

@@ -17,8 +17,7 @@ Problem = MillingProblem | TurningProblem
 TURNING = "a TurningProblem; ZeroOrder is exact for it (use method=ZeroOrder() or leave it out)"
 MEASURED = "a measured FRF; this method needs modes (identify modes, or use HillDeterminant())"
 
-# Imaginary part over the size of a pole below which it is real.
-STEADY = 1e-6
+HEAVY = 0.5  # damping ratio above which a pole is heavily damped
 
 
 class StabilityMethod(Protocol):
@@ -62,25 +61,25 @@ def require_milling(method: StabilityMethod, problem: Problem) -> MillingProblem
 
 
 def decay_of_overdamped(problem: MillingProblem, speed: float) -> float:
-    """Return the exponent by which the fastest real pole decays in a tooth period (a revolution where teeth differ); 0 of none.
+    """Return the exponent by which the fastest heavily damped pole (real, or of a damping ratio above a half) decays in a tooth
+    period (a revolution where teeth differ); 0 of none.
 
-    An overdamped pair is the difference of two exponentials: what grows backwards in time by more than double precision holds
-    leaves rounding alone.
+    What grows backwards in time by more than double precision holds leaves rounding alone.
     """
     poles = problem.plane.poles
-    steady = np.abs(poles.imag) < STEADY * np.abs(poles)
-    if not steady.any():
+    heavy = -poles.real > HEAVY * np.abs(poles)
+    if not heavy.any():
         return 0.0
     period = float(problem.tooth_period(speed)) if problem.tool.is_regular else 60 / speed
-    return float(-poles.real[steady].min()) * period
+    return float(-poles.real[heavy].min()) * period
 
 
 def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, *, most: float) -> None:
-    """Refuse a problem whose real poles decay by more than `most` (an exponent) in a tooth period at some speed."""
+    """Refuse a problem whose heavily damped poles decay by more than `most` (an exponent) in a tooth period at some speed."""
     lowest = float(np.min(speeds))
     decay = decay_of_overdamped(problem, lowest)
     if decay > most:
         fail("dynamics", f"an overdamped mode that decays by exp(-{decay:.0f}) in a tooth period at {lowest:g} rev/min",
              f"must be at most exp(-{most:.0f}) for {name}",
-             "use ZeroOrder() or SemiDiscretization() (--method zero-order, semi-discretization), or leave so stiff a damper "
-             "out of the modes")
+             "use PanelArnoldi(), ZeroOrder() or SemiDiscretization() (--method panel, zero-order, semi-discretization), or "
+             "leave so stiff a damper out of the modes")

@@ -72,6 +72,7 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
         fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MOST:.0e}",
              "take smaller windows or fewer points")
     best, foot, place = np.full(len(p), np.inf), np.zeros_like(p), np.zeros(len(p))
+    # The k-th segment of every window at once: as many passes as the widest window holds segments.
     for offset in range(spread):
         at = np.flatnonzero(first + offset <= last)
         k = first[at] + offset

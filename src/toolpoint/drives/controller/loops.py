@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
 from toolpoint.drives.controller.servo import Servo
@@ -38,7 +39,7 @@ class Margins(NotebookText):
     phase_crossover: float
     gain_crossover: float
     trusted: float = 1.0
-    doubt: str = ""
+    doubt: Doubt | None = None
 
     def __repr__(self) -> str:
         rest = "" if self.trusted == 1.0 else f"; {100 * self.trusted:.0f} % of the lines judged"
@@ -116,9 +117,10 @@ def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArra
     turns = (phase + np.pi) / (2 * np.pi)
     cross = np.flatnonzero((np.floor(turns[1:]) != np.floor(turns[:-1])) & judged)
     gain, at_phase = np.inf, np.nan
+    # At half the sample rate a sampled loop is real: a crossing that no two lines lie around.
     if l[-1].imag == 0 and l[-1].real < 0 and trust[-1]:
         gain, at_phase = 1 / size[-1], f[-1]
-    for k in cross:
+    for k in cross:  # between lines the loop is taken as straight in phase and logarithm of size
         target = max(np.floor(turns[k]), np.floor(turns[k + 1]))
         share = (target - turns[k]) / (turns[k + 1] - turns[k])
         value = size[k] ** (share - 1) * size[k + 1] ** -share
@@ -131,13 +133,14 @@ def margins(frequency: FloatArray, open_loop: ComplexArray, coherence: FloatArra
         value = value - 360 if value > 180 else value
         if not abs(value) > abs(best):
             best, at_gain = value, f[k] + share * (f[k + 1] - f[k])
-    doubt = ""
+    doubt = None
     if not trust.all():
         band = f"{f[trust][0]:.4g} to {f[trust][-1]:.4g} Hz" if trust.any() else "no band"
-        doubt = f"coherent in {band} only; measure with more averages to judge the rest"
         rest = margins(f, l)
-        if rest.gain < gain:
-            doubt += f" (a crossing at {rest.phase_crossover:.4g} Hz with {rest.gain_db:.1f} dB among incoherent lines)"
+        crossing = ("" if not rest.gain < gain else
+                    f" (a crossing at {rest.phase_crossover:.4g} Hz with {rest.gain_db:.1f} dB among incoherent lines)")
+        doubt = Doubt("margins", f"coherent in {band} only", f"measure with more averages to judge the rest{crossing}",
+                      figure=1 - float(trust.mean()))
     distance = float(np.abs(1 + l[trust]).min()) if trust.any() else float("nan")
     return Margins(float(gain), float(best), distance, float(at_phase), float(at_gain), float(trust.mean()),
                    doubt)

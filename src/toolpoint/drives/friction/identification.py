@@ -10,6 +10,7 @@ import numpy as np
 import scipy
 
 from toolpoint._check import FloatArray, ToolpointWarning, fail, floats, one_of, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.friction.laws import Coulomb, Stribeck, TwoExponential, _Law
 
@@ -34,9 +35,15 @@ class FrictionFit:
     inseparable: tuple[str, ...] = ()
 
     @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """That the law does not fit the points within their scatter, and parameters that are not told apart."""
+        misfit = [] if self.status == "converged" else [Doubt("friction", self.status)]
+        return (*misfit, *(Doubt("friction", words) for words in self.inseparable))
+
+    @property
     def is_trusted(self) -> bool:
         """Whether the law fits the points within their scatter and its parameters are told apart."""
-        return self.status == "converged" and not self.inseparable
+        return not self.doubts
 
 
 # Residual that a law may leave: times the scatter of the points, or share of the dry level where that is not known.
@@ -188,7 +195,7 @@ class Plausibility(NotebookText):
 
     `ratio` F_s/F_c; `steepest` most negative slope of the curve and the speed of it; `loop_gain` of the velocity loop, in
     the law's unit; `critical_speed` below which the falling curve is steeper than the loop gain, and `critical_feed`
-    in m/s; notes say what is doubtful.
+    in m/s; doubts.
     """
 
     ratio: float
@@ -197,7 +204,7 @@ class Plausibility(NotebookText):
     loop_gain: float
     critical_speed: float
     critical_feed: float
-    notes: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
 
     def __repr__(self) -> str:
         return (f"Plausibility(F_s/F_c {self.ratio:.4g}; slope {self.steepest:.4g} against loop gain {self.loop_gain:.4g}; "
@@ -213,7 +220,7 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
     gain, ratio = positive("loop_gain", loop_gain), float(law.level(0.0) / max(float(law.level(1e9)), 1e-300))
     curve = law._curve
     speeds = [v for a, v in ((curve.a1, curve.v1), (curve.a2, curve.v2)) if a]
-    notes: list[str] = []
+    doubts: list[Doubt] = []
     if not speeds:
         return Plausibility(ratio, float(law.slope(1.0)), 0.0, gain, 0.0, 0.0, ())
     grid = np.geomspace(min(speeds) * 1e-4, max(speeds) * 50, 4000)
@@ -224,13 +231,13 @@ def check_plausibility(law: _Law, loop_gain: float, lead: float, *, warn: bool =
     if unstable.size:
         last = int(unstable[-1])
         critical = float(scipy.optimize.brentq(lambda v: float(law.slope(v)) + gain, grid[last], grid[last + 1]))
-        notes.append(f"the friction curve falls by {-slope[worst]:.3g} against a loop gain of {gain:.4g}: stick-slip below "
-                     f"{60e3 * critical * lead:.3g} mm/min (critical feed)")
+        doubts.append(Doubt("friction curve", f"falls by {-slope[worst]:.3g} against a loop gain of {gain:.4g}: stick-slip "
+                            f"below {60e3 * critical * lead:.3g} mm/min (critical feed)", figure=-float(slope[worst]) / gain))
     if ratio > 2:
-        notes.append(f"F_s/F_c is {ratio:.4g}; published drives have 1.08 to 1.5")
-    if warn and notes:
-        warnings.warn("; ".join(notes), ToolpointWarning, stacklevel=2)
-    return Plausibility(ratio, float(slope[worst]), float(grid[worst]), gain, critical, critical * lead, tuple(notes))
+        doubts.append(Doubt("F_s/F_c", f"is {ratio:.4g}; published drives have 1.08 to 1.5", figure=ratio))
+    if warn and doubts:
+        warnings.warn("; ".join(doubts), ToolpointWarning, stacklevel=2)
+    return Plausibility(ratio, float(slope[worst]), float(grid[worst]), gain, critical, critical * lead, tuple(doubts))
 
 
 def friction_variants(law: Stribeck, ratio: float = 1.5) -> dict[str, Coulomb | Stribeck]:

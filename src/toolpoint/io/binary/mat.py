@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import Array, FloatArray, ToolpointError
-from toolpoint.io.binary.mat_columns import RATES, are_samples, columns_of, pick_variable
+from toolpoint._check import Array, ToolpointError
+from toolpoint.io.binary.mat_columns import RATES, are_samples, columns_of, in_hertz, pick_variable
 from toolpoint.io.binary.mat_variables import texts, variables
 from toolpoint.io.door import door
 from toolpoint.io.text.columns import Columns
@@ -42,11 +42,12 @@ def read_frf(path: str | Path, frequency: str | None = None, values: str | None 
     stated = labels.get("quantity", (None,))[0]
     if None not in (stated, quantity) and stated != quantity:
         raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")
-    axis = pick_variable(path, arrays, frequency) if frequency else _only(path, arrays, "frequency", _axes(arrays))
+    name = frequency or _only(path, arrays, "frequency", _axes(arrays))
+    axis, note = in_hertz(name, pick_variable(path, arrays, name))
     if axis.ndim != 1:
         raise ToolpointError(f"{path}: frequency {frequency!r} has shape {axis.shape}; must be a vector of Hz")
     complexes = {name: array for name, array in arrays.items() if np.iscomplexobj(array) and axis.size in array.shape}
-    data = pick_variable(path, arrays, values) if values else _only(path, complexes, "values", complexes)
+    data = pick_variable(path, arrays, values or _only(path, complexes, "values", complexes))
     if axis.size not in data.shape:
         raise ToolpointError(f"{path}: responses of shape {data.shape} beside {axis.size} lines; one axis must be the lines")
     lines = np.moveaxis(data, data.shape.index(axis.size), 0)
@@ -54,8 +55,9 @@ def read_frf(path: str | Path, frequency: str | None = None, values: str | None 
         raise ToolpointError(f"{path}: responses of shape {data.shape}; must be lines, outputs and inputs in any order")
     lines = lines.reshape(axis.size, -1, 1) if lines.ndim < 3 else lines
     rows, columns = ([Dof(i + 1, "+x") for i in range(count)] for count in lines.shape[1:])
-    return Frf(np.real(axis), lines.astype(complex), dofs(outputs or labels.get("outputs") or rows),
-               dofs(inputs or labels.get("inputs") or columns), quantity or stated or "accelerance")
+    return Frf(axis, lines.astype(complex), dofs(outputs or labels.get("outputs") or rows),
+               dofs(inputs or labels.get("inputs") or columns), quantity or stated or "accelerance",
+               notes=(f"{Path(path).name}: {note}",) if note else ())
 
 
 def states_quantity(path: str | Path) -> bool:
@@ -114,9 +116,11 @@ def _axes(arrays: dict[str, Array]) -> dict[str, Array]:
             if not np.iscomplexobj(vector) and (np.diff(vector) > 0).all() and vector[0] >= 0}
 
 
-def _only(path: str | Path, arrays: dict[str, Array], what: str, fitting: dict[str, Array]) -> FloatArray:
+def _only(path: str | Path, arrays: dict[str, Array], what: str, fitting: dict[str, Array]) -> str:
+    """Return the name of the only variable that fits."""
     if len(fitting) != 1:
-        listed = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        listed = ", ".join(f"{name} {array.shape}" for name, array in arrays.items()) or "no numbers"
         which = "several fit" if fitting else "none fits"
-        raise ToolpointError(f"{path}: {which} as {what} among {listed}; name it: {what}='...'")
-    return next(iter(fitting.values()))
+        raise ToolpointError(f"{path}: {which} as {what} among {listed}; name it with `variables`, for example "
+                             "frequency=f,values=H")
+    return next(iter(fitting))

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
-from toolpoint._check import Array, ToolpointError, suggestion
+from toolpoint._check import Array, FloatArray, ToolpointError, suggestion
 from toolpoint.io.text.columns import Columns
 
 TIMES = ("t", "time")
 RATES = ("fs", "sample_rate", "rate")
+_ANGULAR = re.compile(r"(?:^|[._])(?:w|om|omega|angular.*|.*rad_?s(?:ec)?|.*rads)$", re.IGNORECASE)
 
 
 def are_samples(arrays: Mapping[str, Array]) -> bool:
@@ -62,3 +64,10 @@ def pick_variable(path: str | Path, arrays: Mapping[str, Array], name: str) -> A
         raise ToolpointError(f"{path}: no variable {name!r}; it holds {', '.join(arrays) or 'none'}"
                              + (f" ({hint})" if hint else ""))
     return arrays[name]
+
+
+def in_hertz(name: str, lines: Array) -> tuple[FloatArray, str]:
+    """Return lines in Hz, with a note where their variable's name (w, omega ..) says that they are in rad/s."""
+    if _ANGULAR.search(name):
+        return np.real(lines) / (2 * np.pi), f"the lines, {name!r}, are taken in rad/s by their name"
+    return np.real(lines), ""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, ToolpointError
-from toolpoint.io.binary.mat_columns import are_samples, columns_of, pick_variable
+from toolpoint.io.binary.mat_columns import are_samples, columns_of, in_hertz, pick_variable
 from toolpoint.io.door import door
 from toolpoint.io.text.columns import Columns
 from toolpoint.vibration import Frf
@@ -34,7 +34,8 @@ def read_frf(path: str | Path, quantity: str | None = None) -> Frf:
     missing = [key for key in KEYS[:4] if key not in arrays]
     if missing:
         raise ToolpointError(f"{path}: no array {', '.join(missing)}; it holds {', '.join(arrays) or 'nothing'}; save it with "
-                             "numpy.savez(path, frequency=..., values=..., outputs=[...], inputs=[...], quantity=...)")
+                             "numpy.savez(path, frequency=..., values=..., outputs=[...], inputs=[...], quantity=...), or name "
+                             "them with `variables`, for example frequency=f,values=H")
     stated = str(arrays["quantity"]) if "quantity" in arrays else None
     if None not in (stated, quantity) and stated != quantity:
         raise ToolpointError(f"`quantity` {quantity}: {Path(path).name} says that it holds {stated}; leave it out")
@@ -48,16 +49,16 @@ def read_named(path: str | Path, frequency: str | None, values: str | None, *, q
     arrays = _load(Path(path))
     if not isinstance(arrays, dict):
         raise ToolpointError(f"{path}: one array without names; must be an .npz file")
-    lines = pick_variable(path, arrays, frequency or "frequency")
+    lines, note = in_hertz(frequency or "frequency", pick_variable(path, arrays, frequency or "frequency"))
     data = pick_variable(path, arrays, values or "values")
     if lines.ndim != 1 or lines.size not in data.shape or data.ndim > 3:
         raise ToolpointError(f"{path}: responses of shape {data.shape} beside lines of shape {lines.shape}; one axis must be "
-                             "the "
-                             "lines, the others outputs and inputs")
+                             "the lines, the others outputs and inputs")
     moved = np.moveaxis(data, data.shape.index(lines.size), 0)
     moved = moved.reshape(lines.size, -1, 1) if moved.ndim < 3 else moved
     rows, columns = ([f"{i + 1}:+x" for i in range(count)] for count in moved.shape[1:])
-    return Frf(lines, moved, dofs(rows), dofs(columns), quantity or "receptance")
+    return Frf(lines, moved, dofs(rows), dofs(columns), quantity or "receptance",
+               notes=(f"{Path(path).name}: {note}",) if note else ())
 
 
 @door("NumPy file")

@@ -38,8 +38,7 @@ def _columns(path: Path, group: str, channels: list[Any]) -> Columns:
     lengths = {len(channel) for channel in channels}
     if len(steps) > 1 or len(lengths) > 1:
         raise ToolpointError(f"{path}: group {group!r} holds channels of {len(steps)} rates and lengths {sorted(lengths)}; "
-                             "must "
-                             "share both; export them apart")
+                             "must share both; export them apart")
     step = steps.pop()
     units = tuple(str(channel.properties.get("unit_string", channel.properties.get("NI_UnitDescription", "")))
                   for channel in channels)

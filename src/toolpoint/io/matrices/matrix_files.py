@@ -61,11 +61,35 @@ def read_matrices(
         raise ToolpointError(f"{stiffness}: holds {k.name} alone; must hold mass too (or give the mass as a second file)")
     k, m, notes = _matched(stiffness, k, m)
     rows = k.rows or _numbered(k.matrix.shape[0])
+    (stiff, lost), (heavy, imaginary) = _real_part(k.matrix), _real_part(m.matrix)
+    if imaginary:
+        raise ToolpointError(f"{mass or stiffness}: {m.name} has imaginary parts up to {imaginary:.2g} of its largest entry; "
+                             "a mass must be real")
+    if lost:
+        notes = (*notes, f"imaginary parts of the stiffness (up to {lost:.2g} of its largest entry: structural damping) are "
+                         "left out: the modes are undamped")
+    try:
+        return _in_si(stiff, heavy, rows, units=units, notes=notes)
+    except ToolpointError as error:
+        source = mass if mass is not None and error.argument.endswith(".mass") else stiffness
+        raise ToolpointError(f"{source}: {error}", argument=error.argument) from None
+
+
+def _real_part(matrix: csc_array) -> tuple[csc_array, float]:
+    """Return the real part, and the largest imaginary part over the largest entry."""
+    if not np.iscomplexobj(matrix):
+        return matrix, 0.0
+    largest = max(float(np.abs(matrix.data).max(initial=0.0)), 1e-300)
+    return csc_array(matrix.real), float(np.abs(matrix.data.imag).max(initial=0.0)) / largest
+
+
+def _in_si(stiffness: csc_array, mass: csc_array, rows: tuple[Dof, ...], *, units: Units, notes: tuple[str, ...]
+           ) -> ImportedMatrices:
     if units == "m-kg-s":
-        return ImportedMatrices(k.matrix, m.matrix, rows, notes=notes)
+        return ImportedMatrices(stiffness, mass, rows, notes=notes)
     # N/mm and t are a thousand of their SI units, N mm and t mm^2 a thousandth, N and t mm one: both matrices alike.
     root = diags_array(np.array([1e-3 if dof.is_rotation else 1e3 for dof in rows]) ** 0.5)
-    return ImportedMatrices(csc_array(root @ k.matrix @ root), csc_array(root @ m.matrix @ root), rows, notes=notes)
+    return ImportedMatrices(csc_array(root @ stiffness @ root), csc_array(root @ mass @ root), rows, notes=notes)
 
 
 def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | None, marks: tuple[str, ...]) -> LabelledMatrix:

@@ -19,7 +19,7 @@ from toolpoint.signals.test_description import ChannelDescription, Motion
 from toolpoint.vibration import Dof, Record
 
 MOTIONS = ("force", "acceleration", "velocity", "displacement")
-_WORDS = {"force": r"\bforce\b|hammer|\bkraft\b|^f[xyz]?$", "acceleration": r"acc|beschl",
+_WORDS = {"force": r"\bforce\b|hammer|\bkraft\b|^f[xyz]?$", "acceleration": r"acc|beschl|^a[xyz]?$",
           "velocity": r"\bvel|\bv[xyz]$|vibrometer", "displacement": r"\bdisp|\bweg\b"}
 _LABELLED = re.compile(rf"(?:(?P<quantity>{'|'.join(MOTIONS)})\s+)?(?P<dof>\S+:[-+]?r?[xyz])", re.IGNORECASE)
 FORM = "write CHANNEL=QUANTITY DOF SENSITIVITY, for example '1=force 5:-z 2.25mV/N' or 'acc 1=acceleration tip:+x 100mV/g'"
@@ -48,8 +48,8 @@ class _Channel:
 
 
 def parse_channel(text: str) -> ChannelDescription:
-    """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof and sensitivity in any order, none or
-    all of them; ``1=ignored`` leaves a channel out."""
+    """Return the description of a text such as ``1=force 5:-z 2.25mV/N``: quantity, Dof, sensitivity and the full scale of a
+    sound file (``10V``) in any order, none or all of them; ``1=ignored`` leaves a channel out."""
     name, equals, rest = text.partition("=")
     words = rest.replace(",", " ").split()
     if not equals or not name.strip() or not words:
@@ -60,12 +60,13 @@ def parse_channel(text: str) -> ChannelDescription:
             described = replace(described, quantity=cast(Motion, word.lower()))
         elif "/" in word:
             described = replace(described, sensitivity=word)
+        elif full := re.fullmatch(r"([\d.]+(?:[eE][-+]?\d+)?)(m?V)", word):
+            described = replace(described, full_scale=float(full[1]) * VOLTS[full[2].lower()])
         elif re.fullmatch(r"\S+:[-+]?r?[xyz]", word, re.IGNORECASE):
             described = replace(described, dof=word)
         else:
-            raise ToolpointError(f"`channel` {text!r}: {word!r} is no quantity ({', '.join(MOTIONS)}, ignored), no Dof (5:-z) "
-                                 "and "
-                                 f"no sensitivity (100mV/g); {FORM}")
+            raise ToolpointError(f"`channel` {text!r}: {word!r} is no quantity ({', '.join(MOTIONS)}, ignored), no Dof (5:-z), "
+                                 f"no sensitivity (100mV/g) and no full scale of a sound file (10V); {FORM}")
     return described
 
 
@@ -73,7 +74,7 @@ def _joined(words: Sequence[str]) -> list[str]:
     """Return the words with a number and the unit behind it as one."""
     result: list[str] = []
     for word in words:
-        if result and re.fullmatch(r"[-+]?[\d.eE+-]+", result[-1]) and "/" in word:
+        if result and re.fullmatch(r"[-+]?[\d.eE+-]+", result[-1]) and ("/" in word or word in ("V", "mV")):
             result[-1] += word
         else:
             result.append(word)
@@ -157,12 +158,10 @@ def _channel(path: Path, name: str, unit: str, described: ChannelDescription | N
         return _Channel(name, quantity, dof, factor)
     if quantity in MOTIONS and (unit.strip().lower() in VOLTS or unit == FULL_SCALE):
         raise ToolpointError(f"{path}: channel {name!r} ({quantity}) is in {unit} and has no sensitivity; give it with "
-                             "`channel`, "
-                             f"for example '{name}={quantity} {'2.25mV/N' if quantity == 'force' else '100mV/g'}'")
+                             f"`channel`, for example '{name}={quantity} {'2.25mV/N' if quantity == 'force' else '100mV/g'}'")
     if by_unit is not None and quantity != by_unit and quantity in MOTIONS:
         raise ToolpointError(f"{path}: channel {name!r} is in {unit}, which is {by_unit}, and is called {quantity}; correct "
-                             "one of "
-                             "both")
+                             "one of both")
     if quantity in MOTIONS and by_unit is None:
         labels.note(f"{name}: no unit is stated; its samples are taken as SI ({Record.SI[str(quantity)]})")
     return _Channel(name, quantity, dof, scale)
@@ -184,12 +183,10 @@ def _of_sensitivity(path: Path, name: str, unit: str, described: ChannelDescript
         raise ToolpointError(f"`channel` {name}: sensitivity 0; must not be zero")
     if described.quantity is not None and of != described.quantity:
         raise ToolpointError(f"`channel` {name}: a sensitivity of {value} is that of a sensor of {of}, and the channel is "
-                             "called "
-                             f"{described.quantity}; channels may be swapped")
+                             f"called {described.quantity}; channels may be swapped")
     if unit == FULL_SCALE and described.full_scale is None:
-        raise ToolpointError(f"{path}: channel {name!r} of a sound file holds shares of the full scale; state the volts of "
-                             "full "
-                             "scale in the test file (full_scale: 10 V)")
+        raise ToolpointError(f"{path}: channel {name!r} of a sound file holds shares of the full scale; add the volts of full "
+                             f"scale: '{name}={quantity or 'acceleration'} {value} 10V', or full_scale: 10 V in a test file")
     volts = described.full_scale if unit == FULL_SCALE else VOLTS.get(unit.strip().lower(), 1.0 if not unit else None)
     if volts is None:
         raise ToolpointError(f"{path}: channel {name!r} is in {unit} and needs no sensitivity; leave it out")

@@ -38,7 +38,8 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
 
     - universal files (.uff, .unv), toolpoint's HDF5 (.h5) and NumPy archives (.npz; keys in `numpy_arrays`) hold them;
     - MATLAB files (.mat) may hold them in variables ``outputs`` and ``inputs``; else they are points 1, 2 .. along +x;
-    - text (Hz, real, imaginary) and .npy tables hold one response each, and the file's name says which:
+    - text whose line of names labels several responses (``real 2:+x / 1:+z``) holds them;
+    - other text and .npy tables (Hz, real, imaginary) hold one response each, and the file's name says which:
       ``tip=+x__tip=+y.txt`` is the response at tip in x to a force at tip in y, ``2__1.txt`` that of point 2 to a force
       at point 1, both along x; ``tip=+y.txt`` alone is a driving point;
     - plain names (``tip.txt holder.txt``) are one output each along +x, all struck at the first plain file's point along +x,
@@ -72,6 +73,8 @@ def read(paths: str | Path | Sequence[str | Path], *, quantity: str | None = Non
         raise ToolpointError("paths: no file with responses; must be at least one")
     if pattern is not None and names is not None:
         raise ToolpointError("`name`, `names`: both given; must be one of them")
+    if struck is not None and pattern is None:
+        raise ToolpointError("`struck`: given without `name`, the pattern by which names of files say the other side")
     labels = _labels(files, names) if pattern is None else _labels_by_pattern(files, pattern, struck)
     parts = [_read_part(file, quantity, labels.get(k), variables or {}) for k, file in enumerate(files)]
     for file, part in zip(files, parts, strict=True):
@@ -97,12 +100,12 @@ def states_quantity(path: str | Path) -> bool:
         return numpy_arrays.states_quantity(path)
     if kind in MATLAB:
         return mat.states_quantity(path)
-    return kind in (*UNIVERSAL, *HDF5)
+    return kind in (*UNIVERSAL, *HDF5) or (kind != ".npy" and frf_table.states_quantity(Path(path)))
 
 
 def _labels(files: Sequence[Path], names: Sequence[str] | None) -> dict[int, _Label]:
     """Return the labels of every file of one response, by its place among the files."""
-    tables = [k for k, file in enumerate(files) if file.suffix.lower() not in _READERS]
+    tables = [k for k, file in enumerate(files) if _is_one_response(file)]
     if names is not None and len(names) != len(tables):
         raise ToolpointError(f"names: {len(names)} names for {len(tables)} files of one response; must be one for each")
     stems = [files[k].stem for k in tables] if names is None else list(names)
@@ -113,9 +116,15 @@ def _labels(files: Sequence[Path], names: Sequence[str] | None) -> dict[int, _La
     return {k: _label(stem, first) for k, stem in zip(tables, stems, strict=True)}
 
 
+def _is_one_response(file: Path) -> bool:
+    """Return whether a file holds one response, which its name labels."""
+    kind = file.suffix.lower()
+    return kind == ".npy" or (kind not in _READERS and frf_table.count_responses(file) == 1)
+
+
 def _labels_by_pattern(files: Sequence[Path], pattern: str, struck: str | None) -> dict[int, _Label]:
     """Return the labels of the text files by a pattern: the side that it does not name is `struck`, else the first point."""
-    tables = [k for k, file in enumerate(files) if file.suffix.lower() not in _READERS]
+    tables = [k for k, file in enumerate(files) if _is_one_response(file)]
     said = read_names([files[k] for k in tables], pattern)
     other = None if struck is None else dof_of(struck)
     first = next((dof for name in said for dof in (name.output, name.input) if dof is not None), Dof(1, "+x"))
@@ -126,8 +135,7 @@ def _labels_by_pattern(files: Sequence[Path], pattern: str, struck: str | None) 
         key = (label.output, label.input)
         if key in seen and pattern.count("{") > 0 and not _other_band(seen[key], files[k]):
             raise ToolpointError(f"`name` {pattern}: {seen[key].name} and {files[k].name} would both be {label.output} struck "
-                                 "at "
-                                 f"{label.input}; let the pattern name what differs")
+                                 f"at {label.input}; let the pattern name what differs")
         seen[key] = files[k]
     return labels
 
@@ -145,8 +153,7 @@ def _struck_note(frf: Frf, labels: dict[int, _Label]) -> Frf:
         return frf
     side, dof = ("struck", inputs.pop()) if len(inputs) == 1 else ("measured", outputs.pop())
     return frf.noted(f"the names of the files do not say where they were {side}: all are taken as {side} at {dof}; `struck` "
-                     "for "
-                     "another place")
+                     "for another place")
 
 
 def _label(stem: str, first: Dof | None) -> _Label:
@@ -181,13 +188,13 @@ def _read_part(path: Path, quantity: str | None, label: _Label | None, variables
     if label is None and variables and path.suffix.lower() in (*MATLAB, ".npz"):
         return _read_variables(path, quantity, variables)
     if label is None:
-        return _READERS[path.suffix.lower()](path, quantity)
+        return _READERS.get(path.suffix.lower(), frf_table.read_several)(path, quantity)
     struck = label.output if label.input is None else label.input
     if path.suffix.lower() == ".npy":
         table = numpy_arrays.read_table(path)
         return Frf(table[:, 0], (table[:, 1] + 1j * table[:, 2])[:, None, None], (label.output,), (struck,),
                    quantity or "receptance")
-    return frf_table.read(path, label.output, struck, quantity=quantity or "receptance")
+    return frf_table.read(path, label.output, struck, quantity=quantity)
 
 
 def _read_hdf5(path: Path, quantity: str | None) -> Frf:
@@ -212,8 +219,7 @@ def _read_variables(path: Path, quantity: str | None, variables: Mapping[str, st
     reader = mat.read_frf if path.suffix.lower() in MATLAB else numpy_arrays.read_named
     frf = reader(path, variables.get("frequency"), variables.get("values"), quantity=quantity)
     return frf.noted(f"{path.name}: its responses are taken as {len(frf.outputs)} outputs and {len(frf.inputs)} inputs in the "
-                     "order "
-                     "of the variables, points 1, 2 .. along +x where it names none")
+                     "order of the variables, points 1, 2 .. along +x where it names none")
 
 
 _READERS: dict[str, Callable[[Path, str | None], Frf]] = {

@@ -47,8 +47,7 @@ def read_lines(path: str | Path, geometry: Geometry) -> Geometry:
         if unknown:
             known = ", ".join(map(str, list(geometry.points)[:6]))
             raise ToolpointError(f"{path}{f':{number}' if number else ''}: point {unknown[0]} is not in the geometry (it has "
-                                 f"{known} "
-                                 "..)")
+                                 f"{known} ..)")
         pairs += pairwise(run)
     if not pairs:
         raise ToolpointError(f"{path}: no line; rows must be points that a line runs through, for example 1,2,3")

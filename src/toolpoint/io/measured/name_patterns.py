@@ -49,8 +49,7 @@ def read_names(paths: Sequence[Path], pattern: str) -> list[NamedDofs]:
         match = expression.fullmatch(path.stem)
         if match is None:
             raise ToolpointError(f"`name` {pattern}: does not fit {path.name!r}; write the parts of the name that are the "
-                                 "same, * for "
-                                 f"what does not matter, and places: {KNOWN}; for example Point_{{output}}_*")
+                                 f"same, * for what does not matter, and places: {KNOWN}; for example Point_{{output}}_*")
         groups = match.groupdict()
         shared = groups.get("direction") or "+x"
         result.append(NamedDofs(_dof(groups, "output", shared), _dof(groups, "input", shared)))

@@ -1,4 +1,4 @@
-"""Modes and time records to files of any format: the ending of the name says which. Responses have `frf_writing`."""
+"""Nouns of a test to files of any format: the ending of the name says which. Responses are written by `frf_writing`."""
 
 from __future__ import annotations
 
@@ -10,10 +10,32 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint.io import uff
 from toolpoint.io.binary import hdf5
+from toolpoint.io.measured import frf_writing
 from toolpoint.io.suffixes import HDF5, MATLAB, UNIVERSAL
-from toolpoint.vibration import Modes, Record
+from toolpoint.vibration import Frf, Modes, Record
 
 KINDS = (*HDF5, *UNIVERSAL, *MATLAB, ".npz", ".csv")
+
+
+def check_name(path: str | Path, *, replace: bool = False) -> None:
+    """Raise ToolpointError before any work where nothing could be written to a file of this name; `replace` an existing one."""
+    path = Path(path)
+    if path.exists() and not replace:
+        raise ToolpointError(f"{path}: exists already; nothing was written; choose another name, or add --replace")
+    if not path.parent.is_dir():
+        raise ToolpointError(f"{path}: the folder {path.parent} does not exist; create it first")
+    if path.suffix.lower() not in KINDS:
+        raise ToolpointError(f"`to` {path}: the name must end in {', '.join(KINDS)}")
+
+
+def write(noun: Frf | Modes | Record, path: str | Path) -> None:
+    """Write responses, modes or a record, see `frf_writing.write`, `write_modes` and `write_record`."""
+    if isinstance(noun, Frf):
+        frf_writing.write(noun, path)
+    elif isinstance(noun, Modes):
+        write_modes(noun, path)
+    else:
+        write_record(noun, path)
 
 
 def write_modes(modes: Modes, path: str | Path) -> None:

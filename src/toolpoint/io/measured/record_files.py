@@ -165,5 +165,4 @@ def _check_rates(records: Sequence[Record], names: Sequence[str]) -> None:
     for record, name in zip(records, names, strict=True):
         if not np.isclose(record.sample_rate, first, rtol=1e-6):
             raise ToolpointError(f"{name}: {record.sample_rate:g} samples a second beside {first:g} of {names[0]}; records "
-                                 "that are "
-                                 "taken together must share one rate; resample one of them")
+                                 "that are taken together must share one rate; resample one of them")

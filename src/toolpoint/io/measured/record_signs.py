@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 from toolpoint._check import ToolpointError
 from toolpoint.io import uff
 from toolpoint.io.binary import hdf5, mat, numpy_arrays
+from toolpoint.io.decoding import decode
 from toolpoint.io.suffixes import HDF5, LVM, MATLAB, TDMS, TEXT, UNIVERSAL, WAV
 from toolpoint.io.text.columns import TIMES
 from toolpoint.io.uff.functions import TIME
 from toolpoint.vibration import Frf, Record
 
-HEAD = 4000  # bytes of a text that are looked at
+HEAD = 20_000  # bytes of a text that are looked at
+_CELLS = re.compile(r"[,;\t]|\s+")
 
 
 def check_responses(path: Path) -> None:
@@ -47,13 +50,16 @@ def holds_records(path: Path) -> bool:
 
 
 def _is_timed(path: Path) -> bool:
-    """Return whether the line before the numbers of a text begins with a column of time."""
+    """Return whether a line of names before the numbers of a text begins with a column of time.
+
+    Only lines with as many cells as the numbers are names of columns: a date or a time of day above them is a remark.
+    """
     with path.open("rb") as file:
-        lines = file.read(HEAD).decode("utf-8-sig", errors="replace").splitlines()
-    for line in lines:
-        word = line.strip().lstrip("#%\" ").lower()
-        if word[:1].isdigit() or word[:1] in "+-.":
-            return False
-        if any(word.startswith(name) and not word[len(name):len(name) + 1].isalpha() for name in TIMES):
-            return True
-    return False
+        lines = decode(file.read(HEAD)).splitlines()
+    first = next((k for k, line in enumerate(lines) if re.match(r'\s*"?[-+.]?\d', line)), None)
+    if first is None:
+        return False
+    cells = len(_CELLS.split(lines[first].strip()))
+    names = [line.strip().lstrip("#%\" ").lower() for line in lines[max(first - 2, 0):first]]
+    return any(word.startswith(name) and not word[len(name):len(name) + 1].isalpha()
+               for word in names for name in TIMES if len(_CELLS.split(word)) >= cells)

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid import ElementBlock, Material, SolidModel
 from toolpoint.bodies.solid.checks import SIZES, SolidCheck, check_size, check_solid
@@ -132,14 +133,15 @@ def _excess(model: SolidModel, geometry: StepGeometry) -> float:
     return model.mass_properties.mass / (model.materials["body"].density * geometry.volume) - 1
 
 
-def _doubts(model: SolidModel, geometry: StepGeometry) -> tuple[str, ...]:
+def _doubts(model: SolidModel, geometry: StepGeometry) -> tuple[Doubt, ...]:
     excess, centre = _excess(model, geometry), model.mass_properties.centre
     away = float(np.linalg.norm(centre - geometry.centre) / np.linalg.norm(geometry.high - geometry.low))
     turning = _inertia_error(model, geometry)
     if max(abs(excess), away, turning) <= APART:
         return ()
-    return (f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * away:.2g} % of the size, its "
-            f"inertia by {100 * turning:.2g} % of the largest: the mesh is too coarse; take a smaller mesh_size",)
+    return (Doubt("mesh", f"mass differs from the geometry's by {100 * excess:+.2g} %, its centre by {100 * away:.2g} % of the "
+                  f"size, its inertia by {100 * turning:.2g} % of the largest: the mesh is too coarse",
+                  "take a smaller mesh_size", figure=max(abs(excess), away, turning)),)
 
 
 def _inertia_error(model: SolidModel, geometry: StepGeometry) -> float:

@@ -9,10 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 
-TIMES = ("t", "time", "zeit", "x_value")
+TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "date/time", "datetime")
+EXPECTED = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
+DAY = 86400.0  # s
+_CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
 STEADY = 0.01  # largest deviation of a time step from the mean one
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
@@ -34,10 +38,11 @@ def read_columns(path: str | Path) -> Columns:
     """Return the columns of a text file: a first column named time gives the rate, the line before the numbers the names.
 
     Separators may be commas, semicolons, tabs or blanks; decimal commas are read where semicolons or tabs separate. Columns
-    without names are ``channel 1`` .. Raises FileFaults with every faulty line.
+    without names are ``channel 1`` .. Times may be those of a clock (10:00:00.125, with a date before it). Raises FileFaults
+    with every faulty line.
     """
     path = Path(path)
-    text = read_text(path)
+    text = read_text(path, EXPECTED)
     lines = text.splitlines()
     separator, comma = _style(lines)
     head, rows, numbers, faults = "", list[list[float]](), list[int](), list[Fault]()
@@ -59,35 +64,31 @@ def read_columns(path: str | Path) -> Columns:
     bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if bad.size:
         raise FileFaults(str(path), text, [Fault(numbers[i], 1, "", "a value that is not finite") for i in bad[:50]])
-    return _with_time(path, *_names(head, separator, table.shape[1]), table)
-
-
-def read_text(path: Path) -> str:
-    """Return the text of a file; raises ToolpointError where it cannot be read or is binary."""
-    try:
-        raw = path.read_bytes()
-    except OSError as error:
-        raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
-    if b"\0" in raw[:4096]:
-        raise ToolpointError(f"{path}: a binary file of a kind that is not known; records are read from universal files, text, "
-                             "LVM, WAV, TDMS, MATLAB, NumPy and HDF5")
-    return raw.decode("utf-8-sig", errors="replace")
+    return _with_time(path, *_names(head, separator, table.shape[1]), table, is_clock=":" in lines[numbers[0] - 1])
 
 
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
     """Return the numbers of a line, None where it holds anything else."""
-    plain = line.strip().rstrip(";,").strip()
+    plain = line.strip().rstrip(";,").replace('"', "").strip()
     if not plain:
         return None
     try:
-        return [float(part.replace(",", ".") if comma else part) for part in plain.split(separator) if part.strip()]
+        return [_number(part, comma) for part in plain.split(separator) if part.strip()]
     except ValueError:
         return None
 
 
+def _number(cell: str, comma: bool) -> float:
+    """Return a number, or the seconds of the day of a clock's time; ValueError for anything else."""
+    clock = _CLOCK.fullmatch(cell.strip()) if ":" in cell else None
+    if clock is None:
+        return float(cell.replace(",", ".") if comma else cell)
+    return 3600 * int(clock[1]) + 60 * int(clock[2]) + float(clock[3].replace(",", "."))
+
+
 def _style(lines: list[str]) -> tuple[str | None, bool]:
     """Return the separator of the numbers, and whether they have decimal commas."""
-    body = next((line for line in reversed(lines) if re.match(r"^\s*[-+]?[\d.,]", line)), "")
+    body = next((line for line in reversed(lines) if re.match(r"^\s*\"?[-+]?[\d.,]", line)), "")
     for separator in (";", "\t"):
         if separator in body.strip():
             return separator, re.search(r"\d,\d", body) is not None
@@ -103,14 +104,18 @@ def _names(head: str, separator: str | None, count: int) -> tuple[list[str], lis
     return [match[1].strip() for match in matches if match], [(match[2] or "").strip() for match in matches if match]
 
 
-def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray) -> Columns:
+def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray, *, is_clock: bool) -> Columns:
     if names[0].lower() not in TIMES:
+        if is_clock:
+            raise ToolpointError(f"{path}: the first column holds a clock's times and is called {names[0]!r}; must be 'time'")
         return Columns(tuple(names), tuple(units), table, None)
     if table.shape[1] < 2:
         raise ToolpointError(f"{path}: only a column of time; must hold samples beside it")
     if units[0].lower() not in _TIME_UNITS:
         raise ToolpointError(f"{path}: time in {units[0]!r}; must be in {', '.join(u for u in _TIME_UNITS if u)}")
     time = table[:, 0] * _TIME_UNITS[units[0].lower()]
+    if is_clock and (back := np.flatnonzero(np.diff(time) < -DAY / 2)).size == 1:
+        time[back[0] + 1:] += DAY  # over midnight
     step = (time[-1] - time[0]) / max(time.size - 1, 1)
     if not step > 0 or np.abs(np.diff(time) - step).max() > STEADY * step + 2e-6 * abs(time[-1]):
         raise ToolpointError(f"{path}: time does not run evenly; must have one sample rate; resample it, and give the time "

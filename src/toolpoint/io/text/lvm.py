@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
-from toolpoint.io.text.columns import Columns, read_text, split_numbers
+from toolpoint.io.text.columns import EXPECTED, Columns, split_numbers
 
 END = "***End_of_Header***"
 _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
@@ -19,7 +20,7 @@ _SEPARATORS = {"Tab": "\t", "Comma": ",", "Semicolon": ";"}
 def read_columns(path: str | Path) -> list[Columns]:
     """Return the columns of every segment; raises ToolpointError or FileFaults where the file is none or is cut off."""
     path = Path(path)
-    text = read_text(path)
+    text = read_text(path, EXPECTED)
     lines = text.splitlines()
     if not lines or not lines[0].startswith("LabVIEW Measurement"):
         raise ToolpointError(f"{path}: no LabVIEW measurement file; its first line must say 'LabVIEW Measurement'")

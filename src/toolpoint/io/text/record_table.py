@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.decoding import read_text
 from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities import units
@@ -46,10 +47,7 @@ def read(path: str | Path) -> Record:
         With every faulty line: no number, too few columns, not finite, a time that does not run evenly, a decimal comma.
     """
     path = Path(path)
-    try:
-        text = path.read_bytes().decode("utf-8-sig", errors="replace")
-    except OSError as error:
-        raise ToolpointError(f"{path}: cannot be read ({error.strerror}); check the name and the folder") from None
+    text = read_text(path, "expected text with columns of time and samples")
     names, at, table = _table(path, text)
     scale = [_factor(path, text, at, name, unit) for name, unit in names]
     if names[0][0].lower() not in TIMES:

@@ -19,7 +19,7 @@ from toolpoint.io.uff.geometry import MeasuredGeometry
 from toolpoint.io.uff.responses import NUMERATOR, read_frf
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.io.uff.spectra import UniversalFunction, read_functions
-from toolpoint.io.uff.units import Units, gravity, report, second_channel, units
+from toolpoint.io.uff.units import Units, factor_to_si, report, second_channel, units
 from toolpoint.vibration import Dof, Frf, Modes, Record
 from toolpoint.vibration.frf import QUANTITIES
 
@@ -49,8 +49,7 @@ def read_record(path: str | Path | UniversalFile) -> Record:
     for dataset, head in records:
         axis, data = functions.values(file, dataset, head)
         kind = KINDS.get(head.numerator, "unknown")
-        factor = scale.force if kind == "force" else scale.length if kind != "unknown" else 1.0
-        columns.append(np.real(data) / factor * (gravity(file, head) if kind == "acceleration" else 1.0))
+        columns.append(np.real(data) * (1.0 if kind == "unknown" else factor_to_si(file, head, scale, is_response=False)))
         kinds.append(kind)
         axes.append(axis)
     step = _step(file, axes)

@@ -52,6 +52,7 @@ class FunctionHeader:
     numerator: int
     denominator: int
     numerator_unit: str
+    denominator_unit: str
     title: str
 
     @property
@@ -90,7 +91,7 @@ def _header(file: UniversalFile, lines: list[str]) -> FunctionHeader:
     reference = None if not int(dof[8] or 0) else _dof(file, int(dof[8]), int(dof[9] or 0))
     return FunctionHeader(int(dof[0]), _dof(file, int(dof[5] or 0), int(dof[6] or 0)), reference, int(form[0]),
                           int(form[1]), int(form[2]) == 1, axis, start, step, numerator[0], denominator[0],
-                          numerator[1], lines[0].strip())
+                          numerator[1], denominator[1], lines[0].strip())
 
 
 def values(file: UniversalFile, dataset: UniversalSet, head: FunctionHeader) -> tuple[FloatArray, Array]:

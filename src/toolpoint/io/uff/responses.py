@@ -15,7 +15,7 @@ from toolpoint.io.uff import functions
 from toolpoint.io.uff.functions import COHERENCE, KINDS, RESPONSE, FunctionHeader
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.io.uff.spectra import Part, holds_spectra, responses_of_spectra
-from toolpoint.io.uff.units import gravity, report, second_channel, units
+from toolpoint.io.uff.units import factor_to_si, report, second_channel, units
 from toolpoint.vibration import Dof, Frf
 from toolpoint.vibration.frf import QUANTITIES
 
@@ -45,8 +45,9 @@ def read_frf(path: str | Path | UniversalFile, quantity: str | None = None) -> F
     every = [(dataset, functions.header(file, dataset)) for dataset in file.sets if dataset.number == 58]
     responses, coherences = _functions(file, every)
     kind = _quantity(file, [head for head, _, _ in responses], quantity)
+    responses = [(head, axis, data * factor_to_si(file, head, scale, is_response=True)) for head, axis, data in responses]
     frequency, values, rows, columns = _table(file, responses)
-    values = (values * (scale.force / scale.length) * gravity(file, responses[0][0])).astype(complex, copy=False)
+    values = values.astype(complex, copy=False)
     coherence = _coherence(file, coherences, frequency, rows, columns)
     report(file)
     return Frf(frequency, values, rows, columns, kind, coherence=coherence, notes=tuple(file.repairs))

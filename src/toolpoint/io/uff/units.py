@@ -6,11 +6,10 @@ import warnings
 from dataclasses import dataclass
 
 from toolpoint._check import ToolpointError, ToolpointWarning
-from toolpoint.io.uff.functions import FunctionHeader
+from toolpoint.io.quantities.sensitivities import GRAVITY, MEASURED, motion_over_force
+from toolpoint.io.uff.functions import KINDS, FunctionHeader
 from toolpoint.io.uff.sets import UniversalFile
 from toolpoint.vibration import Dof
-
-GRAVITY = 9.80665
 
 
 @dataclass(frozen=True)
@@ -36,16 +35,51 @@ def units(file: UniversalFile) -> Units:
                 raise ToolpointError(f"{file.path}: the units set 164 has factors {length:g} and {force:g}; must be "
                                      "above zero")
             return Units(length, force, True)
-    file.repaired("no units set 164: SI units are assumed")
+    file.repaired("no units set 164: unit labels are followed, else SI is assumed")
     return Units()
 
 
-def gravity(file: UniversalFile, head: FunctionHeader) -> float:
-    """Return the factor to m/s^2 of a function whose values are in g, else 1."""
-    if head.numerator_unit.strip().lower() in ("g", "g's", "gs"):
-        file.repaired("acceleration in g converted to m/s^2")
-        return GRAVITY
-    return 1.0
+def factor_to_si(file: UniversalFile, head: FunctionHeader, scale: Units, *, is_response: bool) -> float:
+    """Return SI units in one unit of a function's values, by the units set or, where there is none, by the unit labels; of a
+    response (motion over force, whatever it states) or of the time history of one channel.
+
+    Beside a units set only g is taken from a label (it is no unit of length over time); a label that contradicts the set, and
+    one that is not known where there is no set, are noted.
+    """
+    numerator, denominator = (label.strip() for label in (head.numerator_unit, head.denominator_unit))
+    motion, force = _labelled(numerator), _labelled(denominator)
+    is_force = KINDS.get(head.numerator) == "force"
+    if scale.stated:
+        of_set = scale.force / scale.length if is_response else 1 / (scale.force if is_force else scale.length)
+        if numerator.lower() in ("g", "g's", "gs"):
+            file.repaired("acceleration in g converted to m/s^2")
+            return of_set * GRAVITY
+        if not is_force and motion not in (None, 1.0) and abs(motion * scale.length - 1) > 1e-3:
+            file.repaired(f"unit label {numerator!r} beside a units set of {scale.length:g} units in a metre: the set is "
+                          "followed")
+        return of_set
+    unknown = [label for label, factor in ((numerator, motion), (denominator, force)) if factor is None]
+    if unknown:
+        file.repaired(f"unit label {unknown[0]!r} is not known: SI is assumed")
+        return 1.0
+    result = (motion or 1.0) / (force or 1.0)
+    if result != 1.0:
+        over = "" if denominator.upper() in ("", "NONE") else f"/{denominator}"
+        file.repaired(f"values in {numerator}{over} by their unit labels, converted to SI")
+    return result
+
+
+def _labelled(label: str) -> float | None:
+    """Return SI units in a unit label: 1 where it says nothing, None where it is not known."""
+    low = label.lower()
+    if low in ("", "none", "unknown", "eu"):
+        return 1.0
+    if low in MEASURED:
+        return MEASURED[low][1]
+    try:
+        return motion_over_force(label)[0]  # the whole unit of a response in the label of its numerator
+    except ValueError:
+        return None
 
 
 def report(file: UniversalFile) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
+from toolpoint._doubt import Doubt
 from toolpoint.bodies.inertia import inertia_fault
 from toolpoint.io.urdf.robot import UrdfLink, UrdfRobot
 
@@ -12,33 +13,33 @@ DENSITY = (200.0, 12000.0)  # kg/m^3 over the hull; hollow castings are light, n
 SPREAD = (0.02, 4.0)  # principal moment over that of the box around the hull, filled evenly
 
 
-def question_inertias(robot: UrdfRobot, mass: float | None = None) -> list[str]:
+def question_inertias(robot: UrdfRobot, mass: float | None = None) -> list[Doubt]:
     """Return doubts about the inertias of a robot; `mass` (kg) is that of the whole by its catalogue."""
     moving = [link for link in robot.links.values() if link.mass is not None]
-    lines = []
+    lines = list[Doubt]()
     if mass is not None and abs(robot.mass / mass - 1) > 0.05:
-        lines.append(f"the links weigh {robot.mass:.4g} kg together, {100 * (robot.mass / mass - 1):+.0f} % off the "
-                     f"{mass:g} kg given")
+        lines.append(Doubt("mass", f"the links weigh {robot.mass:.4g} kg together, {100 * (robot.mass / mass - 1):+.0f} % off "
+                           f"the {mass:g} kg given", figure=abs(robot.mass / mass - 1)))
     for link in moving:
-        lines += [f"link {link.name}: {text}" for text in _link_doubts(link)]
+        lines += _link_doubts(link)
     tensors = [tuple(np.round(np.linalg.eigvalsh(link.inertia), 12)) for link in moving]
     alike = [link.name for link, tensor in zip(moving, tensors, strict=True) if tensors.count(tensor) > 1]
     if len(alike) > 2:
-        lines.append(f"links {', '.join(alike)} have the same inertia to the last digit: placeholders?")
+        lines.append(Doubt(f"links {', '.join(alike)}", "have the same inertia to the last digit: placeholders?"))
     return lines
 
 
-def _link_doubts(link: UrdfLink) -> list[str]:
+def _link_doubts(link: UrdfLink) -> list[Doubt]:
     assert link.mass is not None
     moments = np.linalg.eigvalsh(link.inertia)
-    lines = []
+    lines, name = list[Doubt](), f"link {link.name}"
     fault = inertia_fault(link.inertia)
     if fault:
-        lines.append(fault)
+        lines.append(Doubt(name, fault))
     if np.ptp(moments) < 1e-12 and any(np.isclose(moments[0], v) for v in (1.0, 0.1, 0.01, 1e-3, 1e-4, 1e-6)):
-        lines.append(f"inertia {moments[0]:g} kg m^2 alike about all axes: a placeholder?")
+        lines.append(Doubt(name, f"inertia {moments[0]:g} kg m^2 alike about all axes: a placeholder?"))
     if np.isclose(link.mass, 1.0, atol=1e-12) and np.ptp(moments) < 1e-12:
-        lines.append("mass of exactly 1 kg with a round inertia: a placeholder?")
+        lines.append(Doubt(name, "mass of exactly 1 kg with a round inertia: a placeholder?"))
     if len(link.corners) < 4:
         return lines
     try:
@@ -47,12 +48,13 @@ def _link_doubts(link: UrdfLink) -> list[str]:
         return lines
     density, span = link.mass / hull.volume, np.ptp(link.corners, axis=0)
     if not DENSITY[0] < density < DENSITY[1]:
-        lines.append(f"density {density:.3g} kg/m^3 over its hull; believed are {DENSITY[0]:g} to {DENSITY[1]:g}")
+        lines.append(Doubt(name, f"density {density:.3g} kg/m^3 over its hull; believed are {DENSITY[0]:g} to {DENSITY[1]:g}"))
     if (link.centre < link.corners.min(axis=0) - 1e-9).any() or (link.centre > link.corners.max(axis=0) + 1e-9).any():
-        lines.append("its centre of mass lies outside of its shape")
+        lines.append(Doubt(name, "its centre of mass lies outside of its shape"))
     box = np.sort(link.mass / 12 * (np.sum(span**2) - span**2))
     ratio = moments / box
     if ratio.min() < SPREAD[0] or ratio.max() > SPREAD[1]:
-        lines.append(f"principal moments {moments[0]:.3g} .. {moments[2]:.3g} kg m^2 against {box[0]:.3g} .. {box[2]:.3g} of a "
-                     "filled box around it: check the unit (kg m^2, not kg mm^2) and the point they are about")
+        lines.append(Doubt(name, f"principal moments {moments[0]:.3g} .. {moments[2]:.3g} kg m^2 against {box[0]:.3g} .. "
+                           f"{box[2]:.3g} of a filled box around it", "check the unit (kg m^2, not kg mm^2) and the point they "
+                           "are about"))
     return lines

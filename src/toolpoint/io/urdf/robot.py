@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._doubt import Doubt
 from toolpoint.io.meshes import stl
 from toolpoint.spatial import rotation
 from toolpoint.spatial import transform as tf
@@ -51,7 +52,7 @@ class UrdfRobot:
     links: Mapping[str, UrdfLink]
     joints: Mapping[str, UrdfJoint]
     root: str
-    doubts: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = field(default=())
 
     @property
     def mass(self) -> float:

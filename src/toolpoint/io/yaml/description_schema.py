@@ -5,17 +5,21 @@ The fields, their order, defaults, units and limits stand in the description alo
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import cache
+from pathlib import Path
 from types import GenericAlias
 from typing import Annotated, Any, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from pydantic import BaseModel, create_model
 
+from toolpoint._check import ToolpointError
 from toolpoint._quantity import Quantity
+from toolpoint.io.faults import FileFaults
 from toolpoint.io.quantities import electrical, units
 from toolpoint.io.quantities.electrical import electrical_type
+from toolpoint.io.yaml.document import Key, parse, validate
 from toolpoint.io.yaml.key_meanings import add_meanings
 from toolpoint.io.yaml.part import Part
 from toolpoint.io.yaml.quantity_fields import quantity_type
@@ -33,6 +37,33 @@ def model_of(description: Any, *, version: bool = False) -> type[BaseModel]:
     The model is named as the class without the word Description.
     """
     return _model(description, version)
+
+
+def read_described(path: Path, description: type[Described], version: int, *,
+                   find_faults: Callable[[Described], Iterable[tuple[Key, str]]] = lambda described: (),
+                   place_error: Callable[[ToolpointError], tuple[Key, str]] | None = None) -> Described:
+    """Return what a YAML file describes, SI: the file is one description with its version.
+
+    Raises FileFaults with every fault of the file: of its keys, of the description (at the place that `place_error` gives;
+    at the argument's where left out), and those of the whole that `find_faults` names with their keys.
+    """
+    document = parse(path)
+    document.check_version(version)
+    model: BaseModel | None = validate(model_of(description, version=True), document.data, (), document=document)
+    described = None
+    try:
+        described = None if model is None else describe(description, model)
+    except ToolpointError as error:
+        document.fault(*(place_error or _at_argument)(error))
+    for key, text in () if described is None else find_faults(described):
+        document.fault(key, text)
+    if document.faults or described is None:
+        raise FileFaults(str(path), document.text, document.faults)
+    return described
+
+
+def _at_argument(error: ToolpointError) -> tuple[Key, str]:
+    return tuple(error.argument.split(".")), str(error).removeprefix(f"{error.argument}: ")
 
 
 def file_schema(model: type[BaseModel], title: str) -> dict[str, Any]:

@@ -64,7 +64,14 @@ def read(path: str | Path) -> Machine:
     description = _description(document)
     if document.faults or description is None:
         raise FileFaults(str(path), document.text, document.faults)
-    return _build(description)
+    try:
+        return _build(description)
+    except ToolpointError as error:
+        key = tuple(error.argument.split("."))
+        if len(key) < 2 or key[0] not in document.data:
+            raise
+        document.fault(key, str(error).removeprefix(f"{error.argument}: "))
+        raise FileFaults(str(path), document.text, document.faults) from None
 
 
 def _build(description: d.MachineDescription) -> Machine:
@@ -114,8 +121,9 @@ def _converted(document: Document, parts: dict[str, dict[str, Any]]) -> dict[str
                 result[section][name] = make(part, document)
             except (ToolpointError, units.UnitError) as error:
                 inner = str(error).split(":")[0].split(".")
+                named = error.argument if isinstance(error, ToolpointError) else ""
                 document.fault((section, name, *inner) if all(word.isidentifier() for word in inner) else (section, name),
-                               str(error))
+                               str(error).removeprefix(f"{named}: ") if "." in named else str(error))
     return result
 
 
@@ -154,9 +162,12 @@ def _matrices(part: BaseModel, document: Document) -> MatricesBody:
     mass = folder / described.mass_file if described.mass_file else None
     content = matrix_files.read_matrices(folder / described.file, mass, units=described.units)
     geometry = folder / described.geometry
-    places = mesh_files.read_nodes(geometry) if mesh_files.is_mesh(geometry) else point_table.read(geometry)
     size = 1e-3 if described.units.startswith("mm") else 1.0
-    return MatricesBody(described, replace(content, coordinates={name: size * at for name, at in places.items()}))
+    if mesh_files.is_mesh(geometry):
+        places = {name: size * at for name, at in mesh_files.read_nodes(geometry).items()}
+    else:
+        places = point_table.read(geometry, length=size)
+    return MatricesBody(described, replace(content, coordinates=places))
 
 
 def _solid(part: BaseModel, document: Document) -> SolidBody:
@@ -350,6 +361,7 @@ def _dump(data: Mapping[str, Any], path: str | Path) -> None:
     yaml.default_flow_style = None
     yaml.width = 120
     yaml.sort_base_mapping_type_on_output = False  # type: ignore[assignment]
+    yaml.representer.add_multi_representer(str, lambda representer, text: representer.represent_str(str(text)))  # a Doubt too
     with Path(path).open("w", encoding="utf-8") as file:
         yaml.dump(data, file)
 

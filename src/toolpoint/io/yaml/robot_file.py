@@ -7,9 +7,11 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
 from pydantic import BaseModel
 
-from toolpoint._check import ToolpointError
+from toolpoint._check import ToolpointError, fail
+from toolpoint.bodies.mesh import mass_properties, merge_corners
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.io.door import door
 from toolpoint.io.faults import FileFaults
@@ -26,6 +28,8 @@ from toolpoint.machine.robot.model import robot_machine
 from toolpoint.machine.robot.solid_member import solid_of_member
 
 VERSION = 1
+# Of an arm's reach: a member is longer than a hundredth of it, shorter than twice, and no corner is farther than four times.
+SMALLEST, LARGEST, FARTHEST = 100.0, 2.0, 4.0
 _UNITS: dict[Literal["m", "mm", "cm", "in"], float] = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
 
 
@@ -42,9 +46,26 @@ def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = Non
     folder = document.file.parent
     parts = {name: part for name, part in sheet.members.items() if part.kind == "mesh"}
     solids = {name: _solid(name, part, folder) for name, part in parts.items() if part.bending == "finite elements"}
-    meshes = {name: MeshDescription(part.mesh, stl.read(folder / part.mesh) * part.mesh_unit)
-              for name, part in parts.items() if name not in solids}
+    reach = sum(float(np.hypot(row.a, row.d)) for row in sheet.axes)
+    meshes = {name: _surface(name, part, folder, reach) for name, part in parts.items() if name not in solids}
     return robot_machine(sheet, cutting=cutting, meshes=meshes, solids=solids, loads=loads)
+
+
+def _surface(name: str, part: RobotMember, folder: Path, reach: float) -> MeshDescription:
+    """Return the closed surface of a rigid member's STL file; reach : of the arm, m, which its size and place must suit."""
+    if Path(part.mesh).suffix.lower() != ".stl":
+        raise ToolpointError(f"members.{name}.mesh: {part.mesh}; a rigid member's mesh must be an STL surface (or let it bend "
+                             "by finite elements)")
+    try:
+        corners = stl.read(folder / part.mesh) * part.mesh_unit
+        size, away = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), float(np.abs(corners).max())
+        if not reach / SMALLEST <= size <= LARGEST * reach or away > FARTHEST * reach:
+            fail("mesh_unit", f"{part.mesh_unit:g} m makes it {size:.4g} m long, {away:.4g} m from the base at most",
+                 f"must suit an arm of {reach:.3g} m", "most STL files are in mm (mesh_unit: 1 mm), in the machine's axes")
+        mass_properties(*merge_corners(corners), 1.0)
+    except ToolpointError as error:
+        raise ToolpointError(f"members.{name}.mesh: {part.mesh}: {error}") from None
+    return MeshDescription(part.mesh, corners)
 
 
 def _solid(name: str, part: RobotMember, folder: Path) -> SolidBody:

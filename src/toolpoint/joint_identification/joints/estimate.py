@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from toolpoint._check import LEFT_OUT, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import with_uncertainty
 from toolpoint.joint_identification.joints.joint_fit import JointFit
@@ -82,7 +83,7 @@ class JointEstimate(NotebookText):
     alternatives: tuple[str, ...] = ()
     stiffness: FloatArray | None = None
     stiffness_deviation: FloatArray | None = None
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     stiffness_matrix: FloatArray | None = None
     stiffness_matrix_deviation: FloatArray | None = None
     frame_covariance: FloatArray = LEFT_OUT
@@ -216,7 +217,7 @@ class JointEstimate(NotebookText):
         return f"JointEstimate({self.child!r} on {self.parent!r}: {self.kind}, free {free}, at {at} mm, {self.status})"
 
 
-def estimate_joint(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[str, ...]) -> JointEstimate:
+def estimate_joint(motion: RelativeMotion, fits: list[JointFit], doubts: tuple[Doubt, ...]) -> JointEstimate:
     """Return the joint of the best fit in machine coordinates, with the uncertainty of its parameters carried over."""
     fit = fits[0]
     place, spread = _placed(motion, fit)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint.joint_identification.joints.estimate import JointEstimate, axis_of
 from toolpoint.joint_identification.joints.kinds import idle_translations
 from toolpoint.joint_identification.machine.joint_forms import JointForm
@@ -47,7 +48,7 @@ def _stiffened(joint: JointEstimate, form: JointForm, spread: FloatArray) -> Joi
     if form.diagonal:
         values = np.diag(form.start.stiffness).copy()
         deviation = values * np.sqrt(np.diag(spread))
-        doubts += [f"stiffness {name} is known within {200 * share:.0f} % only" for name, share in zip(
+        doubts += [Doubt(f"stiffness {name}", f"known within {200 * share:.0f} % only", figure=share) for name, share in zip(
             form.ways, deviation / np.maximum(values, 1e-300), strict=True) if not share < _WIDE]
         return replace(joint, stiffness=values, stiffness_deviation=deviation, doubts=tuple(doubts))
     lower = np.linalg.cholesky(form.start.stiffness)
@@ -61,34 +62,37 @@ def _stiffened(joint: JointEstimate, form: JointForm, spread: FloatArray) -> Joi
     size = np.sqrt(np.diag(form.start.stiffness))
     weak = np.linalg.eigvalsh(spread)[-1] if len(spread) else 0.0
     if np.sqrt(weak) > _WIDE:
-        doubts.append(f"stiffness matrix: some of it is known within {200 * np.sqrt(weak):.0f} % only")
+        doubts.append(Doubt("stiffness matrix", f"some of it is known within {200 * np.sqrt(weak):.0f} % only",
+                            figure=float(np.sqrt(weak))))
     single = np.diag(form.start.stiffness).copy() if f == 1 else None
     return replace(joint, stiffness=single, stiffness_deviation=None if single is None else np.sqrt(variance[:, 0]),
                    stiffness_matrix=(form.start.stiffness + form.start.stiffness.T) / 2, doubts=tuple(doubts),
                    stiffness_matrix_deviation=np.sqrt(variance)) if size.size else joint
 
 
-def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> list[str]:
+def fit_doubts(fit: MachineFit, whole: WholeMachine, frequency: FloatArray) -> list[Doubt]:
     """Return what speaks against the machine as a whole."""
-    result = []
+    result = list[Doubt]()
     if whole.lonely:
         alone = ", ".join(f"{frequency[i]:.4g}" for i in whole.lonely)
-        result.append(f"measured modes at {alone} Hz look like none of the machine's: they are left out; check them, the "
-                      "components and the chain")
+        result.append(Doubt(f"measured modes at {alone} Hz", "look like none of the machine's: they are left out",
+                            "check them, the components and the chain"))
     if fit.widened > 2.0:
-        result.append(f"the machine leaves {fit.widened:.3g} times the noise unexplained (probability "
-                      f"{fit.probability:.1g}): all intervals are widened by it; check masses, positions of points, and "
-                      "whether components bend")
+        result.append(Doubt("fit of the machine", f"it leaves {fit.widened:.3g} times the noise unexplained (probability "
+                            f"{fit.probability:.1g}): all intervals are widened by it", "check masses, positions of points, "
+                            "and whether components bend", figure=fit.widened))
     if fit.damping_excess > 10.0:
-        result.append(f"damping in the joints explains the modal damping {np.sqrt(fit.damping_excess):.2g} times worse than "
-                      "its noise: other parts dissipate too; the intervals of the damping are widened by it")
+        result.append(Doubt("damping", f"that of the joints explains the modal damping {np.sqrt(fit.damping_excess):.2g} times "
+                            "worse than its noise: other parts dissipate too; the intervals of the damping are widened by it",
+                            figure=float(np.sqrt(fit.damping_excess))))
     if fit.mass_scale is not None and fit.mass_scale.doubt:
         result.append(fit.mass_scale.doubt)
     low = list(np.flatnonzero(fit.mac < 0.95))
     if low:
-        result.append("shapes of the machine at " + ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)
-                      + " differ from the measured ones")
+        where = ", ".join(f"{fit.frequency[i]:.4g} Hz (MAC {fit.mac[i]:.2f})" for i in low)
+        result.append(Doubt("shapes of the machine", f"those at {where} differ from the measured ones",
+                            figure=1 - float(fit.mac[low].min())))
     if not fit.converged:
-        result.append("the fit of the machine did not settle: its numbers are those of the last step; give more modes or check "
-                      "the chain")
+        result.append(Doubt("fit of the machine", "it did not settle: its numbers are those of the last step",
+                            "give more modes or check the chain"))
     return result

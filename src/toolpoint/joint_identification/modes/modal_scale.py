@@ -18,6 +18,7 @@ import numpy as np
 from scipy import stats
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._rounding import with_uncertainty
 from toolpoint.vibration import Modes
 from toolpoint.vibration.driving_point import driving_points
@@ -60,19 +61,19 @@ class MassScale:
     masses: float = 0.0
 
     @property
-    def doubt(self) -> str:
-        """What speaks against the masses or the calibration, empty where they agree."""
+    def doubt(self) -> Doubt | None:
+        """What speaks against the masses or the calibration, None where they agree."""
         gain = _UNTOLD_CALIBRATION if self.calibration is None else self.calibration
         off = abs(np.log(self.factor))
         expected = np.sqrt(self.deviation**2 + gain**2 + self.masses**2)
         if off < _SURE * expected or (self.calibration is None and off < _OFF):
-            return ""
+            return None
         assumed = "" if self.calibration is not None else f" ({100 * gain:.0f} % is taken for it: calibration_deviation)"
-        return (f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the masses as "
-                f"stated let them, so that masses are "
-                f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those, beyond the "
-                f"calibration of force and response{assumed}: stiffnesses go with the masses; check "
-                "masses, units, sensitivities")
+        return Doubt("masses", f"at the driving points all modes together move {np.sqrt(self.factor):.3g} times as far as the "
+                     "masses as stated let them, so that masses are "
+                     f"{with_uncertainty(1 / self.factor, 1.96 * self.deviation / self.factor)} times those, beyond the "
+                     f"calibration of force and response{assumed}: stiffnesses go with the masses",
+                     "check masses, units, sensitivities", figure=float(off))
 
     @property
     def note(self) -> str:

@@ -17,6 +17,7 @@ from scipy import stats
 from scipy.spatial import cKDTree
 
 from toolpoint._check import BoolArray, FloatArray, IndexArray, ToolpointWarning, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification.motion.measured import Point, columns, find_positions
 from toolpoint.spatial import transform as tf
@@ -34,7 +35,7 @@ class Grouping(NotebookText):
     components: Mapping[str, tuple[Point, ...]]
     undecided: Mapping[Point, tuple[str, ...]]
     left_out: tuple[Point, ...]
-    notes: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     def __repr__(self) -> str:
         sizes = ", ".join(f"{name}: {len(points)}" for name, points in self.components.items())
@@ -199,13 +200,13 @@ def _result(data: _PointMotions, clusters: list[IndexArray], limit: FloatArray, 
         label: tuple(names[p] for p in np.flatnonzero((best == i) & fits.any(axis=0))) for i, label in enumerate(labels)}
     undecided = {names[p]: tuple(labels[i] for i in np.flatnonzero(fits[:, p])) for p in np.flatnonzero(fits.sum(axis=0) > 1)}
     left = tuple(names[p] for p in np.flatnonzero(~fits.any(axis=0)))
-    notes = []
+    doubts = list[Doubt]()
     if undecided:
-        notes.append(f"points {list(undecided)[:8]} move with more than one part: decide by the drawing")
+        doubts.append(Doubt(f"points {list(undecided)[:8]}", "move with more than one part", "decide by the drawing"))
     if left:
-        notes.append(f"points {list(left)[:8]} move with no part: faulty channels or a bending component")
+        doubts.append(Doubt(f"points {list(left)[:8]}", "move with no part: faulty channels or a bending component"))
     if len(clusters) > 1 and count < 3:
-        notes.append(f"{count} mode(s) only: parts that move alike in them count as one")
-    if notes:
-        warnings.warn("grouping: " + "; ".join(notes), ToolpointWarning, stacklevel=3)
-    return Grouping({label: points for label, points in components.items() if points}, undecided, left, tuple(notes))
+        doubts.append(Doubt(f"{count} mode(s) only", "parts that move alike in them count as one"))
+    if doubts:
+        warnings.warn("grouping: " + "; ".join(doubts), ToolpointWarning, stacklevel=3)
+    return Grouping({label: points for label, points in components.items() if points}, undecided, left, tuple(doubts))

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, within
-from toolpoint.kinematics import Step
+from toolpoint._check import FloatArray, within
 from toolpoint.kinematics.loops import joint_directions
 from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement
@@ -59,25 +58,6 @@ def _travel(place: Placement, link: int) -> FloatArray:
     moved = place.travel(link, travel.way)
     within(f"joints.{place.machine.joint_names[link]}.law", travel.law, moved)
     return moved
-
-
-def stiffness_slope(place: Placement, axis: str) -> FloatArray:
-    """Return the derivative of the joints' stiffness in the tree's coordinates by an axis's position, (P, n, n), N/m^2.
-
-    The law's own derivative; what the pose does to loops and bodies is not in it.
-    """
-    machine, chain = place.machine, place.machine.chain
-    axes = [known.name for known in chain.driven_axes]
-    if axis not in axes:
-        fail("axis", repr(axis), f"must be of {', '.join(axes) or 'none'}")
-    result = np.zeros((place.poses, machine.size, machine.size))
-    for i, law in enumerate(machine.joints):
-        step = None if law.travel is None else Step(i, law.travel.way)
-        if law.travel is not None and step in chain.steps:
-            column = machine.joint_columns[i][law.freedoms.index(law.travel.way)]
-            rate = chain.coupling[chain.steps.index(step), axes.index(axis)]
-            result[:, column, column] += rate * law.travel.slope(_travel(place, i))
-    return result
 
 
 def loop_frame(place: Placement, loop: LoopJoint) -> FloatArray:

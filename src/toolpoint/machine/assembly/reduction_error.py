@@ -1,4 +1,4 @@
-"""What the reduction of elastic bodies does to a machine's frequencies at a pose: against richer bodies."""
+"""What the reduction of elastic bodies does to a machine's frequencies at a pose: in words, and against richer bodies."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
+from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, estimate_reduction
 from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.elastic_body import reliable_to
@@ -17,6 +18,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.substructuring.reach import REACH, SURE
 
 Described = TypeVar("Described", ElasticDescription, SolidBody)
+LARGE = 0.01  # relative error from which a reduction is doubted
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
 
 
@@ -68,17 +70,53 @@ def _enriched(elastic: Described) -> Described:
 
 
 def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> str:
-    """Return what the reduction does at a pose in words, a doubt first where it matters; nothing without elastic bodies."""
+    """Return what the reduction does at a pose in words, a doubt first where it matters; nothing without elastic bodies.
+
+    By `estimate_reduction`; where a body's parts were scaled apart since it was reduced, by comparison with richer bodies.
+    """
+    estimate = estimate_reduction(machine, pose, modes)
+    return _comparison_note(machine, pose, modes) if estimate is None else estimate_note(estimate)
+
+
+def estimate_note(estimate: ReductionEstimate) -> str:
+    """Return an estimate in words: how far the modes are raised, and first which are not to be believed, and why."""
+    error, sure, count = estimate.error, estimate.is_sure, len(estimate.error)
+    beyond = int((estimate.frequency > estimate.sure_to).sum())
+    coarse = np.flatnonzero(~sure[:count - beyond])
+    reasons = []
+    if coarse.size:
+        reasons.append(f"estimate of mode {coarse[0] + 1} too large to believe, {_percent(error[coarse[0]])}: give the body a "
+                       "larger size")
+    if beyond:
+        reasons.append(f"{beyond} of {count} modes above {estimate.sure_to:.4g} Hz, where free modes of a body may be missing: "
+                       "give it a larger band" if estimate.sure_to else "which free modes the bodies keep is not known")
+    text = "reduction of elastic bodies: no mode's estimate can be believed"
+    if sure.any():
+        worst = int(np.where(sure, error, -1.0).argmax())
+        which = f"the first {count} frequencies" if sure.all() else f"{sure.sum()} of {count} frequencies"
+        text = (f"reduction of elastic bodies: {which} are within {_percent(error[worst])} of those with all finite elements "
+                f"(mode {worst + 1}; an estimate from the forces that each mode leaves in them); what the mesh itself errs by "
+                "is not in it")
+        if error[worst] > LARGE and not reasons:
+            reasons.append("give the bodies a larger size or band")
+    return f"doubt: {text}; {'; '.join(reasons)}" if reasons else text
+
+
+def _percent(share: float) -> str:
+    return f"{100 * max(float(share), 1e-10):.2g} %" if np.isfinite(share) else "no bound"
+
+
+def _comparison_note(machine: Machine, pose: Mapping[str, float] | None, modes: int) -> str:
     error = reduction_error(machine, pose, modes)
     if error is None:
         return ""
     worst = int(abs(error).argmax())
     share = 100 * abs(error[worst])
     text = (f"reduction of elastic bodies: the first {len(error)} frequencies are within {share:.2g} % of richer bodies' "
-            f"of the same mesh (mode {worst + 1}); what the mesh itself errs by is not in it")
+            f"of the same mesh (mode {worst + 1}), a comparison and no bound; what the mesh itself errs by is not in it")
     parts = [body.elastic or body.solid for body in machine.description.bodies.values()]
     sure = min((reliable_to(part) for part in parts if part is not None), default=0.0)
     highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])
-    if abs(error[worst]) > 0.01 or highest > sure:
+    if abs(error[worst]) > LARGE or highest > sure:
         return f"doubt: {text}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons (band, size)"
     return text

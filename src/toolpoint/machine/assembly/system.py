@@ -17,7 +17,7 @@ from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.gyroscopics import gyroscopic_matrix
 from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_motion
 from toolpoint.machine.parts.model import Machine
-from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
+from toolpoint.machine.pose.placement import Placement, body_coordinates, frame_motion, place_machine
 from toolpoint.vibration import Dof, SecondOrderSystem, damping
 from toolpoint.vibration.dof import dofs
 
@@ -94,12 +94,22 @@ def _all_points(machine: Machine) -> tuple[Dof, ...]:
 def mass_matrix(place: Placement) -> FloatArray:
     """Return the mass matrix in the tree's coordinates, shape (P, n, n).
 
-    With M_b = F^T F every body gives F B; one product of the stacked rows is the whole matrix.
+    With M_b = F^T F every body gives F B; one product of the stacked rows is the whole matrix. Where an elastic body's shapes
+    are not coupled with its rigid motion, their mass is a block that stands, and six rows are all it gives.
     """
-    machine = place.machine
-    rows = [_root(body.mass) @ body_coordinates(place, i) for i, body in enumerate(machine.bodies)]
+    machine, still = place.machine, list[tuple[list[int], FloatArray]]()
+    rows = []
+    for i, body in enumerate(machine.bodies):
+        if body.modal_count and not body.mass[:6, 6:].any():
+            still.append((list(machine.modal_columns[i]), body.mass[6:, 6:]))
+            rows.append(_root(body.mass[:6, :6]) @ frame_motion(place, i))
+        else:
+            rows.append(_root(body.mass) @ body_coordinates(place, i))
     stacked = np.concatenate(rows, axis=1)
-    return np.swapaxes(stacked, -1, -2) @ stacked
+    result: FloatArray = np.swapaxes(stacked, -1, -2) @ stacked
+    for at, block in still:
+        result[:, at[0]:at[-1] + 1, at[0]:at[-1] + 1] += block
+    return result
 
 
 def _root(matrix: FloatArray) -> FloatArray:

@@ -72,6 +72,8 @@ class PatchDescription:
                 fail(name, f"{len(getattr(self, name))} numbers", "must be three")
         if len(self.slide) not in (0, 2):
             fail("slide", f"{len(self.slide)} positions", "must be two: first and last")
+        if self.slide and not self.slide[0] < self.slide[1]:
+            fail("slide", f"{self.slide[0]:g} .. {self.slide[1]:g} m", "must run from the lower position to the higher one")
         from toolpoint.bodies.solid import Patch
 
         return Patch(np.array(self.centre), np.array(self.along), np.array(self.across), self.length, self.width)

@@ -27,9 +27,8 @@ class MatricesDescription:
     """Stiffness and mass of a free body as another program wrote them (`file`, and `mass_file` where the mass stands apart).
 
     `geometry` holds the places of the points, as a table (point, x, y, z) or a mesh; `units` are those of all these files;
-    `interfaces` are groups of points where
-    joints, loads and points hold on; `band` is the frequency up to which the machine is asked for; `size` the number of
-    elastic coordinates, as many as the interfaces ask for where left out.
+    `interfaces` are groups of points where joints, loads and points hold on; `band` is the frequency up to which the machine is
+    asked for; `size` the number of elastic coordinates, as many as the interfaces ask for where left out.
     """
 
     file: str

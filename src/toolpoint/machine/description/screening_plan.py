@@ -44,8 +44,7 @@ class MilledSquare:
 @dataclass(frozen=True)
 class ScreeningPlan:
     """What is screened. points : of samples; draws : of the doubts; metrics : by name, at `pose` and (where there is a square)
-    the
-    accuracy of milling it."""
+    the accuracy of milling it."""
 
     machine: str
     factors: tuple[Factor, ...] = ()

@@ -59,7 +59,7 @@ def forward(tree, ways, values, state, work):
         k = first[i]
         while k < first[i + 1]:
             step = order[k]
-            if ball[k]:
+            if ball[k]:  # three steps are one rotation vector; its twists are about the axes after the turn
                 _rotation_of(values[step], values[order[k + 1]], values[order[k + 2]], turn)
                 _product(now_r, turn, spare)
                 now_r[:] = spare
@@ -74,13 +74,14 @@ def forward(tree, ways, values, state, work):
                     now_t[a] += now_r[a, way] * values[step]
             else:
                 _line(now_r, now_t, way - 3, twists[step])
-                b, c = (way - 2) % 3, (way - 1) % 3
+                b, c = (way - 2) % 3, (way - 1) % 3  # the columns that a turn about `way` mixes
                 cosine, sine = np.cos(values[step]), np.sin(values[step])
                 for a in range(3):
                     u, v = now_r[a, b], now_r[a, c]
                     now_r[a, b], now_r[a, c] = u * cosine + v * sine, v * cosine - u * sine
             k += 1
         end_t[i] = now_t
+        # What the link moved by since the reference pose, in which every frame is described: children and bodies ride on it.
         _product_transposed(now_r, frame_r[i], moved_r[i])
         for a in range(3):
             moved_t[i, a] = now_t[a] - (moved_r[i, a, 0] * frame_t[i, 0] + moved_r[i, a, 1] * frame_t[i, 1]

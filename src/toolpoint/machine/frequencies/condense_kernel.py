@@ -35,10 +35,11 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
         forward(tree, ways, values[pose], state, work)
         _inertias(tree[0], inertia, state[0], state[1], mass, first, second, work)
         for j in range(n):
-            if step[j] >= 0:
+            if step[j] >= 0:  # a step of the chain is a coordinate itself: its twist is known
                 twists[j] = state[4][step[j]]
                 continue
             i = link[j]
+            # An elastic coordinate acts where its springs are: they ride with the child, or stay with the parent.
             if at_child[i]:
                 base_t[:] = state[3][i]
             elif tree[0][i] >= 0:
@@ -50,6 +51,7 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
             _momentum(mass[link[j]], first[link[j]], second[link[j]], twists[j], force)
             for i in range(j + 1):
                 total = 0.0
+                # M_ij is the power of j's momentum on i's twist: nothing where j's link does not hang on i's.
                 if on_path[link[i], link[j]]:
                     for a in range(6):
                         total += twists[i, a] * force[a]
@@ -57,6 +59,7 @@ def condense_matrices(tree, ways, loops, values, inertia, columns, elastic, part
         _loop_rows(loops, state, twists, link, on_path, rows, work)
         full_k[:] = stiffness
         _add_elastic(elastic, rows, full_k)
+        # Locked directions of the loops are equations: dependent coordinates follow the independent ones.
         for i in range(r):
             for j in range(r):
                 lock[i, j] = rows[row_loop[i], row_way[i], dependent[j]]

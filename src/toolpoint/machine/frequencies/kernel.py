@@ -192,12 +192,13 @@ def tridiagonalise(a, d, e):
                 beta[w] += a[i, c, w] * a[i, c, w]
         for w in range(BLOCK):
             head = v[c + 1, w]
-            alpha = -np.sqrt(beta[w]) if head > 0 else np.sqrt(beta[w])
+            alpha = -np.sqrt(beta[w]) if head > 0 else np.sqrt(beta[w])  # the sign that cancels no digits in head - alpha
             e[c, w] = alpha
             v[c + 1, w] = head - alpha
             size = beta[w] - head * alpha
             beta[w] = 1.0 / size if size > 0 else 0.0
         p[c + 1:n] = 0.0
+        # p = A v from the lower triangle alone: each entry serves its row and, mirrored, its column.
         for i in range(c + 1, n):
             for j in range(c + 1, i):
                 for w in range(BLOCK):
@@ -235,6 +236,7 @@ def largest_eigenvalues(d, e, number, out):
     low, high, x, q = np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK), np.empty(BLOCK)
     floor, top = np.empty(BLOCK), np.empty(BLOCK)
     count = np.empty(BLOCK)
+    # Gershgorin's discs hold all eigenvalues; the largest found bounds the next from above.
     top[:] = 0.0
     floor[:] = 0.0
     for i in range(n):
@@ -248,14 +250,14 @@ def largest_eigenvalues(d, e, number, out):
         for w in range(BLOCK):
             low[w] = floor[w]
             high[w] = top[w] * (1 + 1e-14) if r == 0 else out[r - 1, w] * (1 + 1e-14)
-        for _ in range(52):
+        for _ in range(52):  # halvings: the digits of a double
             for w in range(BLOCK):
                 x[w] = 0.5 * (low[w] + high[w])
                 q[w] = d[0, w] - x[w]
                 count[w] = 1.0 if q[w] > 0 else 0.0
             for i in range(1, n):
                 for w in range(BLOCK):
-                    safe = q[w] if abs(q[w]) > 1e-300 else 1e-300
+                    safe = q[w] if abs(q[w]) > 1e-300 else 1e-300  # x on a leading minor's eigenvalue: either side will do
                     q[w] = d[i, w] - x[w] - squares[i, w] / safe
                     count[w] += 1.0 if q[w] > 0 else 0.0
             for w in range(BLOCK):

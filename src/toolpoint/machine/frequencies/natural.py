@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from toolpoint._check import FloatArray, count, fail, one_of
@@ -17,6 +19,8 @@ from toolpoint.vibration.eigen import mass_normalised, natural_omega
 from toolpoint.vibration.gyroscopic import whirl_omega
 
 _CHUNK = 4096
+_BLOCK = 64  # poses that the compiled kernels take side by side
+_ENTRIES = 2**21  # of all mass matrices that are held at once: 16 MB
 
 
 def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: str = "numpy") -> FloatArray:
@@ -33,8 +37,8 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
     modes : int
         At most the number of coordinates.
     path : str
-        ``numpy``, or ``compiled`` (trees and closed machines of rigid bodies without preload; others are refused with the
-        reason).
+        ``numpy``, or ``compiled`` (trees, and closed machines of rigid bodies, without preload; others are refused with the
+        reason). With elastic bodies the eigenvalues alone are compiled: nine tenths of the time are theirs.
     """
     one_of("path", path, ("numpy", "compiled"))
     number = min(count("modes", modes), freedoms(machine))
@@ -47,7 +51,12 @@ def natural_frequencies(machine: Machine, poses: Pose, modes: int = 6, *, path: 
         return _compiled(machine, poses, number, factor)
     return np.concatenate([
         _general(machine, chunk, number) if factor is None else _constant(machine, chunk, number, factor)
-        for chunk in machine.chain.chunks(poses, _CHUNK)])
+        for chunk in machine.chain.chunks(poses, _chunk(machine))])
+
+
+def _chunk(machine: Machine) -> int:
+    """Return how many poses are taken at once: thousands of a rigid machine, fewer of one with many coordinates."""
+    return int(np.clip(_ENTRIES // machine.size**2 // _BLOCK * _BLOCK, _BLOCK, _CHUNK))
 
 
 def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArray:
@@ -55,7 +64,7 @@ def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArr
     if path == "compiled":
         fail("path", "'compiled' for a machine with spinning bodies", "needs a machine at standstill", "use path='numpy'")
     parts = []
-    for chunk in machine.chain.chunks(poses, _CHUNK):
+    for chunk in machine.chain.chunks(poses, _chunk(machine)):
         place = place_machine(machine, chunk)
         mass, stiffness, _, _, basis = equations(place)
         gyroscopic = gyroscopic_matrix(place)
@@ -76,7 +85,9 @@ def _closed(machine: Machine, poses: Pose, number: int) -> FloatArray:
 
 
 def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) -> FloatArray:
-    values = np.linalg.eigvalsh(factor @ mass_matrix(place_machine(machine, poses)) @ factor.T)
+    mass = mass_matrix(place_machine(machine, poses))
+    scale = np.diag(factor)
+    values = np.linalg.eigvalsh(mass * (scale[:, None] * scale) if _is_diagonal(factor) else factor @ mass @ factor.T)
     return 1 / (2 * np.pi * np.sqrt(values[:, ::-1][:, :number]))
 
 
@@ -102,17 +113,37 @@ def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | N
     if factor is None:
         fail("path", "'compiled' for a machine with loops, preload, free directions or a joint that follows an axis",
              "needs a constant, positive definite stiffness", "use path='numpy'")
-    if any(body.modal_count for body in machine.bodies):
-        fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
     from toolpoint.machine.frequencies import kernel
 
-    at = machine.chain.step_values(poses)
+    diagonal, parts = _is_diagonal(factor), []
+    for mass in _elastic_masses(machine, poses) if _has_elastic_bodies(machine) else _rigid_masses(machine, poses):
+        values = np.empty((len(mass), number))
+        kernel.largest_scaled_eigenvalues(mass, factor, diagonal, number, values)
+        parts.append(values)
+    return 1 / (2 * np.pi * np.sqrt(np.concatenate(parts)))
+
+
+def _has_elastic_bodies(machine: Machine) -> bool:
+    return any(body.modal_count for body in machine.bodies)
+
+
+def _elastic_masses(machine: Machine, poses: Pose) -> Iterator[FloatArray]:
+    """Yield mass matrices of poses, a chunk at a time, by NumPy: what an elastic machine takes are its eigenvalues."""
+    for chunk in machine.chain.chunks(poses, _chunk(machine)):
+        yield np.ascontiguousarray(mass_matrix(place_machine(machine, chunk)))
+
+
+def _rigid_masses(machine: Machine, poses: Pose) -> Iterator[FloatArray]:
+    """Yield mass matrices of poses of a tree of rigid bodies, a chunk at a time, by composite inertias."""
+    from toolpoint.machine.frequencies import kernel
+
+    at, data = machine.chain.step_values(poses), tree_arrays(machine)
     matrices = np.empty((min(len(at), _CHUNK), machine.size, machine.size))
-    data = tree_arrays(machine)
-    result = np.empty((len(at), number))
-    diagonal = bool(np.count_nonzero(factor - np.diag(np.diag(factor))) == 0)
     for start in range(0, len(at), _CHUNK):
-        part = at[start:start + _CHUNK]
-        kernel.tree_mass_matrices(*data, np.ascontiguousarray(part), matrices[:len(part)])
-        kernel.largest_scaled_eigenvalues(matrices[:len(part)], factor, diagonal, number, result[start:start + len(part)])
-    return 1 / (2 * np.pi * np.sqrt(result))
+        part = np.ascontiguousarray(at[start:start + _CHUNK])
+        kernel.tree_mass_matrices(*data, part, matrices[:len(part)])
+        yield matrices[:len(part)]
+
+
+def _is_diagonal(factor: FloatArray) -> bool:
+    return bool(np.count_nonzero(factor) == np.count_nonzero(np.diag(factor)))

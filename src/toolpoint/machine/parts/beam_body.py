@@ -14,9 +14,11 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.bodies import Body, Interface, MassProperties
 from toolpoint.bodies.beam import BeamMatrices, BeamSection, join_elements
 from toolpoint.bodies.reduced import ReducedBody, ReducedPart
+from toolpoint.bodies.residual_form import ResidualForm
 from toolpoint.machine.description.beam import BeamDescription
 from toolpoint.machine.parts.beam_surface import beam_surface
 from toolpoint.machine.parts.content_key import ContentKey
+from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reach import REACH
@@ -85,7 +87,18 @@ def _in_frame(description: BeamDescription, basis: BeamBasis, notes: tuple[str, 
               for name, node in basis.nodes.items()}
     frequency = np.sqrt(np.maximum(basis.reduction.squares, 0.0))
     return Body(mass, stiffness, 2 * description.damping_ratio * np.diag(frequency), places, notes, gyroscopic, along,
-                surface=beam_surface(description, basis.places, basis.owners, motion=vectors))
+                surface=beam_surface(description, basis.places, basis.owners, motion=vectors),
+                residual=_residual(beam, basis, turn))
+
+
+def _residual(beam: BeamMatrices, basis: BeamBasis, turn: FloatArray) -> ResidualForm:
+    """Return from which the error by the reduction is stated: the loads are those of the nodes of all interfaces, in order."""
+    size, nodes = len(beam.mass), sorted(set(basis.nodes.values()))
+    unit = {node: csc_array((np.ones(6), (np.arange(6 * node, 6 * node + 6), np.arange(6))), (size, 6)) for node in nodes}
+    loads = {str(node): PlaceLoads(unit[node], csc_array((size, 0)), turn.T) for node in nodes}
+    lower = np.linalg.cholesky(beam.rigid.T @ beam.mass @ beam.rigid)
+    form = residual_form(basis.reduction, lower.T @ turn, loads)
+    return replace(form, places={name: form.places[str(node)] for name, node in basis.nodes.items()})
 
 
 def _projected(beam: BeamMatrices, basis: BeamBasis, axis: str) -> tuple[FloatArray, FloatArray, FloatArray]:

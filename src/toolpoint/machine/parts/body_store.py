@@ -12,6 +12,7 @@ import numpy as np
 
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
+from toolpoint.bodies.residual_form import ResidualForm
 from toolpoint.bodies.surface import BodySurface
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.parts.content_key import ContentKey
@@ -75,6 +76,10 @@ def write_body(reduced: ReducedBody, path: Path) -> None:
     for i, part in enumerate(reduced.parts.values()):
         data[f"numbers{i}"] = np.array([part.numbers.modulus, part.numbers.density, part.numbers.loss_factor])
         data |= {f"stiffness{i}": part.stiffness, f"mass{i}": part.mass}
+    if body.residual is not None:
+        data |= {"residual": body.residual.gram, "reach": np.array([body.residual.shift, body.residual.reach])}
+        for i, loads in enumerate(body.residual.places[name] for name in body.interfaces):
+            data[f"loads{i}"] = loads.values if isinstance(loads, MotionTable) else loads
     if body.surface is not None:
         data |= {"nodes": body.surface.nodes, "triangles": body.surface.triangles,
                  "motion": body.surface.motion.astype(np.float32)}
@@ -94,5 +99,11 @@ def read_body(path: Path) -> ReducedBody:
         surface = BodySurface(data["nodes"], data["triangles"], data["motion"]) if "nodes" in data else None
         parts = {name: ReducedPart(ElasticNumbers(*data[f"numbers{i}"].tolist()), data[f"stiffness{i}"], data[f"mass{i}"])
                  for i, name in enumerate(data["sets"].tolist())}
+        residual = None
+        if "residual" in data:
+            loads = {name: MotionTable(data[f"way{i}"], data[f"loads{i}"], name) if f"way{i}" in data else data[f"loads{i}"]
+                     for i, name in enumerate(places)}
+            shift, reach = data["reach"].tolist()
+            residual = ResidualForm(data["residual"], shift, reach, loads)
         return ReducedBody(Body(data["mass"], data["stiffness"], data["damping"], places, tuple(data["notes"].tolist()),
-                                surface=surface), parts)
+                                surface=surface, residual=residual), parts)

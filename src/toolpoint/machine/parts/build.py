@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, within
+from toolpoint._check import ToolpointError, fail, suggestion, within
 from toolpoint.bodies import Body
 from toolpoint.joints.linear import DIRECTIONS
 from toolpoint.machine.description.beam import BeamDescription
@@ -56,7 +56,7 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         LoopJoint(name, links[j.parent], links[j.child], frame(j.frame), laws[name], j.parent_interface, j.child_interface,
                   tuple(DIRECTIONS.index(way) for way in large_freedoms(j)))
         for name, j in description.joints.items() if j.closes_loop)
-    return Machine(
+    result = Machine(
         description, chain, names,
         tuple(given[n] if n in given else Body.rigid(within(f"bodies.{n}", mass_properties, description.bodies[n]))
               for n in names),
@@ -65,6 +65,26 @@ def build(description: MachineDescription, bodies: Mapping[str, Body] | None = N
         tuple(j.elastic_at == "child" for j in tree),
         tuple((j.parent_interface, j.child_interface) for j in tree), loops,
         partial(build, bodies=bodies, kept=reduced), reduced)
+    _check_interfaces(result)
+    return result
+
+
+def _check_interfaces(machine: Machine) -> None:
+    """Refuse joints and points that hold on to an elastic body elsewhere than at an interface: motion there is not known."""
+    description = machine.description
+    held = [(f"joints.{name}.{side}_interface", getattr(joint, side), getattr(joint, f"{side}_interface"), True)
+            for name, joint in description.joints.items() for side in ("parent", "child")]
+    held += [(f"points.{name}.interface", point.body, point.interface, False) for name, point in description.points.items()]
+    for path, name, interface, may_slide in held:
+        body = machine.bodies[machine.body_names.index(name)] if name in machine.body_names else None
+        if body is None or not body.modal_count:
+            continue
+        known = [key for key, place in body.interfaces.items() if may_slide or place.slide is None]
+        if interface not in known:
+            moving = "" if may_slide or interface not in body.interfaces else "slides, and can be held by a joint only; "
+            fail(path, "none" if interface is None else repr(interface),
+                 f"{moving}must be of the interfaces of the elastic body {name}: {', '.join(known) or 'none'}",
+                 suggestion(str(interface), known) if interface else "")
 
 
 def _reduced(before: KeptBody | None, body: BodyDescription) -> KeptBody:
@@ -82,7 +102,8 @@ def _reduced(before: KeptBody | None, body: BodyDescription) -> KeptBody:
         return KeptBody(part, part.frozen_text, basis.reduced, basis)
     from toolpoint.machine.parts.body_store import reduce_once  # finite elements load where a body has them
 
-    return KeptBody(part, part.frozen_text, reduce_once(part))
+    kind = "elastic" if part is body.elastic else "solid"
+    return KeptBody(part, part.frozen_text, within(kind, reduce_once, part))
 
 
 def _imported(body: BodyDescription) -> Body:

@@ -4,23 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.sparse import csc_array, hstack
 
-from toolpoint._check import FloatArray, fail, floats
+from toolpoint._check import FloatArray, fail, floats, within
 from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
 from toolpoint.bodies.solid import Patch, SolidModel
 from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
 from toolpoint.bodies.surface import BodySurface
 from toolpoint.machine.description.elastic import ElasticDescription, PatchDescription, SolidBody
+from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form, split_sliding
 from toolpoint.spatial.motion_table import MotionTable
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
 from toolpoint.substructuring.reach import REACH, SURE
 from toolpoint.substructuring.reduction import Reduction, ReductionMethod, reduce
-from toolpoint.substructuring.sliding import tabulate
+from toolpoint.substructuring.sliding import table_positions, tabulate
 
 DRAWN = 2500  # nodes of a body's surface at most, about
 
@@ -76,22 +78,17 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
     """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
     if not interfaces:
         fail("interfaces", "none", "must be at least one", "a body is held by its interfaces")
-    columns, repeats, still = [], [], {}
-    for name, place in interfaces.items():
-        if isinstance(place, SlidingPatch):
-            loads = [place.weights(model, float(z)) for z in place.positions()]
-        else:
-            loads = [place.averages(model)]
-            still[name] = loads[0]
-        columns += loads
-        repeats += [float(len(loads))] * (6 * len(loads))
+    places = {name: within(f"interfaces.{name}", partial(_loads_of, model), place) for name, place in interfaces.items()}
+    repeats = [np.full(columns, columns / 6) for columns in (place.columns.shape[1] for place in places.values())]
     rigid = model.rigid_motion()
-    body = LargeBody(*model.node_matrices(), csc_array(hstack(columns)), rigid, repeats=np.array(repeats),
-                     coordinates=model.dof_places)
+    body = LargeBody(*model.node_matrices(), csc_array(hstack([place.columns for place in places.values()])), rigid,
+                     repeats=np.concatenate(repeats), coordinates=model.dof_places,
+                     beside=csc_array(hstack([place.beside for place in places.values()])))
     reduction = reduce(body, method or ActingLoads(band), size)
-    nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, surface=_surface(model, reduction),
-                        interfaces={name: Interface(place.centre, still[name].T @ reduction.vectors) if isinstance(place, Patch)
-                                    else _sliding(place, model, reduction, name) for name, place in interfaces.items()})
+    held = {name: Interface(place.centre, places[name].columns.T @ reduction.vectors) if isinstance(place, Patch)
+            else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
+    nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, interfaces=held, places=places,
+                        surface=_surface(model, reduction))
     return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors])))
 
 
@@ -122,13 +119,25 @@ def _surface(model: SolidModel, reduction: Reduction) -> BodySurface:
 
 
 def free_body(reduction: Reduction, rigid_mass: FloatArray, notes: tuple[str, ...], *, interfaces: Mapping[str, Interface],
-              surface: BodySurface | None = None) -> Body:
+              places: Mapping[str, PlaceLoads], surface: BodySurface | None = None) -> Body:
     """Return the body of a reduction: six rigid motions with their mass (6, 6) about the frame, unit elastic coordinates."""
+    form = residual_form(reduction, np.linalg.cholesky(rigid_mass).T, places)
     mass = np.zeros((6 + reduction.size,) * 2)
     mass[:6, :6] = rigid_mass
     mass[6:, 6:] = np.eye(reduction.size)
     return Body((mass + mass.T) / 2, np.diag(reduction.squares), notes=(*notes, _note(reduction, len(reduction.vectors))),
-                interfaces=interfaces, surface=surface)
+                interfaces=interfaces, surface=surface, residual=form)
+
+
+def _loads_of(model: SolidModel, place: Patch | SlidingPatch) -> PlaceLoads:
+    return PlaceLoads.still(place.averages(model)) if isinstance(place, Patch) else _sliding_loads(place, model)
+
+
+def _sliding_loads(place: SlidingPatch, model: SolidModel) -> PlaceLoads:
+    """Return a sliding place as loads, at the entries of its table."""
+    at = table_positions(place.low, place.high, place.step)
+    return split_sliding([place.weights(model, float(z)) for z in place.positions()],
+                         [place.weights(model, float(z)) for z in at], at)
 
 
 def _sliding(place: SlidingPatch, model: SolidModel, reduction: Reduction, name: str) -> Interface:
@@ -146,7 +155,7 @@ def _note(reduction: Reduction, size: int) -> str:
 def reduce_described(description: ElasticDescription | SolidBody) -> ReducedBody:
     """Return the reduced body of a described casting or solid."""
     notes = description.content.notes if isinstance(description, SolidBody) and description.content is not None else ()
-    places = {name: _described_place(part) for name, part in description.interfaces.items()}
+    places = {name: within(f"interfaces.{name}", _described_place, part) for name, part in description.interfaces.items()}
     return reduce_in_parts(description.model, places, band=description.band, size=description.size, notes=notes)
 
 

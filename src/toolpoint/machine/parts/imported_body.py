@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy.sparse import csc_array
 
 from toolpoint._check import FloatArray, fail, floats
 from toolpoint.bodies import Body, Interface, MassProperties
@@ -19,6 +20,7 @@ from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.machine.description.matrices import MatricesBody
 from toolpoint.machine.parts.content_key import ContentKey
 from toolpoint.machine.parts.elastic_body import free_body
+from toolpoint.machine.parts.residual_places import PlaceLoads
 from toolpoint.spatial.rotation import skew
 from toolpoint.substructuring.large_body import LargeBody
 from toolpoint.substructuring.methods import ActingLoads
@@ -68,7 +70,8 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(places[name], weights.T @ reduction.vectors)
             for name, weights in zip(interfaces, columns, strict=True)}
-    return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, interfaces=held)
+    loads = {name: PlaceLoads.still(csc_array(weights)) for name, weights in zip(interfaces, columns, strict=True)}
+    return free_body(reduction, rigid.T @ (matrices.mass @ rigid), matrices.notes, interfaces=held, places=loads)
 
 
 def _check_places(matrices: ImportedMatrices) -> None:

@@ -9,6 +9,7 @@ import numpy as np
 from toolpoint._check import fail, suggestion, within
 from toolpoint.bodies import mesh, shapes
 from toolpoint.bodies.inertia import MassProperties
+from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
 from toolpoint.machine.description.machine import ELASTIC, BodyDescription, ShapeDescription
 
 
@@ -42,9 +43,9 @@ def mass_properties(body: BodyDescription) -> MassProperties:
     """
     check_sources(body)
     if body.elastic is not None:
-        return body.elastic.model.mass_properties
+        return within("elastic", _mass_of_solid, body.elastic)
     if body.solid is not None:
-        return body.solid.model.mass_properties
+        return within("solid", _mass_of_solid, body.solid)
     if body.beam is not None:
         from toolpoint.machine.parts.beam_body import beam_mass
 
@@ -63,6 +64,10 @@ def mass_properties(body: BodyDescription) -> MassProperties:
     if body.density is not None:
         fail("density", "given beside mass and inertia", "serves a shape or a mesh only", "remove it")
     return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
+
+
+def _mass_of_solid(part: ElasticDescription | SolidBody) -> MassProperties:
+    return part.model.mass_properties
 
 
 def check_sources(body: BodyDescription) -> None:

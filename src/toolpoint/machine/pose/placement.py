@@ -100,10 +100,15 @@ class Placement:
         return result
 
 
+def frame_motion(place: Placement, link: int) -> FloatArray:
+    """Return the twist of a body's frame, in its axes and about itself, per coordinate, (P, 6, n)."""
+    return tf.adjoint(tf.inverse(place.frames[:, link])) @ place.jacobians[:, link]
+
+
 def body_coordinates(place: Placement, link: int) -> FloatArray:
     """Return B: a body's own coordinates (twist in its axes about its frame, modal amplitudes) per coordinate, (P, 6+m, n)."""
     machine = place.machine
-    back = tf.adjoint(tf.inverse(place.frames[:, link])) @ place.jacobians[:, link]
+    back = frame_motion(place, link)
     modal = list(machine.modal_columns[link])
     if not modal:
         return back

@@ -56,8 +56,7 @@ def _fit_remarks(frf: Frf, quality: FloatArray, mode_quality: FloatArray, modes:
         lines.append(Doubt(_name(int(i) + 1, modes.frequency[i]), f"the responses around it fit only to "
                                                              f"{100 * mode_quality[i]:.3g} %: "
                            "a closely spaced pair may be unresolved, or the structure is not linear there", "add a "
-                                                                                                            "reference or "
-                           "raise the order; strike less hard", figure=float(mode_quality[i])))
+                           "reference or raise the order; strike less hard", figure=float(mode_quality[i])))
     if excess > 2:
         lines.append(Doubt("residual", f"{excess:.3g} times the stated variance: modes are missing, or the set-ups differ",
                            "the intervals are widened to what is seen", figure=excess))
@@ -94,8 +93,7 @@ def _mode_remarks(frf: Frf, modes: Modes) -> list[Doubt]:
             lines.append(Doubt(_name(i, f), "has no positive damping", "check the decay of the window", figure=float(zeta)))
         if modes.covariance is not None and np.diagonal(modes.covariance[i - 1]).min() < 0:
             lines.append(Doubt(_name(i, f), "its certainty cannot be told, as the fit holds nearly equal modes that "
-                                            "cancel each "
-                               "other", "the responses may disagree on their poles (a sensor moved between them)"))
+                               "cancel each other", "the responses may disagree on their poles (a sensor moved between them)"))
         elif modes.covariance is not None and modes.damping_interval[i - 1] > UNCERTAIN * abs(zeta):
             part = float(modes.damping_interval[i - 1] / abs(zeta))
             lines.append(Doubt(_name(i, f), f"damping known only to ±{100 * part:.0f} % of its value", "average more hits or "

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance
@@ -88,7 +89,7 @@ class Identification(NotebookText):
     significance: FloatArray | None = None
     advice: tuple[str, ...] = field(default=())
     resonances: tuple[Resonance, ...] = ()
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     smooth: bool = False
     steadiness: Steadiness | None = None
     choice: PoleChoice | None = None

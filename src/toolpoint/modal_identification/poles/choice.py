@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Annotated
 
@@ -34,6 +35,10 @@ class PoleChoice:
 
     add: tuple[AddedPole, ...] = ()
     remove: tuple[Hertz, ...] = ()
+
+    def extended(self, add: Iterable[tuple[float, float]] = (), remove: Iterable[float] = ()) -> PoleChoice:
+        """Return the choice with more poles (frequency in Hz, damping ratio) and modes to leave out (Hz)."""
+        return PoleChoice((*self.add, *(AddedPole(*pole) for pole in add)), (*self.remove, *remove))
 
     @property
     def is_empty(self) -> bool:

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.signal import find_peaks
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint.modal_identification.band import POWER, cut, noise_level
 from toolpoint.modal_identification.scaling import factor_rank_one, scale_shapes
 from toolpoint.vibration.driving_point import driving_points
@@ -224,17 +225,17 @@ def _modes(frf: Frf, peaks: list[Peak]) -> Modes:
         notes=(*frf.notes, *_doubts(frf, peaks, unit_mass)))
 
 
-def _doubts(frf: Frf, peaks: list[Peak], unit_mass: bool) -> list[str]:
-    notes = ["identified by quadrature picking: real shapes, each mode seen alone"]
+def _doubts(frf: Frf, peaks: list[Peak], unit_mass: bool) -> list[Doubt]:
+    doubts = [Doubt("quadrature picking", "shapes are real, each mode is seen alone")]
     for number, peak in enumerate(peaks, start=1):
         if peak.lines < 5:
-            notes.append(f"mode {number}: only {peak.lines} lines above half of the peak, the damping is uncertain; "
-                         "measure with a finer line spacing")
+            doubts.append(Doubt(f"mode {number}", f"only {peak.lines} lines above half of the peak, the damping is uncertain",
+                                "measure with a finer line spacing"))
         if peak.line < peak.lines or peak.line > frf.frequency.size - 1 - peak.lines:
-            notes.append(f"mode {number} lies at the edge of the band; widen it")
+            doubts.append(Doubt(f"mode {number}", "lies at the edge of the band", "widen it"))
     for number, (first, second) in enumerate(pairwise(peaks), start=1):
         if second.omega - first.omega < 2 * (first.ratio * first.omega + second.ratio * second.omega):
-            notes.append(f"modes {number} and {number + 1} overlap: their damping is uncertain here")
+            doubts.append(Doubt(f"modes {number} and {number + 1}", "overlap, so that their damping is uncertain here"))
     if not unit_mass:
-        notes.append("no scale: no driving point among the responses moves in every mode with the right sign")
-    return notes
+        doubts.append(Doubt("no scale", "no driving point among the responses moves in every mode with the right sign"))
+    return doubts

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.pages.remarks import with_remarks
@@ -20,7 +21,7 @@ from toolpoint.substructuring.receptance import PlaneReceptance
 
 def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a coupled tool; doubts stand first."""
-    doubts = [note for note in result.notes if note.startswith("doubt")]
+    doubts = [note for note in result.notes if isinstance(note, Doubt)]
     source = f"; {result.tool.source}" if result.tool.source else ""
     report = Report("Tool-point response by receptance coupling", _answer(result), subtitle=f"{result.tool.words}{source}")
     report = report.with_doubts(*doubts)

@@ -11,17 +11,16 @@ from toolpoint.plot import Listing, Notes, Report, ShapeView
 from toolpoint.plot.shape_view.machine_scene import machine_shapes
 from toolpoint.studies.machines.check.machine_words import describe_motion
 from toolpoint.studies.machines.machine_report import MachineReport
-from toolpoint.studies.machines.pose_map import PoseMap
-from toolpoint.studies.machines.stiffness_map import StiffnessMap
+from toolpoint.studies.robots.workspace import WorkspaceStudy
 
 
-def workspace_page(result: MachineReport, frequencies: PoseMap, stiffness: StiffnessMap, *, source: str, file_name: str,
-                   warnings: Sequence[str] = ()) -> Report:
+def workspace_page(result: WorkspaceStudy, *, source: str, file_name: str, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a machine with maps of its frequencies and of its tool's stiffness over the workspace."""
-    page = machine_page(result, source, file_name, problems=warnings)
+    page = machine_page(result.report, source, file_name, problems=warnings)
     inputs, page = page.sections[-1], replace(page, sections=page.sections[:-1])
-    page = page.with_section("How it moves", Notes(describe_motion(result.machine), "note", "Axes, loops and the tool"))
-    for title, part in (("Frequencies over the workspace", frequencies), ("Static stiffness over the workspace", stiffness)):
+    page = page.with_section("How it moves", Notes(describe_motion(result.report.machine), "note", "Axes, loops and the tool"))
+    for title, part in (("Frequencies over the workspace", result.frequencies),
+                        ("Static stiffness over the workspace", result.stiffness)):
         maps = map_page(part, file_name)
         page = page.with_section(title, *(inner for section in maps.sections for inner in section.parts))
     return page.with_section(inputs.title, *inputs.parts)

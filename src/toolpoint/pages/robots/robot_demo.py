@@ -48,5 +48,6 @@ def robot_demo_page(result: RobotDemo, text: str, name: str, *, warnings: Sequen
             report = report.with_section("Beside the source", Notes(result.region_lines(), "note", "The region"))
             report = report.with_section("Stable depths", Chart(frequency_curves(
                 SPEEDS, limit, axis="spindle speed", unit="rev/min", names=["limit"], quantity="Stable depth, mm")),
-                "In the middle of the source's region; zero-order method, depth up to the chart's end where no limit is drawn.")
+                f"In the middle of the source's region; {result.chart.method}, first loss of stability alone; none is drawn "
+                "where no depth charted has it.")
     return with_remarks(report, list(warnings))

@@ -32,7 +32,7 @@ def servo_map_page(result: ServoMap, *, warnings: Sequence[str] = ()) -> Report:
             report = report.with_section(heading, f"The same at every pose to {100 * _FLAT:g} %: see the table.")
         else:
             report = report.with_section(heading, _chart(result, values, names, words))
-    return report.with_doubts(*result.notes(), *warnings).with_assumptions(
+    return report.with_doubts(*result.doubts(), *warnings).with_assumptions(
         "The loops are linear: friction, backlash and limits of torque are not in margins and bandwidths.",
         "At each pose the structure is that of the pose; between the poses nothing is known.")
 

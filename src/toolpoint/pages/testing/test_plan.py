@@ -24,8 +24,7 @@ def plan_page(result: ModalTestPlan, warnings: Sequence[str] = ()) -> Report:
     report = report.with_section("Check list", Table(list(STEPS), result.steps()))
     report = report.with_section("Expected", Table(list(EXPECTED), result.mode_rows(),
                                                    f"By a virtual test with {100 * result.noise:g} % noise; shapes expanded to "
-                                                   "all "
-                                                   f"{len(places)} points by those of the model."), _beside(result))
+                                                   f"all {len(places)} points by those of the model."), _beside(result))
     chosen = set(result.points)
     shape = result.modes.shape[[k for k, dof in enumerate(result.modes.dofs) if dof.point in chosen]]
     report = report.with_section("AutoMAC at these points", Chart(mac_matrix(auto_mac(np.asarray(shape)), result.modes,

@@ -31,7 +31,8 @@ def _ramp() -> list[list[float]]:
 RAMP = _ramp()
 _AXIS = {"gridcolor": "rgba(127,127,127,0.22)", "linecolor": "rgba(127,127,127,0.6)", "showline": True, "mirror": True,
          "ticks": "outside", "tickcolor": "rgba(127,127,127,0.6)", "ticklen": 4, "zeroline": False, "automargin": True,
-         "title": {"standoff": 8}, "exponentformat": "power"}
+         "title": {"standoff": 8}, "exponentformat": "power",
+         "minexponent": 5}  # 14000 rev/min and not 1.4 x 10^4
 TEMPLATE = go.layout.Template(
     layout={
         "modebar": {"bgcolor": "rgba(0,0,0,0)", "color": "rgba(127,127,127,0.7)", "activecolor": "#0a66b0"},

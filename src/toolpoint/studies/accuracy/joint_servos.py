@@ -5,8 +5,15 @@ its set point. The joints that the axis drives by factors f feel it: their sprin
 \theta`, q the deviation of the joint. The rotor brings :math:`J / r^2`, the cascade :math:`(K_v K_p + K_i) / r^2` of stiffness,
 :math:`K_v / r^2` of damping, and :math:`K_i K_p / r^2` on the integral s of the position's deviation, which takes slow loads
 away below :math:`K_p K_i / (K_v K_p + K_i)` rad/s. s is a coordinate of its own, :math:`\tau \ddot s + \dot s = \theta`, with
-half the position loop's sample time for :math:`\tau`. Left out, and stated: the sampling's delay, the current loop, the turn
-of the rotor with the body that carries it, and the lag behind the set point itself.
+half the position loop's sample time for :math:`\tau`.
+
+A sampled loop answers one and a half of its sample times late (computed in one, held over the next): what the velocity loop
+sees is :math:`\theta_1 = \theta(t - \tau_1)`, the position loop :math:`y = \theta_1(t - \tau_2)`. Each delay is Pade's of order
+[2/2], :math:`\frac{\tau^2}{12} \ddot p + \frac{\tau}{2} \dot p + p = \theta`, :math:`\theta(t - \tau) = \theta - \tau \dot p`,
+a coordinate p of its own; its phase is wrong by :math:`(\omega \tau)^5/720` rad. Left out, and stated: the current loop,
+the turn of the rotor with the body that carries it, and the lag behind the set point itself.
+
+Source: Baker, Graves-Morris, Pade Approximants, 1996; Astrom, Wittenmark, Computer-Controlled Systems, 1997, for the delay.
 """
 
 from __future__ import annotations
@@ -22,6 +29,9 @@ from toolpoint.drives.build import travel_per_angle
 from toolpoint.drives.description import DriveDescription
 from toolpoint.machine.parts.model import Machine
 from toolpoint.vibration.simulation.varying import VaryingSystem
+
+LATE = 1.5  # sample times that a loop answers late
+SHORTEST = 1e-6  # s, sample time below which a loop is continuous
 
 
 @dataclass(frozen=True)
@@ -40,8 +50,8 @@ class JointServo:
         Of the rotor with what turns with it, kg m^2.
     travel : float
         Of the axis for a radian of the motor: rad (one over the gear ratio) or m (lead over 2 pi).
-    sample_time : float
-        Of the position loop, s.
+    sample_time, velocity_sample_time : float
+        Of the position loop and of the velocity loop, s; below a microsecond a loop is continuous.
     """
 
     position: float
@@ -50,11 +60,13 @@ class JointServo:
     inertia: float
     travel: float
     sample_time: float = 1e-3
+    velocity_sample_time: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("position", "velocity", "inertia", "travel", "sample_time"):
             positive(f"JointServo.{name}", getattr(self, name))
-        nonnegative("JointServo.integral", np.array(self.integral))
+        for name in ("integral", "velocity_sample_time"):
+            nonnegative(f"JointServo.{name}", np.array(getattr(self, name)))
 
     @property
     def mass(self) -> float:
@@ -77,9 +89,20 @@ class JointServo:
         return self.integral * self.position / self.travel**2
 
     @property
+    def delays(self) -> tuple[float, float]:
+        """Delay of the velocity loop, and that of the position loop behind it, s: 0 where a loop is continuous."""
+        times = self.velocity_sample_time, self.sample_time
+        return times[0] * LATE * (times[0] >= SHORTEST), times[1] * LATE * (times[1] >= SHORTEST)
+
+    @property
+    def feeds_energy(self) -> bool:
+        """Whether the loops hold energy of their own or give it: an integral part or a delay."""
+        return self.integral > 0 or any(self.delays)
+
+    @property
     def delayed(self) -> float:
-        """Degrees by which hold and delay of the position loop's sampling, left out, would turn it at its own gain."""
-        return float(np.degrees(1.5 * self.sample_time * self.position))
+        """Degrees by which both delays turn the position loop at its own gain."""
+        return float(np.degrees(sum(self.delays) * self.position))
 
     @property
     def slow(self) -> float:
@@ -109,19 +132,18 @@ def servos_of(drives: DriveDescription, machine: Machine) -> dict[str, JointServ
         travel = 1 / drive.mechanics.gear_ratio if axes[name].is_rotary else travel_per_angle(drive.mechanics)
         time = drive.velocity.integral_time
         servos[name] = JointServo(drive.position.gain, drive.velocity.gain, 0.0 if time is None else drive.velocity.gain / time,
-                                  drive.mechanics.inertia, travel, drive.position.sample_time)
+                                  drive.mechanics.inertia, travel, drive.position.sample_time, drive.velocity.sample_time)
     return servos
 
 
 def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, ...], *, servos: Mapping[str, JointServo],
                batch: Mapping[str, FloatArray], loads: tuple[str, ...], reference: float) -> VaryingSystem:
-    """Return a system with a rotor for every servo, then an integral for each that has one, behind the coordinates it has.
+    """Return a system with a rotor for every servo, then the integrals and delays of each, behind the coordinates it has.
 
     coordinates : their names; batch : axis positions at the nodes; loads : see `MillingSetup`; reference : Hz at which loss
     factors are as viscous dampers.
     """
-    integrals = [i for i, servo in enumerate(servos.values()) if servo.integral > 0]
-    n, count = system.size, len(servos) + len(integrals)
+    n, count = system.size, len(servos) + sum(_inner(servo) for servo in servos.values())
     if len(coordinates) != n:
         fail("servos", "a machine whose loops close", "must be a chain without loops here", "leave the servos out")
     stiffness, viscous, mass = (_grown(matrix, count) for matrix in (system.stiffness, system.damping, system.mass))
@@ -134,14 +156,10 @@ def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, 
             matrix[:, at, rotors] -= value * factors
             matrix[:, rotors, at] -= value * factors
             matrix[:, rotors, rotors] += value * np.outer(factors, factors)
+    at = n + len(servos)
     for i, servo in enumerate(servos.values()):
-        mass[:, n + i, n + i] += servo.mass
-        stiffness[:, n + i, n + i] += servo.stiffness
-        viscous[:, n + i, n + i] += servo.damping
-    for k, i in enumerate(integrals):
-        servo, at = list(servos.values())[i], n + len(servos) + k
-        mass[:, at, at], viscous[:, at, at] = servo.sample_time / 2, 1.0
-        stiffness[:, n + i, at], stiffness[:, at, n + i] = servo.integral_stiffness, -1.0
+        _close_loops(servo, n + i, at, mass, viscous=viscous, stiffness=stiffness)
+        at += _inner(servo)
     inputs = np.concatenate([system.input_map, np.zeros((len(mass), count, system.input_map.shape[2]))], axis=1)
     if "path" in loads:
         for i, (name, servo) in enumerate(servos.items()):
@@ -151,6 +169,42 @@ def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, 
     still = np.zeros((len(mass), 6, count))
     return VaryingSystem(system.length, mass, viscous, stiffness, inputs, np.concatenate([system.output_map, still], axis=2),
                          np.concatenate([system.momentum_map, still], axis=2))
+
+
+def _inner(servo: JointServo) -> int:
+    """Coordinates of a servo beside its rotor: a delay each, and the integral."""
+    return sum(delay > 0 for delay in servo.delays) + (servo.integral > 0)
+
+
+def _close_loops(servo: JointServo, rotor: int, at: int, mass: FloatArray, *, viscous: FloatArray, stiffness: FloatArray
+                 ) -> None:
+    """Write rotor and loops of a servo into the matrices: its delays, then its integral, from coordinate `at` on."""
+    velocity, position = servo.delays
+    stiff, square = servo.velocity * servo.position / servo.travel**2, servo.travel**2
+    mass[:, rotor, rotor] += servo.mass
+    stiffness[:, rotor, rotor] += servo.stiffness
+    viscous[:, rotor, rotor] += servo.damping
+    late: list[tuple[int, float]] = []  # y = theta less the sum of delay x rate of these
+    for delay in (velocity, position):
+        if delay == 0:
+            continue
+        mass[:, at, at], viscous[:, at, at], stiffness[:, at, at] = delay**2 / 12, delay / 2, 1.0
+        stiffness[:, at, rotor] = -1.0
+        for before, earlier in late:  # the position loop sees what the velocity loop sees
+            viscous[:, at, before] = earlier
+        late.append((at, delay))
+        at += 1
+    for place, delay in late:
+        viscous[:, rotor, place] -= stiff * delay
+    if velocity > 0:  # the rate of theta_1, and K_i theta_1
+        first = late[0][0]
+        mass[:, rotor, first] -= servo.damping * velocity
+        viscous[:, rotor, first] -= servo.integral / square * velocity
+    if servo.integral > 0:
+        mass[:, at, at], viscous[:, at, at] = servo.sample_time / 2, 1.0
+        stiffness[:, rotor, at], stiffness[:, at, rotor] = servo.integral_stiffness, -1.0
+        for place, delay in late:
+            viscous[:, at, place] = delay
 
 
 def _grown(matrix: FloatArray, count: int) -> FloatArray:
@@ -181,5 +235,5 @@ def servo_words(servos: Mapping[str, JointServo]) -> str:
     slow = max(servo.slow for servo in servos.values())
     turn = max(servo.delayed for servo in servos.values())
     words = f"servo loops of {', '.join(servos)}: rotors, cascades and their integral parts (below {slow:.2g} Hz)"
-    return (f"{words} in the equations; left out: delay of the sampling ({turn:.2g} degrees at the position gain), current "
-            "loops and the lag of the set points")
+    return (f"{words} in the equations, with the delay of their sampling ({turn:.2g} degrees at the position gain, Pade [2/2]);"
+            " left out: current loops and the lag of the set points")

@@ -28,8 +28,7 @@ _WAYS = ("+x", "+y", "+z", "+rx", "+ry", "+rz")
 @dataclass(frozen=True, eq=False)
 class ToolStance:
     """How the tool stands along a path: direction of its axis (that at the reference pose where left out), turn (rad), branch
-    of an
-    arm, and the pose from which the first one is sought."""
+    of an arm, and the pose from which the first one is sought."""
 
     direction: tuple[float, float, float] | None = None
     turn: float = 0.0

@@ -64,7 +64,11 @@ class MillingSetup:
 @dataclass(frozen=True, eq=False)
 class EnergyBalance:
     """Work of all loads, energy lost, gain of energy, and work done by the moving structure, J; size : sum of |work| of the
-    steps."""
+    steps.
+
+    At a node the three balance to round-off; between two, where transition, loss and energy are each blended, by the square of
+    the nodes' distance: that is the whole gap.
+    """
 
     work: float
     lost: float
@@ -315,5 +319,4 @@ def _base_history(structure: MovingStructure, base: FloatArray, motion: FloatArr
 def _notes(structure: MovingStructure) -> tuple[str, ...]:
     size = float(np.abs(np.diff(np.stack(list(structure.reach.batch().values())), axis=1)).max())
     return (f"forces of the axes' own speed on the vibration (Coriolis) are left out; between nodes no axis moves more than "
-            f"{size:.2g} "
-            "(rad, m)",)
+            f"{size:.2g} (rad, m)",)

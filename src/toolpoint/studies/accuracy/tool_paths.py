@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -139,6 +140,43 @@ def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None 
         speed = positive("feed", float(part.feed[0]) if feed is None else feed)
         sides.append(PathSide(f"side {number + 1}", part, frame, _law(law, float(part.lengths.sum()), speed, limits)))
     return tuple(sides)
+
+
+def lay_path(*, square_side: float | None = None, ends: Sequence[ArrayLike] = (), points: ArrayLike | None = None,
+             path: Path | None = None, centre: ArrayLike = (0.0, 0.0, 0.0),
+             plane: tuple[ArrayLike, ArrayLike] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0)), feed: float = 0.005,
+             law: str = "quintic") -> tuple[PathSide, ...]:
+    """Return the sides of the one path that is given, see `square`, `line`, `along_points` and `sides_of`.
+
+    Parameters
+    ----------
+    square_side : float, optional
+        m, of a square about the centre in the plane.
+    ends : sequence of (3,) floats, optional
+        Start and end of a line, m.
+    points, path : optional
+        Places (n, 3), m, or a program's path, whose zero is the centre; a program has its own feeds.
+    centre, plane, feed, law
+        m; two directions; m/s; motion law.
+
+    Raises
+    ------
+    ToolpointError
+        For none or several of them, and what those refuse.
+    """
+    if sum((square_side is not None, len(ends) > 0, points is not None, path is not None)) != 1:
+        fail("accuracy", "none or several paths", "must be exactly one of `square`, `line` (twice), `points` and `program`")
+    if square_side is not None:
+        return square(square_side, centre=centre, first=plane[0], second=plane[1], feed=feed, law=law)
+    if len(ends):
+        if len(ends) != 2:
+            fail("`line`", f"{len(ends)} places", "must be given twice, the start and the end")
+        return line(*ends, feed=feed, law=law)
+    place = plane_frame(centre, *plane)
+    if points is not None:
+        return along_points(points, place=place, feed=feed, law=law)
+    assert path is not None
+    return sides_of(path, place=place, law=law)
 
 
 def _law(law: str, length: float, feed: float, limits: JerkLimits | None) -> MotionLaw:

@@ -18,24 +18,35 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint.cutting.build import words
 from toolpoint.cutting.description import CuttingDescription
-from toolpoint.cutting.stability.chain import ChartRow, Poses, chart_poses, limits_of
+from toolpoint.cutting.stability.chain import ChartRow, chart_poses, limits_of
 from toolpoint.cutting.stability.method import StabilityMethod
+from toolpoint.cutting.stability.panels.method import PanelArnoldi
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
-from toolpoint.studies.machines.tool_point import batch_of, depth_limit, method_for, pose_problem, tool_point
+from toolpoint.studies.machines.tool_point import (
+    FEED_ANGLE,
+    batch_of,
+    deepest,
+    depth_limit,
+    method_for,
+    pose_problem,
+    tool_point,
+)
 from toolpoint.studies.remark_kinds import first_of_each_kind
 
 CHAIN, CHAINS = 5, 8  # most poses of a chain, for it is lost when interrupted; least number of chains, for workers to share
+LINES = np.array([0.0, 1.0])  # Hz; modes are what is used
 Place = tuple[int, ...]
 
 
 def chatter_map(
     machine: Machine, positions: Mapping[str, ArrayLike] | Sequence[Mapping[str, float]] | None = None,
-    cut: CuttingDescription | None = None, *, speeds: ArrayLike | None = None, feed_angles: ArrayLike = (0.0,),
+    cut: CuttingDescription | None = None, *, speeds: ArrayLike | None = None, feed_angles: ArrayLike | None = None,
     method: StabilityMethod | None = None, engine: Engine | None = None, folder: str | Path | None = None,
     progress: Progress | None = None,
 ) -> ChatterMap:
@@ -52,7 +63,7 @@ def chatter_map(
     speeds : (n_speeds,) floats, optional
         rev/min; 60 over the range of the cut where left out.
     feed_angles : (n_directions,) floats
-        rad from x towards y.
+        rad from x towards y; the direction of the cut's feed where left out.
     method : stability method, optional
         Chosen to suit the cut where left out; `ZeroOrder` is quicker by far and says its usual error.
     engine, folder, progress
@@ -61,9 +72,10 @@ def chatter_map(
     used = cut or machine.description.cutting
     if used is None:
         fail("cut", "none", "must be given, here or as 'cutting' in the machine file")
+    words(used)  # faults of the cut are told before any work
     places = _Places.of(machine, machine.description.poses or ({},) if positions is None else positions)
     n = floats("speeds", np.linspace(*used.speeds, 60) if speeds is None else np.atleast_1d(speeds))
-    angles = floats("feed_angles", np.atleast_1d(feed_angles))
+    angles = floats("feed_angles", np.atleast_1d(FEED_ANGLE[used.feed] if feed_angles is None else feed_angles))
     function = _ChainLimits(machine, places.names, tuple(map(float, n)), tuple(map(float, angles)), used, method)
     store = None if folder is None else Path(folder)
     result = _assembled(_run_chains(function, places, engine, store, progress), places, angles, n, used)
@@ -135,14 +147,14 @@ class _ChainLimits:
         return repr((self.machine.description, self.speeds, self.feed_angles, self.cut, str(self.method)))
 
     def __call__(self, chain: Sequence[Sequence[float]]) -> dict[str, Any]:
-        study = tool_point(self.machine, [dict(zip(self.names, position, strict=True)) for position in chain])
-        problems = [pose_problem(study, self.cut, i) for i in range(len(chain))]
-        spinning = [problem.dynamics for problem in problems] if problems[0].depends_on_speed else None
-        depth = max(depth_limit(problem) for problem in problems)
-        dynamics: Poses = spinning or study.modes
-        rows = chart_poses(problems[0], dynamics, np.array(self.speeds), feed_angles=self.feed_angles,
-                           method=method_for(study.modes, self.method),
-                           depth_max=depth)
+        # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
+        studies = [tool_point(self.machine, [dict(zip(self.names, position, strict=True))], LINES) for position in chain]
+        problems = [pose_problem(study, self.cut, 0) for study in studies]
+        method = method_for(studies[0].modes, self.method)
+        first_only = isinstance(method, PanelArnoldi) and method.first_only
+        depth = max((deepest if first_only else depth_limit)(problem) for problem in problems)
+        rows = chart_poses(problems[0], [problem.dynamics for problem in problems], np.array(self.speeds),
+                           feed_angles=self.feed_angles, method=method, depth_max=depth)
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),

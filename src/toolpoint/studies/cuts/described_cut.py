@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from toolpoint._doubt import Doubt
 from toolpoint.cutting import MillingProblem
 from toolpoint.cutting.description import PARAMETERS, CuttingDescription
 from toolpoint.machine import Machine
@@ -48,18 +49,18 @@ def _problem(dynamics: ToolDynamics, given: Mapping[str, Any], in_time: bool
     return problem, used, notes
 
 
-def unit_doubts(cut: CuttingDescription) -> list[str]:
+def unit_doubts(cut: CuttingDescription) -> list[Doubt]:
     """Return remarks on values that hint at another unit; the units of the options are named."""
     lines = []
     diameter = cut.tool.diameter
     if not 2e-4 <= diameter <= 0.5:
-        lines.append(f"diameter {1e3 * diameter:g} mm: doubtful; `diameter` is in mm")
+        lines.append(Doubt("diameter", f"{1e3 * diameter:g} mm is doubtful", "`diameter` is in mm"))
     if cut.feed_per_tooth > 0.2 * diameter:
-        lines.append(f"feed {1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * diameter:g} mm: doubtful; `feed` "
-                     "is in mm per tooth")
+        lines.append(Doubt("feed", f"{1e3 * cut.feed_per_tooth:g} mm a tooth on a tool of {1e3 * diameter:g} mm is doubtful",
+                           "`feed` is in mm per tooth"))
     for key in ("tangential", "normal", "axial"):
         value, option = getattr(cut.coefficients, key), PARAMETERS[key].option
         if value is not None and value > HIGHEST:
-            lines.append(f"{option} {value / 1e6:g} N/mm^2: above that of any work material; `{option}` is in N/mm^2 (1 N/mm^2 "
-                         "is 1e6 Pa)")
+            lines.append(Doubt(option, f"{value / 1e6:g} N/mm^2 is above that of any work material",
+                               f"`{option}` is in N/mm^2 (1 N/mm^2 is 1e6 Pa)"))
     return lines

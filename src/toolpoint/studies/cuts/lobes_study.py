@@ -48,7 +48,7 @@ class LobesStudy(NotebookText):
     problem: MillingProblem
     chart: StabilityChart
     advice: tuple[tuple[str, ...], ...]
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     runs: tuple[Simulation, ...] = ()
     probability: ProbabilityChart | None = None
     uncertainty: Uncertainty = field(default_factory=Uncertainty)
@@ -150,7 +150,7 @@ def _deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMe
         return deep_chart(problem, speeds, method, share=0.5)
 
 
-def doubtful_limits(chart: StabilityChart) -> list[str]:
+def doubtful_limits(chart: StabilityChart) -> list[Doubt]:
     """Return doubts about limits (depths or widths) that no machine has, and those that their stated errors give."""
     least = float(np.min(np.minimum(chart.limit, chart.depth_max)))
     if THINNEST < least < THICKEST:

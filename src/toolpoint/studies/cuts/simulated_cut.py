@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import ToolpointError
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem
+from toolpoint.cutting.description import check_cut
 from toolpoint.cutting.simulation.milling import ExactSteps, Simulation, simulate
 from toolpoint.cutting.simulation.verdict import Verdict, run_until_decided
 from toolpoint.studies.cuts.cut_stability import CutStability, cut_stability
@@ -20,7 +21,7 @@ from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 
 LEAST = 60  # revolutions of the first run
 FADED = 5.0  # time constants after which the start-up of the slowest mode is below 1 %
-MOST_STEPS, FASTEST, DEEPEST = 30_000_000, 1e6, 1.0
+MOST_STEPS = 30_000_000
 RUN_ON_STEPS = 20_000_000  # steps up to which an undecided cut is run on
 
 
@@ -114,16 +115,6 @@ def _remarks(verdict: Verdict, linear: CutStability) -> list[str]:
                 "out of the material and the vibration stays; the cut is safe from small disturbances only"]
     return ["the stability chart calls this cut unstable, yet its simulation fades: they differ by their steps and slices near "
             "the limit; do not rely on it"]
-
-
-def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:
-    """Refuse a speed (rev/min), a depth (m) or a feed that no cut has."""
-    if not 0 < speed <= FASTEST:
-        raise ToolpointError(f"`speed`: {speed:g} rev/min; must be above zero and at most {FASTEST:g}")
-    if not 0 < depth <= DEEPEST:
-        raise ToolpointError(f"`depth`: {1e3 * depth:g} mm; must be above zero and at most {1e3 * DEEPEST:g} mm")
-    if values.get("feed_per_tooth") is not None and not values["feed_per_tooth"] > 0:
-        raise ToolpointError(f"`feed`: {1e3 * values['feed_per_tooth']:g} mm; must be above zero: without feed there is no cut")
 
 
 def revolutions_to_forget(problem: MillingProblem, speed: float) -> int:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
@@ -93,7 +94,7 @@ class ToolCoupling(NotebookText):
         lengths = [{"length_m": s.length, "frequency_hz": float(s.tips[0].frequency[peaks_of(s.tips[0])[0]]),
                     "stable_at_every_charted_speed_m": None if s.chart is None else _least(s.chart)} for s in self.stick_outs]
         return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
-                "notes": list(self.notes)}
+                "doubts": [note for note in self.notes if isinstance(note, Doubt)], "notes": list(self.notes)}
 
 
 def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, draws: int = DRAWS,
@@ -112,11 +113,13 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
     return [identify_base(frf, gauge, plane, draws=draws, generator=generator) for plane in planes]
 
 
-def bases_of_machine(machine: Machine, point: str, frequency: FloatArray, *, pose: Mapping[str, float] | None = None
-                     ) -> list[PlaneReceptance]:
-    """Return the receptance of a point of a machine, deflections and rotations, in both planes."""
+def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None = None, *,
+                     pose: Mapping[str, float] | None = None) -> list[PlaneReceptance]:
+    """Return the receptance of a point of a machine, deflections and rotations, in both planes; `frequency` (Hz) every hertz
+    from 20 to 6000 where left out."""
     labels = [Dof(point, way) for way in ("+x", "+y", "+rx", "+ry")]
-    frf = frequency_response.direct(assemble(machine, pose, labels), frequency)
+    lines = np.linspace(20, 6000, 5981) if frequency is None else frequency
+    frf = frequency_response.direct(assemble(machine, pose, labels), lines)
     note = f"the spindle is computed: point {point} of {machine.name}, whose numbers are taken as exact"
     return [plane_receptance(frf.noted(note), point, plane) for plane in SLOPES]
 
@@ -163,12 +166,12 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *notes))
 
 
-def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[str, ...]:
+def _chart_doubts(lobes: LobesStudy | None, parts: Sequence[StickOut]) -> tuple[Doubt, ...]:
     """Return what the charts themselves say against their limits."""
     if lobes is None:
         return ()
     charts = [("lobes", lobes.chart), *((f"lobes at {1e3 * part.length:.4g} mm", part.chart) for part in parts)]
-    said = [f"{name}: {chart.status}" for name, chart in charts
+    said = [Doubt(name, chart.status) for name, chart in charts
             if chart is not None and not chart.status.startswith("complete")]
     return (*said, *(doubt for doubt in lobes.doubts if doubt not in lobes.chart.status))
 
@@ -237,17 +240,18 @@ def _chart_words(chart: StabilityChart) -> list[str]:
             f"{1e3 * limit[best]:.4f}"]
 
 
-def _doubts(tips: Sequence[PlaneReceptance]) -> list[str]:
+def _doubts(tips: Sequence[PlaneReceptance]) -> list[Doubt]:
     lines = []
     for tip in tips:
         at = peaks_of(tip)[0]
         known = peak_intervals(tip, at)
         if known is None:
-            lines.append(f"doubt: the noise of the spindle's response along {tip.plane} is not known, so the prediction has no "
-                         "interval; give responses with variance, or `noise`")
+            lines.append(Doubt("interval", f"the noise of the spindle's response along {tip.plane} is not known, so the "
+                               "prediction has none", "give responses with variance, or `noise`"))
         elif (half := 50 * (known[1][1] - known[1][0]) / abs(tip.values[at, 0, 0])) > WIDE:
-            lines.append(f"doubt: the largest peak along {tip.plane}, {tip.frequency[at]:.0f} Hz, is known to ±{half:.0f} %: "
-                         "its tilt is seen too weakly; use a longer gauge, stations farther apart, less noise")
+            lines.append(Doubt(f"largest peak along {tip.plane}", f"{tip.frequency[at]:.0f} Hz, is known to ±{half:.0f} %: its "
+                               "tilt is seen too weakly", "use a longer gauge, stations farther apart, less noise",
+                               figure=float(half) / 100))
     return lines
 
 

@@ -134,8 +134,8 @@ def take_band(frf: Frf, band: tuple[float, float] | None) -> Frf:
     """
     if frf.decay > 0:
         warnings.warn(f"the lines hold the damping of an exponential window ({frf.decay:.3g} 1/s): limits come out too high; "
-                      "identify "
-                      "the modes, which are freed of it, and cut on them (toolpoint identify FILE -m modes.h5, then `modes`)",
+                      "identify the modes, which are freed of it, and cut on them (toolpoint identify FILE -m modes.h5, then "
+                      "`modes`)",
                       ToolpointWarning, stacklevel=3)
     if band is not None:
         inside = (frf.frequency >= band[0]) & (frf.frequency <= band[1])

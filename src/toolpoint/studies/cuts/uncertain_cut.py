@@ -6,12 +6,14 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._check import ToolpointError, ToolpointWarning, fail
+from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart
-from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_cuts, most_informative
+from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_chatter_frequency, from_cuts, most_informative
 from toolpoint.cutting.advice.probability import (
     ProbabilityChart,
     Uncertain,
@@ -24,10 +26,12 @@ from toolpoint.cutting.cut.problem import MISSING
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.studies.execute import Progress
 from toolpoint.studies.remark_kinds import first_of_each_kind
+from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
 
 DEPTHS, MOST_SPEEDS, LEVEL = 60, 60, 0.95
 UNLIKELY = 0.03
+HIGHEST_LOBE = 10
 CONTRADICTED = "a tried cut contradicts the model"
 
 
@@ -117,19 +121,63 @@ def advice_rows(chart: StabilityChart, sampled: ProbabilityChart | None, uncerta
     They are marked doubtful where the FRF lacks part of the band; while a tried cut contradicts the model no cut is certain,
     and the others are marked.
     """
-    doubt = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
+    remark = "doubtful, as the FRF lacks part of the chatter band: " if any(MISSING in note for note in chart.notes) else ""
     contradicted = bool(contradictions(sampled, uncertainty.cuts))
     if contradicted:
-        doubt = f"doubtful, as {CONTRADICTED}: {doubt}"
-    rows = [_row("best cut of the chart", from_chart(chart), doubt)]
+        remark = f"doubtful, as {CONTRADICTED}: {remark}"
+    rows = [_row("best cut of the chart", from_chart(chart), remark)]
     if sampled is None:
         return rows
     name = "best cut with 95 % certainty"
     certain = [name, "-", "-", f"none: {CONTRADICTED}; no depth is certain until model and cuts agree"]
     if not contradicted:
-        certain = _row(name, from_cuts(sampled, list(uncertainty.cuts), LEVEL), doubt)
-    return [*rows, certain, _row("next test cut", most_informative(sampled.after_cuts(uncertainty.cuts)), doubt)]
+        certain = _row(name, from_cuts(sampled, list(uncertainty.cuts), LEVEL), remark)
+    return [*rows, certain, _row("next test cut", most_informative(sampled.after_cuts(uncertainty.cuts)), remark)]
 
 
-def _row(name: str, cut: Advice, doubt: str) -> list[str]:
-    return [name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", doubt + cut.reason]
+def _row(name: str, cut: Advice, remark: str) -> list[str]:
+    return [name, f"{cut.speed:.0f}", f"{1e3 * cut.depth:.3g}", remark + cut.reason]
+
+
+@dataclass(frozen=True)
+class SpeedProposal(NotebookText):
+    """Spindle speeds to try against chatter at a frequency (Hz) with so many teeth, fastest first."""
+
+    frequency: float
+    teeth: int
+    speeds: tuple[Advice, ...]
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What weakens the proposal."""
+        first = round(60 * self.frequency / (self.teeth * self.speeds[0].speed))
+        return () if first <= HIGHEST_LOBE else (
+            f"the fastest of them is lobe {first}; beyond lobe {HIGHEST_LOBE} or so the stable pockets are too narrow to be of "
+            "use: a higher `highest`, fewer teeth, or unequal pitch help more",)
+
+    def table(self) -> str:
+        """Return the speeds as text."""
+        return text_table(f"Speeds to try against chatter at {self.frequency:g} Hz", ["rev/min", "why"],
+                          [[f"{cut.speed:.0f}", cut.reason] for cut in self.speeds])
+
+    def to_dict(self) -> list[dict[str, Any]]:
+        """Return the speeds as plain data."""
+        return [{"speed_rpm": cut.speed, "reason": cut.reason} for cut in self.speeds]
+
+
+def propose_speeds(chatter: float, teeth: int, *, highest: float, lowest: float = 0.0) -> SpeedProposal:
+    """Return the spindle speeds to try against chatter of a known frequency, with nothing else known.
+
+    Parameters
+    ----------
+    chatter : float
+        Hz, from a microphone or a spectrum.
+    teeth : int
+    highest, lowest : float
+        Ends of the spindle speeds that the machine has, rev/min.
+
+    Raises ToolpointError where no speed of the range is one. Source: see `from_chatter_frequency`.
+    """
+    if not 0 <= lowest < highest:
+        fail("`lowest` and `highest`", f"{lowest:g} and {highest:g} rev/min", "must be 0 <= lowest < highest")
+    return SpeedProposal(chatter, teeth, from_chatter_frequency(chatter, teeth, highest, speed_min=lowest))

@@ -14,6 +14,12 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.finite_elements.example_mill import (
+    FINE_MESH,
+    example_mill,
+    example_tested_mill,
+    example_variants,
+)
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, plan_nodes, run_hammer_test
 from toolpoint.studies.finite_elements.machine_cut import EXAMPLE_FACE_MILL, response_lines
 from toolpoint.studies.finite_elements.machine_options import (
@@ -85,15 +91,15 @@ class FiniteElementStudy(NotebookText):
         return (*self.options, *self.dampers.options)
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[Doubt, ...]:
         """What must be known before the numbers are believed."""
         lines = list(self.correlation.doubts) if self.correlation is not None else []
         if self.finer.size:
             shift = self.finer / self.pairs.frequency[:len(self.finer)] - 1
             worst = int(np.abs(shift).argmax())
-            lines.append(Doubt("mesh", f"a finer mesh moves frequencies by up to {100 * shift[worst]:+.1f} % (mode "
-                               f"{worst + 1}), and differences between machines with them",
-                               "of small ones only the sign is to be trusted",
+            most = round(100 * float(shift[worst]), 1) + 0.0  # no -0.0
+            lines.append(Doubt("mesh", f"a finer mesh moves frequencies by up to {most:+.1f} % (mode {worst + 1}), and "
+                               "differences between machines with them", "of small ones only the sign is to be trusted",
                                figure=abs(float(shift[worst]))))
         return tuple(lines)
 
@@ -253,3 +259,10 @@ def _highest_node(machine: FiniteElementMachine, part: str) -> Dof:
     """Return the first of the highest nodes of a part, along x."""
     model = machine.parts[part]
     return Dof(int(machine.starts[part] // 3 + np.argmax(model.nodes[:, 2])) + 1, "+x")
+
+
+def study_example_mill(*, step: Callable[[str], None] = _NOTHING) -> FiniteElementStudy:
+    """Return the study of the example mill, with its variants, a virtual test of a mill that differs, and a finer mesh."""
+    mill = example_mill()
+    return study_finite_elements(mill, example_variants(), tested=example_tested_mill(mill),
+                                 finer=example_mill(mesh_size=FINE_MESH), step=step)

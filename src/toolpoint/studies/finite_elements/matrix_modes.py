@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Modes
+
+FREE = 6  # rigid motions of one body
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,7 +24,10 @@ class MatrixModes(NotebookText):
     @property
     def notes(self) -> tuple[str, ...]:
         """What was left out, doubts, and whether all modes were found."""
-        return self.modes.notes
+        rigid = int(self.modes.is_rigid.sum())
+        loose = (Doubt("modes at 0 Hz", f"{rigid} of them; one free body has six",
+                       "look for a part that hangs loose, two bodies in one model, or a mechanism"),) if rigid > FREE else ()
+        return (*loose, *self.modes.notes)
 
     def table(self) -> str:
         """Return mass and frequencies as text; rigid-body modes are named."""

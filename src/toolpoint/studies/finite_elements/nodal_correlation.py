@@ -10,6 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from toolpoint._check import Array, FloatArray
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, reachable_nodes
@@ -40,7 +41,7 @@ class FiniteElementCorrelation(NotebookText):
     mix: FloatArray
     node_parts: Mapping[str | int, str]
     near: float
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def pairs(self) -> list[tuple[int, int]]:
@@ -122,7 +123,7 @@ def correlate_finite_elements(
         The second: model shapes within this share of a measured frequency may mix to make the measured one.
     """
     outside: dict[str | int, FloatArray] = {int(node): machine.nodes[node - 1] for node in reachable_nodes(machine)[0]}
-    start, doubt = register_points(test.coordinates, outside) if known is None else (None, "")
+    start, doubt = register_points(test.coordinates, outside) if known is None else (None, None)
     points = pair_points(test.coordinates, outside, furthest, known=known, start=start)
     measured = points.renamed(test.modes)
     nodes = list(dict.fromkeys(int(dof.point) for dof in measured.dofs))
@@ -136,16 +137,17 @@ def correlate_finite_elements(
                                     doubts)
 
 
-def between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]) -> str:
-    """Return a doubt on points to which another node is nearly as near as their own; empty without."""
+def between_nodes(points: PointPairing, test: FiniteElementTest, nodes: Mapping[str | int, FloatArray]
+                  ) -> Doubt | None:
+    """Return a doubt on points to which another node is nearly as near as their own; None without."""
     names = list(points.pairs)
     near, _ = cKDTree(np.array(list(nodes.values()))).query(
         tf.move(points.transform, np.array([test.coordinates[name] for name in names])), k=2)
     spread = float(np.sqrt((near[:, 0] ** 2).mean()))
     unsure = [str(name) for name, (first, second) in zip(names, near, strict=True) if second - first < spread]
     if not unsure:
-        return ""
-    return f"points {', '.join(unsure)} lie between two nodes, within the error of places: either may be meant"
+        return None
+    return Doubt(f"points {', '.join(unsure)}", "lie between two nodes, within the error of places: either may be meant")
 
 
 def _gains(result: ModelCorrelation) -> dict[str | int, FloatArray]:

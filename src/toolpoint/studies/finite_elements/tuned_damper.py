@@ -15,6 +15,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from toolpoint._check import ComplexArray, FloatArray, fail, one_of, positive
+from toolpoint._doubt import Doubt, status_of
 from toolpoint.studies.finite_elements.attached import damper_stiffness, fitting_place
 from toolpoint.studies.finite_elements.machine_cut import PLANE, least_depth
 from toolpoint.vibration import Dof, Frf, Modes, frequency_response
@@ -141,12 +142,13 @@ def tune_damper_for_cut(modes: Modes, place: Dof | str, mass: float, *, lines: F
 
 
 def _searched(cost: Callable[[FloatArray], float], starts: Sequence[tuple[float, float]]) -> tuple[FloatArray, str]:
-    """Return the logarithms of angular frequency and damping ratio with the least cost, from several starts, and a status."""
+    """Return the logarithms of angular frequency and damping ratio with the least cost, from several starts, and a status:
+    the doubt where the search did not end."""
     runs = [minimize(cost, np.log([2 * np.pi * f, max(ratio, 1e-3)]), method="Nelder-Mead",
                      options={"xatol": 1e-7, "fatol": 1e-10, "maxiter": 4000}) for f, ratio in starts]
     best = min(runs, key=lambda run: float(run.fun))
     if not best.success:
-        return best.x, f"search not ended ({best.message}): give more lines"
+        return best.x, status_of([Doubt("search", f"not ended ({best.message})", "give more lines")], "")
     many = "" if len(runs) == 1 else f", the best of {len(runs)} starts"
     return best.x, f"least found by a search from Den Hartog's tuning{many}"
 

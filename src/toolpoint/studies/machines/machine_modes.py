@@ -11,7 +11,8 @@ from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
-from toolpoint.machine.assembly.reduction_error import beyond_bands, reduction_note
+from toolpoint.machine.assembly.reduction_error import beyond_bands, estimate_note, reduction_note
+from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, estimate_reduction
 from toolpoint.machine.assembly.shapes import BodyShapes, body_shapes
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine_uncertainty
@@ -25,7 +26,9 @@ class MachineModes(NotebookText):
     """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
 
     spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance; notes : what the
-    reduction of elastic bodies does at this pose; damping_ratio : (n_modes,) by the losses stated, None where bodies spin.
+    reduction of elastic bodies does at this pose; damping_ratio : (n_modes,) by the losses stated, None where bodies spin;
+    reduction : by how much the reduction of elastic bodies raises each frequency at most, None where nothing is reduced, or
+    where bodies spin, or bodies do not keep what an estimate needs.
     """
 
     machine: Machine
@@ -34,6 +37,7 @@ class MachineModes(NotebookText):
     spread: AnswerSpread | None = None
     notes: tuple[str, ...] = ()
     damping_ratio: FloatArray | None = None
+    reduction: ReductionEstimate | None = None
 
     def table(self) -> str:
         """Return the frequencies as text, with their 95 % intervals and the joint that these mostly come from."""
@@ -44,17 +48,24 @@ class MachineModes(NotebookText):
         if self.damping_ratio is not None and self.damping_ratio.any():
             header.append("damping %")
             rows = [[*row, f"{100 * ratio:.3f}"] for row, ratio in zip(rows, self.damping_ratio, strict=True)]
+        if self.reduction is not None:
+            header.append("reduction error %")
+            rows = [[*row, f"{100 * error:.2g}" if sure else "doubt"]
+                    for row, error, sure in zip(rows, self.reduction.error, self.reduction.is_sure, strict=True)]
         if self.spread is not None:
             header += ["± Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
         return "\n".join([text_table(title, header, rows), *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints."""
-        spread = self.spread
+        """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints, and
+        how much too high each is at most by reduction, relative (None in the list: not to be believed)."""
+        spread, estimate = self.spread, self.reduction
         return {"frequency_hz": self.frequency.tolist(),
                 "interval_hz": None if spread is None else spread.interval.tolist(),
                 "damping_ratio": None if self.damping_ratio is None else self.damping_ratio.tolist(),
+                "reduction_error": None if estimate is None else [
+                    float(error) if sure else None for error, sure in zip(estimate.error, estimate.is_sure, strict=True)],
                 "notes": list(self.notes),
                 "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 
@@ -66,12 +77,15 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
     spread = None if uncertainty is None else uncertainty.spread(lambda sample: _frequencies(sample, at, count))
     if fastest_spin(machine.description):
         frequency = _frequencies(machine, at, count)
-        return MachineModes(machine, at, frequency, spread, beyond_bands(machine, frequency))
+        still = reduction_note(machine, at, min(count, 10))
+        return MachineModes(machine, at, frequency, spread, (*beyond_bands(machine, frequency),
+                                                             *([f"at standstill, {still}"] if still else [])))
     shapes = body_shapes(machine, at, count)
-    reduction = reduction_note(machine, at, min(count, 10))
+    estimate = estimate_reduction(machine, at, count)
+    reduction = reduction_note(machine, at, min(count, 10)) if estimate is None else estimate_note(estimate)
     notes = (*_mechanism_notes(shapes), *beyond_bands(machine, shapes.frequency), *([reduction] if reduction else []),
              *_test_note(shapes))
-    return MachineModes(machine, at, shapes.frequency, spread, notes, shapes.damping_ratio)
+    return MachineModes(machine, at, shapes.frequency, spread, notes, shapes.damping_ratio, estimate)
 
 
 def _mechanism_notes(shapes: BodyShapes) -> tuple[Doubt, ...]:

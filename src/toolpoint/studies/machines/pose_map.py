@@ -4,14 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, count
+from toolpoint._check import FloatArray, ToolpointError, count
 from toolpoint._notebook import NotebookText
+from toolpoint.machine.assembly.gyroscopics import fastest_spin
+from toolpoint.machine.assembly.reduction_error import estimate_note
+from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, can_estimate, estimate_reduction
 from toolpoint.machine.assembly.system import freedoms
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
@@ -20,6 +24,8 @@ from toolpoint.studies.machines.machine_uncertainty import AnswerSpread, machine
 from toolpoint.studies.machines.pose_grid import Grid, check_grid, map_over, over_block
 from toolpoint.studies.text_table import text_table
 
+CORNERS = 3  # axes whose ends are combined where the reduction is asked about
+
 
 @dataclass(frozen=True, eq=False)
 class PoseMap(NotebookText):
@@ -27,13 +33,14 @@ class PoseMap(NotebookText):
 
     axes : axis name to its positions, m or rad; frequency : (n_1, n_2, ..., n_modes), Hz, not a number where a pose failed;
     failures : grid index to reason; angles : axes in rad; uncertainty : of the frequencies, Hz, where the machine was
-    identified. """
+    identified; reduction : what the reduction of elastic bodies does at the corners and the middle of the grid, in words. """
 
     axes: Mapping[str, FloatArray]
     frequency: FloatArray
     failures: Mapping[tuple[int, ...], str] = field(default_factory=dict)
     angles: tuple[str, ...] = ()
     uncertainty: AnswerSpread | None = None
+    reduction: tuple[str, ...] = ()
 
     @property
     def grid(self) -> Grid:
@@ -57,7 +64,8 @@ class PoseMap(NotebookText):
     def table(self) -> str:
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
-        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *self.uncertain()])
+        return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *self.uncertain(),
+                          *self.reduction])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
@@ -66,7 +74,7 @@ class PoseMap(NotebookText):
         return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
                 "failures": self.failed(), "extremes": self.extremes(),
                 "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
-                "uncertain": self.uncertain()}
+                "uncertain": self.uncertain(), "reduction": list(self.reduction)}
 
     def interval(self) -> FloatArray | None:
         """Half widths of the 95 % intervals, shape as `frequency`, Hz; None where nothing was identified with a covariance."""
@@ -130,7 +138,30 @@ def pose_map(
     values, failures = map_over(_Frequencies(machine, tuple(grid.axes), modes, path), grid, modes, engine=engine, folder=folder,
                                 progress=progress)
     return PoseMap(grid.axes, values, failures, grid.angles,
-                   None if failures else _spread(machine, grid.axes, modes, values.shape))
+                   None if failures else _spread(machine, grid.axes, modes, values.shape), _reduction(machine, grid, modes))
+
+
+def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
+    """Return what the reduction of elastic bodies does at worst at the corners and the middle of a grid; poses that fail, and
+    more corners than those of `CORNERS` axes, are left out."""
+    if not can_estimate(machine) or fastest_spin(machine.description):
+        return ()
+    ends = [sorted({0, len(at) - 1}) if k < CORNERS else [0] for k, at in enumerate(grid.axes.values())]
+    middle = tuple(len(at) // 2 for at in grid.axes.values())
+    worst: tuple[float, str, ReductionEstimate] | None = None
+    asked = 0
+    for place in dict.fromkeys([*product(*ends), middle]):
+        try:
+            estimate = estimate_reduction(machine, {name: float(at[i]) for (name, at), i in zip(
+                grid.axes.items(), place, strict=True)}, modes)
+        except ToolpointError:
+            continue
+        assert estimate is not None
+        asked += 1
+        largest = float(np.where(estimate.is_sure, estimate.error, np.inf).max())
+        if worst is None or largest > worst[0]:
+            worst = largest, grid.words(place), estimate
+    return () if worst is None else (f"{worst[1]}, the worst of {asked} poses (corners and middle): {estimate_note(worst[2])}",)
 
 
 def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape: tuple[int, ...]) -> AnswerSpread | None:

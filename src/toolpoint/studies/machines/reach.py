@@ -223,8 +223,7 @@ def _solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, turn: flo
 def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, largest_step: float = 0.35,
                 largest_condition: float = 1e3) -> list[str]:
     """Return why the poses of a path cannot be followed: places out of reach, singular poses (by the condition number of the
-    tool's
-    Jacobian), and jumps of an axis (rad) between neighbours."""
+    tool's Jacobian), and jumps of an axis (rad) between neighbours."""
     faults = [f"at {1e3 * length:.4g} mm of the path ({_place_words(place)}): {reason}"
               for length, place, reason in zip(lengths, reach.places, reach.reasons, strict=True) if reason]
     if faults:
@@ -233,8 +232,7 @@ def path_faults(machine: Machine, reach: Reach, lengths: Sequence[float], *, lar
     condition = pose_condition(machine.chain, batch, tool_pair(machine).tool).lost_motion
     for k in np.flatnonzero(~(condition < largest_condition))[:1]:
         faults.append(f"at {1e3 * lengths[k]:.4g} mm of the path ({_place_words(reach.places[k])}): singular pose, condition "
-                      f"number "
-                      f"{condition[k]:.3g}")
+                      f"number {condition[k]:.3g}")
     for name, values in batch.items():
         step = np.abs(np.diff(values))
         if step.size and step.max() > largest_step:

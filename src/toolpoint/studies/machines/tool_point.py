@@ -13,8 +13,9 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, increasing
 from toolpoint._notebook import NotebookText
-from toolpoint.cutting import MillingProblem, StabilityChart, ZeroOrder, stability
+from toolpoint.cutting import MillingProblem, PanelArnoldi, StabilityChart, stability
 from toolpoint.cutting.build import coefficients_of, engagement_of, tool_of, variation_of
+from toolpoint.cutting.cut.kept_modes import find_least_frequency
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.stability.method import StabilityMethod
 from toolpoint.kinematics.chain import Pose, check_poses
@@ -31,6 +32,8 @@ from toolpoint.vibration.gyroscopic import is_gyroscopic
 
 _FASTEST = 1e4  # Hz
 DEEPER, DEEPEST = 4, 1.0  # times a chart without a limit is made twice as deep; m
+FIRST_DEEPER = 64  # depths of the softest mode to which a first loss of stability is looked for
+FIRST_TOLERANCE = 1e-3  # relative error wanted of such a limit; what it has is stated
 FEED_ANGLE = {"x": 0.0, "y": np.pi / 2, "-x": np.pi, "-y": -np.pi / 2}
 
 
@@ -167,12 +170,14 @@ def unify_damping(system: SecondOrderSystem) -> SecondOrderSystem:
 
 
 def method_for(modes: Modes, method: StabilityMethod | None) -> StabilityMethod | None:
-    """Return the method of a chart: where modes are overdamped and none is asked for, `ZeroOrder`, which says its usual error:
-    the
-    exact engines cannot carry the fast real poles of such dampers."""
-    if method is None and modes.scaling == "modal A" and bool((modes.damping_ratio >= 1).any()):
-        return ZeroOrder()
-    return method
+    """Return the method of a chart: where modes are overdamped and none is asked for, `PanelArnoldi` for the first loss of
+    stability alone. Such machines (robots) have dozens of modes, and most speeds of their charts lie far above the lowest."""
+    return PanelArnoldi(first_only=True, tolerance=FIRST_TOLERANCE) if method is None and is_overdamped(modes) else method
+
+
+def is_overdamped(modes: Modes) -> bool:
+    """Whether some modes are real poles."""
+    return modes.scaling == "modal A" and bool((modes.damping_ratio >= 1).any())
 
 
 def _as_batch(system: SecondOrderSystem, count: int) -> SecondOrderSystem:
@@ -256,9 +261,26 @@ def _problems(study: ToolPoint, cut: CuttingDescription) -> list[MillingProblem]
 def pose_problem(study: ToolPoint, cut: CuttingDescription, index: int) -> MillingProblem:
     """Return the milling problem at a pose of a study; with spinning bodies every spindle speed has modes of its own."""
     x, y = f"{study.point}:+x", f"{study.point}:+y"
-    problem = milling_problem(cut, condense_unreliable(study.machine, study.modes.at_pose(index)), x, y=y)
+    modes = condense_unreliable(study.machine, study.modes.at_pose(index))
+    problem = milling_problem(cut, modes, x, y=y)
     at_speeds = speed_dynamics(study.machine, study.poses[index])
-    return problem if at_speeds is None else problem.changed(dynamics=at_speeds)
+    if at_speeds is not None:
+        return problem.changed(dynamics=at_speeds)
+    return _without_idle_modes(problem, modes) if is_overdamped(modes) else problem
+
+
+def _without_idle_modes(problem: MillingProblem, modes: Modes) -> MillingProblem:
+    """Return a cut with those modes by their static part that no depth of its chart makes chatter by themselves."""
+    depth = deepest(problem)
+    frequency, gain = find_least_frequency(problem, depth)
+    reason = f"in cuts to {1e3 * depth:.3g} mm deep they cannot chatter by themselves (gain {gain:.2g}, 1 could)"
+    return problem.changed(dynamics=condense_above(modes, frequency, reason))
+
+
+def deepest(problem: MillingProblem) -> float:
+    """Return the largest depth (m) of a chart that looks for the first loss of stability alone: so deep that stiffer modes
+    limit the speeds whose teeth pass too fast for the softest."""
+    return min(FIRST_DEEPER * depth_limit(problem), DEEPEST)
 
 
 def condense_unreliable(machine: Machine, modes: Modes) -> Modes:
@@ -274,6 +296,8 @@ def deep_chart(problem: MillingProblem, speeds: FloatArray, method: StabilityMet
 
     The first depth is that of the softest mode; where the teeth pass too fast for it, stiffer modes limit, and deeper.
     """
+    if isinstance(method, PanelArnoldi) and method.first_only:
+        return stability.chart(problem, speeds, method, depth_max=deepest(problem))
     depth = depth_limit(problem)
     chart = stability.chart(problem, speeds, method, depth_max=depth)
     for _ in range(DEEPER):

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, suggestion
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.signals.checks import DrivingPointCheck, Reciprocity, driving_points, reciprocity
 from toolpoint.signals.doubts import question
@@ -55,7 +56,7 @@ class HammerStudy(NotebookText):
     band: UsableBand
     driving: tuple[DrivingPointCheck, ...]
     pairs: tuple[Reciprocity, ...]
-    doubts: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
     notes: tuple[str, ...]
 
     @property
@@ -136,7 +137,7 @@ def study_hammer_records(records: RecordSet | Sequence[Record], *, duration: flo
     _check_decisions(decided, [verdict.name for verdict in verdicts])
     frf = _joined([test for _, test in tests])
     notes = tuple(dict.fromkeys([*given.notes, *(note for _, test in tests for note in test.frf.notes)]))
-    doubted = tuple(note for note in notes if "contradict" in note or "no majority" in note or "one hit only" in note)
+    doubted = tuple(note for note in notes if isinstance(note, Doubt))
     checks = tuple(driving_points(frf))
     # A doubt says the same of a driving point as its check, and more.
     said = question(frf)
@@ -154,13 +155,14 @@ def _groups(given: RecordSet) -> dict[SetUp, list[int]]:
         forces = [dof for dof, kind in zip(record.channels, record.quantities, strict=True) if kind == "force"]
         if len(forces) != 1 or len(record.quantities) < 2:
             raise ToolpointError(f"{given.names[k]}: {len(forces)} force channels and {len(record.quantities) - len(forces)} "
-                                 "responses; must hold one force and some responses; say what each channel is with `channel`")
+                                 f"responses ({', '.join(map(str, record.quantities))}); must hold one force and some "
+                                 "responses; say what each channel is with `channel`")
         groups.setdefault((forces[0], record.channels), []).append(k)
     return groups
 
 
 def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: float | None, final: float | None, estimator: str,
-            rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[str]]:
+            rules: HitRules | None, decided: Mapping[str, bool]) -> tuple[list[tuple[list[int], HammerTest]], list[Doubt]]:
     """Return the test of every set-up that has a usable hit, all with one block and one window, and doubts on the
     others."""
     def test(places: list[int], block: float | None, end: float | None) -> HammerTest:
@@ -168,7 +170,7 @@ def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: fl
         numbers = _numbers([given.names[k] for k in places], records, block, rules, decided)
         return hammer_test(records, block, estimator=estimator, final=end, rules=rules, decisions=numbers)
 
-    tests, doubts = [], []
+    tests, doubts = [], list[Doubt]()
     for (struck, _), places in groups.items():
         try:
             tests.append((places, test(places, duration, final)))
@@ -176,7 +178,7 @@ def _tested(given: RecordSet, groups: Mapping[SetUp, list[int]], *, duration: fl
             words = f"struck at {struck}: {_by_name(str(error), [given.names[k] for k in places])}"
             if len(groups) == 1:
                 raise ToolpointError(words) from None
-            doubts.append(f"left out, {words}")
+            doubts.append(Doubt("left out", words))
     if not tests:
         raise ToolpointError("; ".join(doubts))
     block = min(result.duration for _, result in tests)

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.modal_identification import Identification, PoleChoice, identify
 from toolpoint.signals.doubts import question
 from toolpoint.signals.usable_band import usable_band
-from toolpoint.vibration import Frf
+from toolpoint.vibration import Frf, Modes
 
 
 def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] | None = None, *,
@@ -26,3 +28,19 @@ def identify_modes(frf: Frf, method: str = "refined", band: tuple[float, float] 
     result = identify(inside, method, choice=choice)
     words = [f"{note} (`band` for another choice)" for note in usable.notes]
     return replace(result, doubts=question(inside), advice=(*result.advice, *words))
+
+
+def modes_of_test(modes: Modes | None, frf: Frf | None, *, band: tuple[float, float] | None = None
+                  ) -> tuple[Modes, tuple[Doubt, ...]]:
+    """Return saved modes as they are, or those identified from responses with the doubts of their channels.
+
+    band : (low, high), Hz; all lines where left out: what a tester of joints leaves out, he says himself.
+
+    Raises ToolpointError unless there is one of both.
+    """
+    if modes is not None and frf is None:
+        return modes, ()
+    if frf is None or modes is not None:
+        raise ToolpointError("modes, frf: none or both given; must be saved modes alone, or responses alone")
+    result = identify_modes(frf, band=band or (float(frf.frequency[0]), float(frf.frequency[-1])))
+    return result.modes, result.doubts

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import Machine, MachineDescription, build
@@ -35,12 +36,12 @@ class JointStudy(NotebookText):
     machine: MachineDescription | None
     missing: str = ""
     checked: MachineCheck | None = None
-    channel_doubts: tuple[str, ...] = ()
+    channel_doubts: tuple[Doubt, ...] = ()
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[Doubt, ...]:
         """What speaks against the result, each once: of the channels, the joints, the whole, the machine that was run."""
-        lines = [f"{joint.parent} - {joint.child}: {text}" for joint in self.joints.joints for text in joint.doubts]
+        lines = [doubt.within(f"{joint.parent} - {joint.child}") for joint in self.joints.joints for doubt in joint.doubts]
         checked = self.checked.doubts if self.checked else ()
         return tuple(dict.fromkeys([*self.channel_doubts, *self.joints.doubts, *lines, *checked]))
 
@@ -69,7 +70,7 @@ class JointStudy(NotebookText):
 
 
 def study_joints(modes: Modes, geometry: Geometry, components: Components, *, coordinate_deviation: float | None = None,
-                 channel_doubts: Sequence[str] = ()) -> JointStudy:
+                 channel_doubts: Sequence[Doubt] = ()) -> JointStudy:
     """Identify the joints between components from measured modes; with the components' masses also the machine of them.
 
     Parameters
@@ -82,7 +83,7 @@ def study_joints(modes: Modes, geometry: Geometry, components: Components, *, co
         Which points ride on which component, the chain or tree, and the bodies where known.
     coordinate_deviation : float, optional
         Standard deviation of the points' coordinates, m; it enters all intervals. That of the components where left out.
-    channel_doubts : sequence of str
+    channel_doubts : sequence of Doubt
         Of the responses that the modes were identified from (`identify_modes(...).doubts`), to be shown first.
     """
     bodies = components.bodies

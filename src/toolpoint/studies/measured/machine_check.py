@@ -9,6 +9,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from toolpoint._check import FloatArray, IndexArray
+from toolpoint._doubt import Doubt
 from toolpoint.machine import Machine, assemble
 from toolpoint.vibration import Modes, damping, eigen
 from toolpoint.vibration.correlation import mac
@@ -36,7 +37,7 @@ class MachineCheck:
     driven: FloatArray
 
     @property
-    def missed(self) -> tuple[str, ...]:
+    def missed(self) -> tuple[Doubt, ...]:
         """Modes of the machine between the measured ones that the test did not show, each with a reason."""
         inside = (self.frequency > self.measured.frequency.min()) & (self.frequency < self.measured.frequency.max())
         lines = []
@@ -48,8 +49,8 @@ class MachineCheck:
             why = f"lies {away:.2g} half widths beside that at {close:.4g} Hz"
             if self.driven[j] < _WEAK:
                 why = f"moves the driving points by {100 * self.driven[j]:.2g} % of its largest motion"
-            lines.append(f"the machine has a mode at {self.frequency[j]:.4g} Hz that the test does not show: it {why}; "
-                         "another driving point would")
+            lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz", f"the test does not show it: it {why}",
+                               "another driving point would"))
         return tuple(lines)
 
     @property
@@ -58,7 +59,7 @@ class MachineCheck:
         return [i for i in range(self.measured.count) if i not in self.partner]
 
     @property
-    def doubts(self) -> tuple[str, ...]:
+    def doubts(self) -> tuple[Doubt, ...]:
         """Where the machine does not give back its own test."""
         lines = []
         for j, i in enumerate(self.partner):
@@ -67,11 +68,11 @@ class MachineCheck:
             away = self.frequency[j] / self.measured.frequency[i] - 1
             lost = abs(self.ratio[j] / max(self.measured.damping_ratio[i], 1e-6) - 1)
             if abs(away) > _FREQUENCY or lost > _DAMPING or self.mac[j] < _ALIKE:
-                lines.append(f"the machine's mode at {self.frequency[j]:.4g} Hz is {100 * away:+.2g} % off the measured one, "
-                             f"its damping {100 * lost:.2g} %, MAC {self.mac[j]:.3f}")
+                lines.append(Doubt(f"mode of the machine at {self.frequency[j]:.4g} Hz", f"is {100 * away:+.2g} % off the "
+                                   f"measured one, its damping {100 * lost:.2g} %, MAC {self.mac[j]:.3f}", figure=abs(away)))
         if self.single:
-            lines.append("measured without a partner among the machine's modes: " + ", ".join(
-                f"{self.measured.frequency[i]:.4g} Hz" for i in self.single))
+            lines.append(Doubt("measured without a partner among the machine's modes", ", ".join(
+                f"{self.measured.frequency[i]:.4g} Hz" for i in self.single)))
         return (*lines, *self.missed)
 
     @property

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
@@ -47,7 +49,7 @@ class MeasuredUpdate(NotebookText):
     update: MachineUpdate
     measured: tuple[Measurement, ...]
     samples: Samples | None = None
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
     notes: tuple[str, ...] = ()
 
     @property
@@ -67,6 +69,37 @@ class MeasuredUpdate(NotebookText):
         return {"values": fit.values, "status": fit.status, "doubts": list(self.doubts),
                 "notes": list(self.notes)} | ({} if drawn is None else {
             "samples": drawn.status, "intervals": {name: drawn.interval(name) for name in drawn.names}})
+
+
+def pair_measurements(modes: Sequence[Modes], responses: Sequence[Frf], poses: Sequence[Mapping[str, float]] = ()
+                      ) -> list[Measurement]:
+    """Return the measurements of modes, responses and poses in their order.
+
+    Parameters
+    ----------
+    modes, responses : sequences of Modes and of Frf
+        With several poses one of each kind for every pose, or none. At one pose (or none: the reference pose) responses are
+        joined by the modes where there is one measurement of them; more modes are repeated measurements.
+    poses : sequence of poses
+
+    Raises
+    ------
+    ToolpointError
+        Without any measurement, and where modes or responses are not as many as the poses.
+    """
+    if not modes and not responses:
+        raise ToolpointError("update: neither `modes` nor `frf` given; needs at least one measurement")
+    several = len(poses) > 1
+    for name, parts in (("modes", modes), ("frf", responses)):
+        if several and parts and len(parts) != len(poses):
+            raise ToolpointError(f"`{name}`: {len(parts)} files for {len(poses)} poses; must be one for each, in their order, "
+                                 f"or none (`{name}` a.h5 `pose` X=0 `{name}` b.h5 `pose` X=0.2)")
+    if several:
+        return [Measurement(*parts) for parts in itertools.zip_longest(modes, responses, poses)]
+    pose = poses[0] if poses else None
+    if len(modes) == len(responses) == 1:
+        return [Measurement(modes[0], responses[0], pose)]
+    return [*(Measurement(part, None, pose) for part in modes), *(Measurement(None, part, pose) for part in responses)]
 
 
 def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Sequence[str] = (), *, samples: int = 0,
@@ -99,12 +132,12 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
                          name_effects(result.problem, result.fit))
 
 
-def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[str, ...]:
+def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Doubt, ...]:
     """Return what the channels are doubted for, each once: responses by themselves, all beside the updated machine.
 
     Beside the machine before it would be unfair: what is wrong with the machine is what the update is for.
     """
-    lines: list[str] = []
+    lines: list[Doubt] = []
     for part, agreement in zip(measured, result.all_after, strict=True):
         if part.modes is not None:
             modes = real_modes(part.modes)

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
@@ -46,7 +47,7 @@ class ModelCorrelation(NotebookText):
     frac: FloatArray | None = None
     measured_frf: Frf | None = None
     predicted_frf: Frf | None = None
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     def table(self) -> str:
         """Return paired modes, coefficients, the points that agree least, and FRAC over bands as text."""

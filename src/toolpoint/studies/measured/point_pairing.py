@@ -12,6 +12,7 @@ from scipy.optimize import linear_sum_assignment
 from scipy.spatial.distance import cdist
 
 from toolpoint._check import FloatArray, fail, floats, positive
+from toolpoint._doubt import Doubt
 from toolpoint.spatial import registration
 from toolpoint.spatial import transform as tf
 from toolpoint.vibration import Dof, Frf, Modes
@@ -97,7 +98,8 @@ def pair_points(
     return PointPairing(pairs, {names[i]: float(distance[i, j]) for i, j in near}, fit.transform, single, status)
 
 
-def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike]) -> tuple[FloatArray, str]:
+def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | int, ArrayLike]
+                    ) -> tuple[FloatArray, Doubt | None]:
     """Return a start for `pair_points` without any known pair, (4, 4), and a doubt where another start fits nearly as well.
 
     The 24 turns that carry axes onto axes, the middles of both boxes on each other, each followed by ICP; the least distance
@@ -113,10 +115,10 @@ def register_points(test: Mapping[str | int, ArrayLike], model: Mapping[str | in
     fits.sort(key=lambda fit: fit.residual)
     best = fits[0]
     others = [fit.residual for fit in fits[1:] if np.abs(fit.transform - best.transform).max() > 0.05]
-    doubt = ""
+    doubt = None
     if others and others[0] < ALIKE * best.residual:
-        doubt = (f"another placing of the test's frame fits nearly as well ({1e3 * others[0]:.3g} mm against "
-                 f"{1e3 * best.residual:.3g} mm): give three known pairs")
+        doubt = Doubt("registration", f"another placing of the test's frame fits nearly as well ({1e3 * others[0]:.3g} mm "
+                      f"against {1e3 * best.residual:.3g} mm)", "give three known pairs", figure=best.residual / others[0])
     return best.transform, doubt
 
 

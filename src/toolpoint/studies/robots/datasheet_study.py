@@ -180,16 +180,14 @@ def _differences(sheet: RobotDatasheet, machine: Machine, gearing: tuple[AxisGea
               if abs(torque) > row.torque]
     if sheet.stillness is not None:
         lines.append(f"at rest M_v is {still.vertical_moment:.1f} N m, the manual states {sheet.stillness.vertical_moment:g}: "
-                     f"the "
-                     "distribution of mass along the arm is chosen, and the manual's pose is not known")
+                     "the distribution of mass along the arm is chosen, and the manual's pose is not known")
     if sheet.power_off is not None:
         for axis, field in _STOPS:
             value = getattr(sheet.power_off, field)
             time = stop_time_for(machine, sheet, pose, axis=axis, field=field, value=value)
             lines.append(f"power-off stop: the manual's {field.replace('_', ' ')} of {value:g} N m is that of "
-                         f"{sheet.axes[axis].name} "
-                         f"alone stopping in {1e3 * time:.0f} ms; {1e3 * sheet.stop_time:.0f} ms is chosen, the manual's "
-                         f"motion is not "
+                         f"{sheet.axes[axis].name} alone stopping in {1e3 * time:.0f} ms; {1e3 * sheet.stop_time:.0f} ms is "
+                         "chosen, the manual's motion is not "
                          "published")
     return lines
 

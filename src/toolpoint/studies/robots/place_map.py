@@ -72,8 +72,7 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
 @dataclass(frozen=True)
 class PlaceQuantity:
     """What is asked of a pose: ``frequency`` (of so many modes), ``static`` or ``dynamic`` stiffness along x, y, z of the tool
-    and
-    in principal directions, or ``depth``, the lowest stable depth over the speeds for every feed direction (rad)."""
+    and in principal directions, or ``depth``, the lowest stable depth over the speeds for every feed direction (rad)."""
 
     kind: str = "frequency"
     modes: int = 4
@@ -82,6 +81,11 @@ class PlaceQuantity:
 
     def __post_init__(self) -> None:
         one_of("quantity", self.kind, QUANTITIES)
+
+    @classmethod
+    def over_feeds(cls, kind: str, modes: int = 4, number: int = 1) -> PlaceQuantity:
+        """Return a quantity with so many feed directions, evenly over half a turn."""
+        return cls(kind, modes, tuple(float(v) for v in np.pi * np.arange(number) / number))
 
     @property
     def unit(self) -> str:
@@ -142,8 +146,7 @@ class PlaceMap(NotebookText):
                 continue
             low, high = int(np.nanargmin(column)), int(np.nanargmax(column))
             lines.append(f"{name}: lowest {column[low]:.5g} {self.quantity.unit} at {place_words(self.reach.places[low])}; "
-                         f"highest "
-                         f"{column[high]:.5g} {self.quantity.unit} at {place_words(self.reach.places[high])}")
+                         f"highest {column[high]:.5g} {self.quantity.unit} at {place_words(self.reach.places[high])}")
         return lines
 
     def table(self) -> str:

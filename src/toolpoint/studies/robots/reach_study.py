@@ -28,8 +28,8 @@ GRAVITY = (0.0, 0.0, -9.80665)
 @dataclass(frozen=True, eq=False)
 class ReachedPose:
     """A pose that reaches the place: its branch; `condition` of its Jacobian; `singular`: axis, m or rad along it to the
-    nearest
-    singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis; Hz."""
+    nearest singular pose and its kind; `holding`: N, N m of every axis against gravity; `inertia`: kg, kg m^2 of every axis;
+    Hz."""
 
     pose: Mapping[str, float]
     branch: str

@@ -9,6 +9,7 @@ are.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,7 +20,7 @@ from toolpoint._check import Array, FloatArray, count, fail, floats, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.reach import reach_places
-from toolpoint.studies.robots.place_map import PlaceQuantity, place_words
+from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantity, map_places, place_words
 from toolpoint.studies.text_table import text_table
 
 _SAME = 1e-7  # m: nearer places are computed once
@@ -132,3 +133,48 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
         fail("starts", f"{len(segments)} segments", "none can be reached whole", "take a shorter length or other places")
     regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
     return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments))
+
+
+@dataclass(frozen=True, eq=False)
+class RegionStudy(NotebookText):
+    """A quantity over places, and the segments over which it is most even (None where they were not searched)."""
+
+    map: PlaceMap
+    search: RegionSearch | None = None
+
+    def table(self) -> str:
+        """Return the map, and the best segments, as text."""
+        return "\n".join(part.table() for part in (self.map, self.search) if part is not None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return both as plain data."""
+        return {"map": self.map.to_dict(), "search": None if self.search is None else self.search.to_dict()}
+
+
+def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None = None, *, length: float = 0.2,
+                 directions: int = 4, direction: ArrayLike | None = None, turn: float = 0.0, branch: str = "", point: str = "",
+                 step: Callable[[str], None] = lambda name: None) -> RegionStudy:
+    """Return a quantity over the places of a grid, and the segments of a length between them over which it is most even.
+
+    Parameters
+    ----------
+    machine, grid, quantity, direction, turn, branch, point
+        See `map_places`.
+    length : float
+        Of the segments, m; 0 for the map alone.
+    directions : int
+        Directions of segments in the plane of the grid's first two directions, evenly over half a turn.
+    step : function of a name
+        Called at the beginning of both parts.
+    """
+    step("map over places")
+    asked = quantity or PlaceQuantity()
+    shown = map_places(machine, grid, asked, direction=direction, turn=turn, branch=branch, point=point)
+    if length == 0:
+        return RegionStudy(shown)
+    step("segments")
+    units = dict(zip("xyz", np.eye(3), strict=True))
+    first, second = (list(grid.names) * 2)[:2]
+    ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
+    return RegionStudy(shown, search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=asked,
+                                             direction=direction, turn=turn, branch=branch, point=point))

@@ -59,17 +59,26 @@ class TipSystem:
 
 class Answer(Protocol):
     """A number of the tool point; larger is better where `rises`. It is the worst of several (peaks, directions): all that are
-    near it
-    count, for a change that helps the worst alone soon meets the next."""
+    near it count, for a change that helps the worst alone soon meets the next."""
 
-    name: str
-    unit: str
-    rises: bool
+    @property
+    def name(self) -> str:
+        """What it is called."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+        ...
+
+    @property
+    def rises(self) -> bool:
+        """Whether larger is better."""
+        ...
 
     def evaluate(self, system: TipSystem, slopes: TipSystem | None) -> tuple[FloatArray, FloatArray]:
         """Return the candidates (m,), and their slopes to all changes (m, n_p; empty without `slopes`, whose arrays have a
-        leading
-        axis of changes)."""
+        leading axis of changes)."""
         ...
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from scipy.stats import rankdata, sobol_indices
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.studies.screening.metrics import is_lower_better, unit_of
 from toolpoint.studies.screening.screen import Screening
@@ -44,7 +45,7 @@ class Ranking(NotebookText):
     what: str
     effects: tuple[Effect, ...]
     loads: str
-    doubt: str
+    doubt: Doubt | None
 
     def table(self) -> str:
         """Return the ranking as text."""
@@ -60,7 +61,7 @@ class Ranking(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ranking as plain data."""
-        return {"metric": self.metric, "what": self.what, "loads": self.loads, "doubt": self.doubt,
+        return {"metric": self.metric, "what": self.what, "loads": self.loads, "doubt": self.doubt or "",
                 "effects": [vars(effect) for effect in self.effects]}
 
 
@@ -88,7 +89,7 @@ def rank_changes(result: Screening, metric: str = "", rng: np.random.Generator |
     return Ranking(name, what, tuple(sorted(effects, key=key)), result.loads, doubt)
 
 
-def _alone(result: Screening, name: str) -> tuple[list[Effect], str, str]:
+def _alone(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
     values = result.metric(name)
     change = values[:, 1:] / values[:, :1] - 1
     sense = -1.0 if is_lower_better(name) else 1.0
@@ -99,11 +100,11 @@ def _alone(result: Screening, name: str) -> tuple[list[Effect], str, str]:
                       float(high[k]) if len(change) > 1 else float("nan"),
                       first=float((best == k).mean()) if len(change) > 1 else float("nan"))
                for k, label in enumerate(result.design.labels[1:]) if np.isfinite(change[0, k])]
-    unsure = "no uncertain inputs were drawn: nothing tells how sure this order is; give doubts and draws"
-    return effects, "relative change", "" if len(change) > 1 else unsure
+    unsure = Doubt("order", "no uncertain inputs were drawn: nothing tells how sure it is", "give doubts and draws")
+    return effects, "relative change", None if len(change) > 1 else unsure
 
 
-def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, str]:
+def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt | None]:
     values, points = result.metric(name)[0], result.design.points
     ends = points.min(axis=0), points.max(axis=0)
     columns = (points - (ends[0] + ends[1]) / 2) / np.where(ends[1] > ends[0], ends[1] - ends[0], 1.0)
@@ -118,11 +119,12 @@ def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, str]:
     share = float(rest @ rest) / max(float(((values - values.mean()) ** 2).sum()), 1e-300)
     effects = [Effect(c, float(e / mean), float(e / mean - h), float(e / mean + h))
                for c, e, h in zip(result.design.names, solution[1:], half, strict=True)]
-    words = f"{100 * share:.0f} % of the scatter is of pairs of changes or curvature, not of main effects"
-    return effects, "contrast over the mean", "" if share < 0.1 else words
+    doubt = Doubt("main effects", f"{100 * share:.0f} % of the scatter is of pairs of changes or curvature, not of them",
+                  figure=float(share))
+    return effects, "contrast over the mean", None if share < 0.1 else doubt
 
 
-def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, str]:
+def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, Doubt | None]:
     values, d = result.metric(name)[0], len(result.design.changes)
     if np.isnan(values).any():
         fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them", "narrow the ranges")
@@ -136,11 +138,11 @@ def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[li
                                                                total.low, total.high)))
                for k, change in enumerate(result.design.names)]
     widest = float(np.max(np.ravel(total.high) - np.ravel(total.low)))
-    return effects, "main effect", "" if widest < 0.2 else (
-        f"intervals of total effects are up to {widest:.2g} wide: take more points")
+    return effects, "main effect", None if widest < 0.2 else Doubt(
+        "total effects", f"their intervals are up to {widest:.2g} wide", "take more points", figure=float(widest))
 
 
-def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, str]:
+def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, Doubt | None]:
     values, points = result.metric(name)[0], result.design.points
     good = np.flatnonzero(~np.isnan(values))
 
@@ -156,5 +158,6 @@ def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tup
     drawn = np.array([partial(rng.choice(good, good.size)) for _ in range(_RESAMPLES)])
     low, high = np.percentile(drawn, _LEVEL, axis=0)
     effects = [Effect(change, float(central[k]), float(low[k]), float(high[k])) for k, change in enumerate(result.design.names)]
-    return effects, "standardised rank regression", "" if (central**2).sum() > 0.7 else (
-        "ranks explain less than 70 % of the scatter: effects are not monotone or act together; take Sobol indices")
+    return effects, "standardised rank regression", None if (central**2).sum() > 0.7 else Doubt(
+        "ranks", "explain less than 70 % of the scatter: effects are not monotone or act together", "take Sobol indices",
+        figure=float((central**2).sum()))

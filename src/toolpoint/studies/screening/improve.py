@@ -32,6 +32,9 @@ _REDUCED = 0.02  # the same for machines with elastic bodies, whose full model i
 _MARGIN = 2e-4
 
 
+SHOWN = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and shown, by answer
+
+
 @dataclass(frozen=True, eq=False)
 class Improvement(NotebookText):
     """The cheapest changes for a goal.
@@ -64,15 +67,16 @@ class Improvement(NotebookText):
 
     def table(self) -> str:
         """Return what to change as text."""
-        rows = [[f.name, f.words(float(s)), f"{f.cost * abs(s - r):.4g}", f"{g:+.4g}"] for f, s, r, g in zip(
+        unit, scale = SHOWN.get(self.answer, (self.unit, 1.0))
+        rows = [[f.name, f.words(float(s)), f"{f.cost * abs(s - r):.4g}", f"{scale * g:+.4g}"] for f, s, r, g in zip(
             self.factors, self.shares, self.rest, self.slopes, strict=True)]
-        low, high = self.interval
+        low, high = scale * self.interval
         sure = "" if np.isnan(low) else f"; 95 % over the uncertain inputs {low:.4g} .. {high:.4g}"
         return "\n".join([
-            text_table(f"To bring the {self.answer} from {self.before:.4g} to {self.goal:.4g} {self.unit}",
-                       ["factor", "change", "cost", f"slope {self.unit} per range"], rows),
-            f"the full model gives {self.value:.6g} {self.unit} at a cost of {self.cost:.4g}{sure}",
-            f"best single change of that cost: {self.best_single[0]}, {self.best_single[1]:.4g} {self.unit}", self.status])
+            text_table(f"To bring the {self.answer} from {scale * self.before:.4g} to {scale * self.goal:.4g} {unit}",
+                       ["factor", "change", "cost", f"slope {unit} per range"], rows),
+            f"the full model gives {scale * self.value:.6g} {unit} at a cost of {self.cost:.4g}{sure}",
+            f"best single change of that cost: {self.best_single[0]}, {scale * self.best_single[1]:.4g} {unit}", self.status])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the improvement as plain data."""

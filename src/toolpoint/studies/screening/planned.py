@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from toolpoint._check import fail, one_of
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.description.screening_plan import MilledSquare, ScreeningPlan
 from toolpoint.machine.parts.model import Machine
@@ -18,12 +19,15 @@ from toolpoint.studies.accuracy.moving_structure import ToolStance
 from toolpoint.studies.accuracy.tool_paths import square
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.screening import designs
+from toolpoint.studies.screening.answers import Answer, DepthLimit, PeriodicError, ResponsePeak
 from toolpoint.studies.screening.designs import ScreeningDesign
 from toolpoint.studies.screening.effects import Ranking, rank_changes
+from toolpoint.studies.screening.improve import Improvement, improve
 from toolpoint.studies.screening.metrics import NamedMetrics
 from toolpoint.studies.screening.screen import Screening, screen
 
 _RANKED = 2  # metrics whose ranking is shown
+ANSWERS = ("response peak", "static compliance", "depth limit", "position error")
 
 
 @dataclass(frozen=True)
@@ -102,3 +106,41 @@ def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = N
                     rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
                     progress=progress)
     return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]))
+
+
+def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal: float) -> Improvement:
+    """Return the cheapest changes, of the factors of a plan, that bring an answer at the plan's pose to a goal.
+
+    Parameters
+    ----------
+    plan : ScreeningPlan
+        Of factors alone: swaps have no slope.
+    machine : Machine
+        The one that the plan names; with a cut for a depth limit or a position error.
+    answer : str
+        One of `ANSWERS`; ``position error`` takes speed and depth of the plan's square.
+    goal : float
+        m/N, for a depth limit or a position error m.
+
+    Raises
+    ------
+    ToolpointError
+        For a plan with swaps, and an answer for which plan or machine say too little.
+    """
+    if plan.swaps:
+        fail("improve", "the plan holds swaps, which have no slope", "give factors, or screen them")
+    return improve(machine, plan.factors, _answer_of(plan, machine, answer), goal=goal, poses=(dict(plan.pose),),
+                   doubts=plan.doubts, draws=plan.draws, rng=np.random.default_rng(plan.seed))
+
+
+def _answer_of(plan: ScreeningPlan, machine: Machine, answer: str) -> Answer:
+    if one_of("`answer`", answer, ANSWERS) in ANSWERS[:2]:
+        return ResponsePeak(static=answer == "static compliance")
+    cut = machine.description.cutting
+    if cut is None:
+        fail("`answer`", answer, "the machine file has no 'cutting'")
+    if answer == "depth limit":
+        return DepthLimit(cut)
+    if plan.square is None:
+        fail("`answer`", answer, "the plan needs a square, for its speed and depth")
+    return PeriodicError(cut, plan.square.speed, plan.square.depth)

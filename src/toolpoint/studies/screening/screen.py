@@ -52,8 +52,7 @@ class Screening(NotebookText):
 
     def table(self) -> str:
         """Return every point as text (at most 40), with the change against the first where the design begins with the machine
-        as
-        it is."""
+        as it is."""
         base = self.stated[0] if self.design.labels and self.design.labels[0] == "as it is" else None
         rows = []
         for i in range(min(len(self.stated), 40)):

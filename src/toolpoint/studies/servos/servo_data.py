@@ -48,7 +48,7 @@ class AxisFindings:
     friction: FrictionFit | None
     levels: tuple[float, float]
     force_unit: str
-    doubts: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,10 +67,10 @@ class ServoData(NotebookText):
         """What to doubt first."""
         return "; ".join(self.doubts()) or "no doubt"
 
-    def doubts(self) -> list[str]:
+    def doubts(self) -> list[Doubt]:
         """Return what may be wrong, axis by axis."""
         loop = [self.loop.margins.doubt] if self.loop is not None and self.loop.margins.doubt else []
-        return [f"axis {a.axis}: {words}" for a in self.axes for words in a.doubts] + loop
+        return [doubt.within(f"axis {a.axis}") for a in self.axes for doubt in a.doubts] + loop
 
     def rows(self) -> list[list[str]]:
         """Return axis, quantity and value as words."""
@@ -148,7 +148,7 @@ def _judge_axis(record: AxisRecord, axis: str) -> AxisFindings | None:
         doubts.append(Doubt("K_v", f"differs by {100 * spread / abs(gain):.0f} % between runs",
                             "feed-forward, or other settings", figure=spread / abs(gain)))
     if not runs.velocity.size:
-        doubts.append("no run of constant speed in the record: no friction and no K_v")
+        doubts.append(Doubt("record", "no run of constant speed in it: no friction and no K_v"))
     unit = next((s.unit.split("/")[0] for s in known if s.unit.split("/")[0] in ("m", "rad")), "m")
     largest = float(np.nanmax(np.abs(error))) if np.isfinite(error).any() else float("nan")
     return AxisFindings(axis, unit, runs, gain, spread, largest, friction, levels, "" if force is None else force.unit,
@@ -193,7 +193,7 @@ def _constant_runs(time: FloatArray, speed: FloatArray, load: FloatArray, *, err
     return ConstantRuns(*table.T)
 
 
-def _friction(runs: ConstantRuns) -> tuple[FrictionFit | None, tuple[float, float], list[str]]:
+def _friction(runs: ConstantRuns) -> tuple[FrictionFit | None, tuple[float, float], list[Doubt]]:
     """Return the fit where speeds differ, the mean levels forward and backward, and doubts."""
     v, load = runs.velocity, runs.current
     usable = np.isfinite(load)
@@ -204,7 +204,7 @@ def _friction(runs: ConstantRuns) -> tuple[FrictionFit | None, tuple[float, floa
     top = np.abs(v) > 0.9 * fast
     levels = tuple(float(load[top & (np.sign(v) == sign)].mean()) if (top & (np.sign(v) == sign)).any() else float("nan")
                    for sign in (1, -1))
-    doubts: list[str] = []
+    doubts: list[Doubt] = []
     if np.isfinite(levels).all() and levels[0] < levels[1]:
         doubts.append(Doubt("load", "load and speed have opposite signs (a gear that reverses, or the sign of the recording)",
                             "friction is that of the load with its sign turned"))
@@ -217,9 +217,7 @@ def _friction(runs: ConstantRuns) -> tuple[FrictionFit | None, tuple[float, floa
             doubts.append(Doubt("load", "one sign in both directions", "weight or an offset is larger than the friction"))
         return None, (levels[0], levels[1]), doubts
     fit = identify_friction(v, load, "coulomb")
-    if fit.status != "converged":
-        doubts.append(Doubt("friction", fit.status))
-    doubts += [f"friction: {words}" for words in fit.inseparable]
+    doubts += fit.doubts
     if abs(fit.offset) > fit.law.coulomb:
         doubts.append(Doubt("load", "the offset is larger than the friction", "weight, or the sensor's zero"))
     return fit, (levels[0], levels[1]), doubts

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.drives import Servo, Structure, circular_test, compute_loops, simulate
 from toolpoint.drives.build import build_servo
@@ -66,12 +67,12 @@ class ServoMap(NotebookText):
     @property
     def status(self) -> str:
         """What to know and try next."""
-        return "; ".join(self.notes()) or "all poses stable"
+        return "; ".join(self.doubts()) or "all poses stable"
 
-    def notes(self) -> list[str]:
+    def doubts(self) -> list[Doubt]:
         """Return the poses that failed or are unstable, with their reasons."""
-        failed = [f"{self._pose_text(k)}: {words}" for k, words in self.failures.items()]
-        return failed + [f"{self._pose_text(k)}: unstable" for k in np.flatnonzero(~self.stable).tolist()
+        failed = [Doubt(self._pose_text(k), words) for k, words in self.failures.items()]
+        return failed + [Doubt(self._pose_text(k), "unstable") for k in np.flatnonzero(~self.stable).tolist()
                          if k not in self.failures]
 
     def _pose_text(self, k: int) -> str:

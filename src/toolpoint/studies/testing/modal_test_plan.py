@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine.parts.model import Machine
@@ -67,10 +68,8 @@ class ModalTestPlan(NotebookText):
         beside = "" if best is None else (f" (random points of the same number, at best: {best.seen} modes, "
                                           f"MAC {best.least_mac:.4f})")
         return (f"Strike {', '.join(map(str, self.struck))} with a sensor at {len(self.points)} points: {self.expected.seen} "
-                "of "
-                f"{self.modes.count} modes to be found, frequencies within {100 * float(error):.2g} %, MAC of the expanded "
-                "shapes "
-                f"at least {self.expected.least_mac:.4f}{beside}.")
+                f"of {self.modes.count} modes to be found, frequencies within {100 * float(error):.2g} %, MAC of the expanded "
+                f"shapes at least {self.expected.least_mac:.4f}{beside}.")
 
     def mode_rows(self) -> list[list[str]]:
         """Return a row for every mode: frequency, visibility, expected errors and MAC."""
@@ -94,8 +93,7 @@ class ModalTestPlan(NotebookText):
             ["files", "P{output}_at{input}_*.csv, for example P3_at" + f"{self.struck[0]}_1.csv".replace(":", "=")],
             ["time", f"about {minutes:.0f} minutes for {hits} set-ups of three blows"],
             ["look at", "weak and double blows, overload, the force spectrum, coherence, and the driving points, while the "
-                        "machine "
-                        "still stands there"]]
+                        "machine still stands there"]]
         return rows
 
     def table(self) -> str:
@@ -208,15 +206,16 @@ def _round_up(value: float) -> float:
     return float(next(step for step in ROUND if step * scale >= value * (1 - 1e-9)) * scale)
 
 
-def _doubts(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], expected: VirtualOutcome) -> list[str]:
-    lines = [f"mode {i + 1} at {modes.frequency[i]:.4g} Hz is moved by only {100 * seen:.0f} % of its largest motion: strike "
-             "another point too" for i, seen in enumerate(visibility(modes, struck)) if seen < WEAK]
+def _doubts(modes: Modes, points: Sequence[str | int], struck: Sequence[Dof], expected: VirtualOutcome) -> list[Doubt]:
+    lines = [Doubt(f"mode {i + 1} at {modes.frequency[i]:.4g} Hz", f"is moved by only {100 * seen:.0f} % of its largest motion",
+                   "strike another point too", figure=float(seen))
+             for i, seen in enumerate(visibility(modes, struck)) if seen < WEAK]
     alike = largest_likeness(modes, points)
     if alike > 0.5:
-        lines.append(f"two modes look alike at these points (MAC {alike:.2f}): more points would part them")
+        lines.append(Doubt("shapes", f"two modes look alike at these points (MAC {alike:.2f})", "more points would part them",
+                           figure=float(alike)))
     missing = [f"{modes.frequency[i]:.4g}" for i in range(modes.count) if expected.mac[i] <= 0.9]
     if missing:
-        lines.append(f"the virtual test does not find the modes at {', '.join(missing)} Hz: take more points, more blows, or "
-                     "another "
-                     "point to strike")
+        lines.append(Doubt("virtual test", f"it does not find the modes at {', '.join(missing)} Hz", "take more points, more "
+                           "blows, or another point to strike"))
     return lines

@@ -26,14 +26,15 @@ COEFFICIENTS = 0.1  # standard deviation of cutting coefficients from a table
 SIZE, SHIFT = 0.05, 0.01  # assumed standard deviations of responses without scatter: magnitude, frequency
 BESIDE, IN_HAND, APART = 0.02, 0.1, 0.08  # speed and depth in hand; how far speeds to use lie apart
 DEEPER = 3
+SPEEDS, TRIED = 3, 6  # how many are given, how many are looked at for them
+ANYWHERE = 0.8  # share of the least depth below which a speed is no use: that of depth in hand, and the rough chart's error
 Progress = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class SpeedToUse:
     """A speed (rev/min), the depth (m) that is stable there and beside it with 95 % certainty less a tenth, the chatter
-    frequency
-    (Hz) of what is deeper, and the removal rate over that of the best."""
+    frequency (Hz) of what is deeper, and the removal rate over that of the best."""
 
     speed: float
     depth: float
@@ -44,8 +45,7 @@ class SpeedToUse:
 @dataclass(frozen=True, eq=False)
 class TapLimits:
     """The exact chart and the rough one of more speeds, the ends of the 95 % interval of the exact limits over them (ratios),
-    the
-    speeds to use, and notes."""
+    the speeds to use, and notes."""
 
     chart: StabilityChart
     rough: StabilityChart
@@ -84,15 +84,17 @@ def chart_limits(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None]
     charted = np.unique(np.append(np.linspace(*ends, CHARTED), least))
     progress(f"exact stability at {charted.size} speeds", 0, 1)
     chart = stability.chart(problem, charted, None, depth_max=depth)
-    notes += ["interval: scatter of the responses, taken as one factor for all lines (the widest case), and cutting "
-              "coefficients "
-              f"known to {100 * COEFFICIENTS:.0f} % (assumed); not in it: clamping the tool anew, wear, another feed"]
+    notes += ["interval: scatter of the responses, taken as one factor for all lines (the widest case), and "
+              f"cutting coefficients known to {100 * COEFFICIENTS:.0f} % (assumed); not in it: clamping the tool anew, wear, "
+              "another feed"]
     if any(part is None for part in spread.values()):
         notes.append(f"no scatter of the responses is known: {100 * SIZE:.0f} % of their size and {100 * SHIFT:.0f} % of "
-                     "frequency "
-                     "are assumed")
+                     "frequency are assumed")
     progress("speeds to use", 0, 1)
-    picked = _speeds_to_use(problem, rough, low, depth)
+    picked, left_out = _speeds_to_use(problem, rough, low, depth)
+    if left_out:
+        notes.append(f"speeds to use: {left_out} looked promising on the rough chart and {'is' if left_out == 1 else 'are'} "
+                     "left out: the exact limit there, less its stated error, is below what is stable at every speed")
     return TapLimits(chart, rough, np.interp(charted, fine, low), np.interp(charted, fine, high), picked,
                      tuple(dict.fromkeys([*notes, *chart.notes])), problem)
 
@@ -119,23 +121,28 @@ def _ratios(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], rou
     return np.asarray(moved / factor)
 
 
-def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatArray, depth: float) -> tuple[SpeedToUse, ...]:
-    """Return up to three speeds of the largest removal rate, each checked by the exact method at itself and beside it."""
+def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatArray, depth: float
+                   ) -> tuple[tuple[SpeedToUse, ...], int]:
+    """Return up to three speeds of the largest removal rate, each checked by the exact method at itself and beside it, and how
+    many others that check took away: a speed does not serve where it carries less than what is stable at every speed."""
     speeds = middle.speeds
     sure = np.minimum(middle.limit, middle.depth_max) * low
     near = np.abs(speeds[:, None] / speeds[None, :] - 1) <= BESIDE
     rate = np.where(near, sure[:, None], np.inf).min(axis=0) * speeds
     rate[(speeds * (1 - BESIDE) < speeds[0]) | (speeds * (1 + BESIDE) > speeds[-1])] = 0.0  # the margin must be charted
-    picked: list[int] = []
+    results: list[SpeedToUse] = []
+    tried: list[int] = []
     for k in np.argsort(-rate).tolist():
-        if rate[k] > 0 and all(abs(speeds[k] / speeds[j] - 1) > APART for j in picked):
-            picked.append(k)
-        if len(picked) == 3:
+        if len(results) == SPEEDS or len(tried) == TRIED or not rate[k] > 0:
             break
-    results = [_checked(problem, float(speeds[k]), float(low[k]), depth) for k in picked]
+        if all(abs(speeds[k] / speeds[j] - 1) > APART for j in tried):
+            tried.append(k)
+            checked = _checked(problem, float(speeds[k]), float(low[k]), depth)
+            if checked.depth > ANYWHERE * float(sure.min()):
+                results.append(checked)
     best = max((speed.speed * speed.depth for speed in results), default=1.0)
     ranked = sorted(results, key=lambda speed: -speed.speed * speed.depth)
-    return tuple(replace(speed, worth=speed.speed * speed.depth / max(best, 1e-300)) for speed in ranked)
+    return tuple(replace(speed, worth=speed.speed * speed.depth / best) for speed in ranked), len(tried) - len(results)
 
 
 def _checked(problem: MillingProblem, speed: float, low: float, depth: float) -> SpeedToUse:

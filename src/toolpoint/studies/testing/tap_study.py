@@ -11,6 +11,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import text_below
 from toolpoint.modal_identification import Identification, without_window
 from toolpoint.signals.checks import driving_points
 from toolpoint.signals.usable_band import UsableBand, usable_band
@@ -87,9 +88,9 @@ class TapStudy(NotebookText):
         if self.colour == "red":
             return "Do not cut by this test: " + "; ".join(light.words for light in self.lights if light.colour == "red") + "."
         first = self.limits.speeds[0] if self.limits.speeds else None
-        words = (f"Stable at every speed up to {1e3 * limit:.2g} mm ({1e3 * low:.2g} .. {1e3 * high:.2g} mm, 95 %; least at "
-                 f"{speed:.0f} rev/min)")
-        use = "" if first is None else f"; best use: {first.speed:.0f} rev/min with {1e3 * first.depth:.2g} mm"
+        words = (f"Stable at every speed up to {text_below(1e3 * low, 2)} mm, 95 % certain (least limit {1e3 * limit:.2g} mm, "
+                 f"{1e3 * low:.2g} .. {1e3 * high:.2g} mm, at {speed:.0f} rev/min)")
+        use = "" if first is None else f"; best use: {first.speed:.0f} rev/min with {text_below(1e3 * first.depth, 2)} mm"
         return words + use + (", with doubts (amber)." if self.colour == "amber" else ".")
 
     def mode_rows(self) -> list[list[str]]:
@@ -111,7 +112,7 @@ class TapStudy(NotebookText):
         """Return a row for every speed to use; none where a light is red."""
         if self.colour == "red":
             return []
-        return [[f"{use.speed:.0f}", f"{1e3 * use.depth:.2g}", f"{100 * use.worth:.0f}",
+        return [[f"{use.speed:.0f}", text_below(1e3 * use.depth, 2), f"{100 * use.worth:.0f}",
                  "-" if np.isnan(use.chatter) else f"{use.chatter:.0f}"] for use in self.limits.speeds]
 
     def light_rows(self) -> list[list[str]]:
@@ -233,8 +234,7 @@ def _response_light(direction: TappedDirection) -> Light:
         return Light(step, colour, f"the tip takes in power on only {100 * share:.0f} % of the response {band}: no driving "
                                    "point, a "
                      "turned channel, or noise", f"along {direction.name}: sensor and hammer at one point in one line, and "
-                                                 "check "
-                     "signs")
+                     "check signs")
     spread = direction.spread
     if spread is None:
         return Light(step, "amber", f"passive ({100 * share:.0f} %) {band}; its scatter is not known", "")

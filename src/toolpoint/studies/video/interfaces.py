@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND
@@ -52,7 +53,7 @@ class InterfaceRanking(NotebookText):
 
     interfaces: tuple[InterfaceRank, ...]
     frequencies: FloatArray
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     @property
     def moving(self) -> tuple[str, ...]:

@@ -11,8 +11,10 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, fail
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
+from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification, identify
 from toolpoint.studies.text_table import text_table
+from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.shape_modes import body_modes, window_modes
 from toolpoint.vibration import Dof, Modes
 from toolpoint.vision.clip import Clip, Region
@@ -23,7 +25,7 @@ from toolpoint.vision.displacement.quality import Quality, judge_quality
 from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.displacement.survey import Progress
 from toolpoint.vision.displacement.templates import TemplateProducts
-from toolpoint.vision.modes.bodies import ORDERS, BodyMotion, fit_bodies
+from toolpoint.vision.modes.bodies import ORDERS, RIGID, BodyMotion, fit_bodies
 from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
@@ -84,7 +86,7 @@ class VideoStudy(NotebookText):
     bodies: tuple[BodyMotion, ...]
     view: View
     source: str = "video"
-    doubts: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = field(default=())
     notes: tuple[str, ...] = field(default=())
 
     @property
@@ -154,7 +156,7 @@ def study_video(
     clip: Clip, *, method: str | Method = "templates", points: int = 300, view: View | None = None,
     background: Sequence[Region] = (), bodies: Mapping[str, Region] | None = None, band: tuple[float, float] | None = None,
     start: float | None = None, stop: float | None = None, poles: Modes | None = None, side: int = 16,
-    orders: Sequence[str] = ORDERS, progress: Progress | None = None,
+    orders: Sequence[str] | None = None, machine: Machine | None = None, progress: Progress | None = None,
 ) -> VideoStudy:
     """Return the modes that a video shows.
 
@@ -181,7 +183,9 @@ def study_video(
     side : int
         Pixels of the windows of the whole picture.
     orders : of `ORDERS`
-        Motions that a body may have, the likeliest is taken; `RIGID` for the bodies of a machine that are rigid there.
+        Motions that a body may have, the likeliest is taken; all of them, for a machine `RIGID` ones, where left out.
+    machine : Machine, optional
+        Where its bodies are seen says where `bodies` are, where these are left out.
     progress : function of name, done, total
 
     Raises
@@ -191,6 +195,8 @@ def study_video(
     """
     if background and method == "templates":
         method = TemplateProducts(4)  # a shaking picture moves through all parts of a pixel
+    if machine is not None and not bodies:
+        bodies = body_regions(machine, view or View(), clip.shape)
     scanned = scan(clip, progress)
     quality = judge_quality(scanned)
     still = [region.within(scanned.clip.shape, "background") for region in background]
@@ -206,7 +212,7 @@ def study_video(
     whole = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
     seen = _seen(shapes)
     names = _with_doubtful(names, identification, seen)
-    moved = fit_bodies(whole.windows, whole.shapes, regions, orders=tuple(orders))
+    moved = fit_bodies(whole.windows, whole.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)))
     doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
@@ -300,8 +306,8 @@ def _seen(shapes: PointShapes) -> FloatArray:
 
 
 def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
-            bodies: tuple[BodyMotion, ...], seen: FloatArray) -> tuple[str, ...]:
-    doubts = [*quality.doubts, *scanned.clip.doubts]
+            bodies: tuple[BodyMotion, ...], seen: FloatArray) -> tuple[Doubt, ...]:
+    doubts: list[Doubt] = [*quality.doubts, *scanned.clip.doubts]
     at, gain = find_break(decay, known.poles)
     freedom = 2 * known.count * decay.components.shape[1]
     if gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
@@ -317,7 +323,7 @@ def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: Fr
     return tuple(dict.fromkeys(doubts))
 
 
-def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: FloatArray) -> list[str]:
+def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: FloatArray) -> list[Doubt]:
     """Return a doubt where the phase of the strongest mode runs with the row: a rolling shutter that was not stated."""
     shapes = point_shapes(field, known.poles, decay.first)
     strongest = int(np.argmax((np.abs(shapes.shape) ** 2).sum(axis=(0, 1))))
@@ -335,9 +341,8 @@ def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: Flo
     total = delay * field.windows.centres[:, 1].max()
     if abs(slope) < 6 * slope_error or abs(total) < 0.1 / field.frame_rate:
         return []
-    return [f"the phase of mode {strongest + 1} runs with the row: the shutter seems to roll by {1e6 * delay:.3g} us a row; "
-            f"state it "
-            "(row delay), so that shapes get their true phases"]
+    return [Doubt("shutter", f"the phase of mode {strongest + 1} runs with the row: it seems to roll by {1e6 * delay:.3g} us "
+                  "a row", "state it (row delay), so that shapes get their true phases", figure=abs(total) * field.frame_rate)]
 
 
 def _line(x: FloatArray, y: FloatArray, weight: FloatArray) -> tuple[float, float]:

@@ -18,6 +18,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, count, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.updating.fits.parameter_fit import ParameterFit
 from toolpoint.updating.problem import Problem
@@ -33,7 +34,8 @@ class Samples(NotebookText):
 
     names : free parameters; x : (n_samples, n) coordinates after the burn-in; values : (n_samples, n), SI; autocorrelation :
     (n,) integrated autocorrelation time in steps; r_hat : (n,); effective : (n,) number of independent samples; acceptance :
-    share of accepted moves; steps : per walker, burn-in included; burn_in : steps left out; status : in words.
+    share of accepted moves; steps : per walker, burn-in included; burn_in : steps left out; course : what was run, in words;
+    doubts : why the samples may not be the posterior.
     """
 
     names: tuple[str, ...]
@@ -44,7 +46,13 @@ class Samples(NotebookText):
     acceptance: float
     steps: int
     burn_in: int
-    status: str
+    course: str
+    doubts: tuple[Doubt, ...] = ()
+
+    @property
+    def status(self) -> str:
+        """What was run, and whether it converged."""
+        return f"{self.course}; {'; '.join(self.doubts) or 'converged'}"
 
     @property
     def mean(self) -> FloatArray:
@@ -213,19 +221,17 @@ def _judged(problem: Problem, at: list[int], x0: FloatArray, runs: list[_Run], i
     r_hat = _split_r_hat(kept)
     x = kept.reshape(-1, len(at))
     values = np.stack([[problem.parameters[j].at(float(v)) for v in x[:, k]] for k, j in enumerate(at)], axis=1)
-    words = [f"{length} steps of {chains.shape[2]} walkers in {len(runs)} ensembles, {burn} left out as burn-in, R-hat up to "
-             f"{r_hat.max():.3f}, autocorrelation time up to {tau.max():.0f} steps"]
-    if interrupted:
-        words.append("interrupted: call again with the same folder to go on")
+    course = (f"{length} steps of {chains.shape[2]} walkers in {len(runs)} ensembles, {burn} left out as burn-in, R-hat up to "
+              f"{r_hat.max():.3f}, autocorrelation time up to {tau.max():.0f} steps")
+    doubts = [Doubt("samples", "interrupted", "call again with the same folder to go on")] if interrupted else []
     if length < _LONG_ENOUGH * tau.max() or r_hat.max() > _MIXED:
-        words.append(f"NOT converged (wanted: R-hat below {_MIXED:g} and at least {_LONG_ENOUGH:.0f} autocorrelation times): "
-                     f"take {int(np.ceil(_LONG_ENOUGH * tau.max() / 100)) * 100} steps or more")
-    else:
-        words.append("converged")
+        doubts.append(Doubt(
+            "samples", f"NOT converged (wanted: R-hat below {_MIXED:g} and at least {_LONG_ENOUGH:.0f} autocorrelation times)",
+            f"take {int(np.ceil(_LONG_ENOUGH * tau.max() / 100)) * 100} steps or more", figure=float(r_hat.max()) - 1))
     if problem.assumed:
-        words.append("standard deviations of the data are assumptions, and so is the width of the posterior")
+        course += "; standard deviations of the data are assumptions, and so is the width of the posterior"
     accepted = float(np.mean([run.accepted / run.chain.shape[0] for run in runs]))
-    return Samples(tuple(problem.names[j] for j in at), x, values, tau, r_hat, accepted, length, burn, "; ".join(words))
+    return Samples(tuple(problem.names[j] for j in at), x, values, tau, r_hat, accepted, length, burn, course, tuple(doubts))
 
 
 def _autocorrelation(chains: FloatArray) -> FloatArray:

@@ -95,9 +95,8 @@ def reduce_system(system: VaryingSystem, *, most: int = 64, modes: int = 30, kep
 
 @dataclass(frozen=True, eq=False)
 class StepNodes:
-    """Exact steps at the nodes, by columns for the kernel: transition, static deflection to unit inputs, output, momentum,
-    loss and
-    input motion."""
+    """Exact steps at the nodes, by columns for the kernel: transition, static deflection to unit inputs, output, momentum, loss
+    and input motion."""
 
     step: float
     transition: FloatArray

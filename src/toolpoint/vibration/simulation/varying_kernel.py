@@ -109,6 +109,7 @@ def _account(nodes, i, t, inputs, after, extended, motion):
         work += inputs[a] * moved
         totals[2] += abs(inputs[a] * moved)
     totals[0] += work
+    # Loss is a quadratic form in the state at the begin and the inputs, which are held: no quadrature within the step.
     for r in range(size):
         extended[r] = state[r]
     for r in range(width):

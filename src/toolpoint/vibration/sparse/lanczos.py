@@ -17,6 +17,7 @@ from scipy.sparse import csc_array
 from toolpoint._check import FloatArray, count, fail, positive
 from toolpoint.vibration.sparse.eigenpairs import EigenPairs
 from toolpoint.vibration.sparse.factorisation import Factorisation, SparseMatrix, check_symmetric, factorise
+from toolpoint.vibration.sparse.node_matrix import as_columns
 from toolpoint.vibration.sparse.pencil import Pencil
 
 # Of the median of diag(K)/diag(M), about the highest frequency squared: far below the first elastic mode of a mesh with a
@@ -24,6 +25,8 @@ from toolpoint.vibration.sparse.pencil import Pencil
 _SHIFT = 1e-8
 _TOLERANCE = 1e-8
 _RIGID = 1e-5
+_DENSE_SHARE, _DENSE_ROWS = 2, 6000  # modes over all from which, and rows to which, they are solved for at once
+_MASSLESS = 1e-14  # of the largest 1/(square + shift): no mode
 _GAP = 1e-6
 
 
@@ -69,7 +72,32 @@ def modes_of(pencil: Pencil, number: int | None = None, *, below: float | None =
     search = _Search(pencil, is_kept)
     if below is not None:
         return search.band((2 * np.pi * positive("below", below)) ** 2)
-    return search.lowest(min(count("number", number or 0), search.rank()), is_counted)
+    most = min(count("number", number or 0), search.rank())
+    if _DENSE_SHARE * most > search.rank() and pencil.mass.shape[0] <= _DENSE_ROWS:
+        return _dense_modes(search, most)
+    return search.lowest(most, is_counted)
+
+
+def _dense_modes(search: _Search, number: int) -> EigenPairs:
+    """Return the lowest modes where most of all are asked for: there is no room left for a basis that grows beyond them.
+
+    With the shifted stiffness positive, M x = t (K + s M) x has t = 1/(square + s), 0 of rows without mass.
+    """
+    search.inverse()  # refuses a stiffness with negative eigenvalues
+    m = as_columns(search.m).toarray()
+    shifted = as_columns(search.pencil.stiffness).toarray() + search.shift * m
+    inverse, vectors = eigh(m, shifted)
+    held = np.flatnonzero(inverse > _MASSLESS * inverse[-1])[::-1]
+    squares = 1 / inverse[held] - search.shift
+    keep = _cut(squares, min(number, len(squares)), len(squares))[0]
+    squares, held = squares[:keep], held[:keep]
+    squares = np.where(np.abs(squares) <= _RIGID * search.shift, 0.0, squares)
+    if (squares < 0).any():
+        fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
+             "an element of negative stiffness, or a load beyond buckling?")
+    return EigenPairs(squares, vectors[:, held] / np.sqrt(inverse[held]), np.zeros(len(held)),
+                      float(np.sqrt(squares.max(initial=0.0))) / (2 * np.pi), search.pencil.solver_name,
+                      "all modes found, by a dense solution")
 
 
 def count_below(

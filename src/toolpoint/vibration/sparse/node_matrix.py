@@ -110,7 +110,8 @@ class NodeMatrix:
         blocks = self.blocks[pattern.entries]
         above = pattern.columns > rows
         blocks[above] = blocks[above].transpose(0, 2, 1)
-        return csc_array(bsr_array((blocks, pattern.columns, pattern.pointers), shape=self.shape))
+        whole = bsr_array((blocks, pattern.columns, pattern.pointers), shape=self.shape).tocsr()
+        return csc_array((whole.data, whole.indices, whole.indptr), shape=self.shape)  # symmetric: its rows are its columns
 
 
 SymmetricMatrix: TypeAlias = csc_array | NodeMatrix

@@ -181,6 +181,7 @@ def structure(xadj, adj, order, starts):
     parent, mark = np.full(count, -1, np.int64), np.full(n, -1, np.int64)
     pointers, rows, total = np.zeros(count + 1, np.int64), np.empty(16 * n + 64, np.int64), 0
     for s in range(count):
+        # Below a group: what its columns touch, and what its children had below them (their fill). `mark` keeps each once.
         begin = total
         if total + n > rows.size:
             rows = np.concatenate((rows, np.empty(max(rows.size // 2, 2 * n), np.int64)))
@@ -202,7 +203,7 @@ def structure(xadj, adj, order, starts):
             child = following[child]
         rows[begin:total] = np.sort(rows[begin:total])
         pointers[s + 1] = total
-        if total > begin:
+        if total > begin:  # the first row below is eliminated next: its group takes this one's update
             parent[s] = group[rows[begin]]
             following[s] = head[parent[s]]
             head[parent[s]] = s

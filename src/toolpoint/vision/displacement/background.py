@@ -9,6 +9,7 @@ from scipy.fft import dct, idct
 from scipy.ndimage import uniform_filter1d
 
 from toolpoint._check import BoolArray, FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.points import BLIND
 from toolpoint.vision.displacement.result import DisplacementField
@@ -64,7 +65,8 @@ def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementFie
                      axis=2)
     size = float(np.ptp(motion[:2], axis=1).max())
     return field.changed((field.values - shift).astype(np.float32),
-                         *([f"camera shake of {size:.2f} px peak to peak taken off by the background"] if size > 0.1 else []))
+                         *([Doubt("camera", f"camera shake of {size:.2f} px peak to peak taken off by the background")]
+                           if size > 0.1 else []))
 
 
 def smooth_motion(motion: FloatArray, variance: FloatArray) -> FloatArray:

@@ -132,6 +132,7 @@ def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, 
                     break
                 _lanczos(right - whole_x, wx)
                 _lanczos(down - whole_y, wy)
+                # Lanczos's kernel is a product: along rows once, kept in `lines`, then along columns.
                 for y in range(height + TAPS - 1):
                     line = frames[t, top + y]
                     for x in range(width):
@@ -147,6 +148,7 @@ def follow(frames, corners, texture, slopes, inverse, tolerance, state, result, 
                             total += wy[k] * lines[y + k, x]
                         gx += slopes[p, 0, y, x] * total
                         gy += slopes[p, 1, y, x] * total
+                # Slopes are the reference's, so the Gauss-Newton matrix is inverted once for all frames; the step is undone.
                 dx = inverse[p, 0, 0] * gx + inverse[p, 0, 1] * gy
                 dy = inverse[p, 1, 0] * gx + inverse[p, 1, 1] * gy
                 right, down = right - dx, down - dy

@@ -78,8 +78,8 @@ def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tup
                    bound=np.where(gone[:, None], np.inf, windows.bound)), values
 
 
-def _doubts(windows: Windows, lost: IndexArray, frames: int) -> list[str]:
-    doubts: list[str] = []
+def _doubts(windows: Windows, lost: IndexArray, frames: int) -> list[Doubt]:
+    doubts: list[Doubt] = []
     gone = int((lost > LOST * frames).sum())
     if gone:
         doubts.append(Doubt("windows", f"{gone} of {len(lost)} windows were lost for more than {100 * LOST:g} % of the frames "

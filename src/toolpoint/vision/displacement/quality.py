@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
+from toolpoint._doubt import Doubt
 from toolpoint.vision.displacement.measure import Scan
 from toolpoint.vision.displacement.survey import SATURATED
 
@@ -27,38 +28,38 @@ class Quality:
     """
 
     accepts_amplitude: bool
-    doubts: tuple[str, ...] = ()
-    notes: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = ()
+    notes: tuple[Doubt, ...] = field(default=())
 
 
 def judge_quality(scanned: Scan) -> Quality:
     """Return whether a clip can carry amplitudes and damping."""
     clip, survey, reference = scanned.clip, scanned.survey, scanned.reference
-    refusals: list[str] = []
-    notes: list[str] = []
+    refusals: list[Doubt] = []
+    notes: list[Doubt] = []
     spoilt = reference.whiteness > WHITE_ENOUGH or reference.grain > GRAIN or reference.kurtosis > KURTOSIS
     if clip.is_lossy and (spoilt or reference.noise < ROUNDED):
-        refusals.append(
-            f"compressed too much: the noise of the sensor is smoothed away ({reference.noise:.2f} grey levels left, "
+        refusals.append(Doubt(
+            "compressed too much", f"the noise of the sensor is smoothed away ({reference.noise:.2f} grey levels left, "
             f"correlation of successive changes {reference.whiteness:.3f}, of neighbours {reference.grain:.2f}, kurtosis "
             f"{reference.kurtosis:.1f}; a sensor has -0.5, 0 and 3), so small motion is too; amplitudes and damping are not "
-            f"given: record with less compression (x264 at quality 10 or better), or raw frames")
+            "given", "record with less compression (x264 at quality 10 or better), or raw frames"))
     elif spoilt and reference.noise > ROUNDED:
-        notes.append(f"noise is not that of a sensor (correlation of successive changes {reference.whiteness:.3f} instead "
-                     f"of -0.5, of neighbours {reference.grain:.2f} instead of 0): the camera or a conversion smoothed the "
-                     f"frames; stated uncertainties may be too small")
+        notes.append(Doubt("noise", f"is not that of a sensor (correlation of successive changes {reference.whiteness:.3f} "
+                           f"instead of -0.5, of neighbours {reference.grain:.2f} instead of 0): the camera or a conversion "
+                           "smoothed the frames; stated uncertainties may be too small"))
     if len(survey.repeats) > FEW_REPEATS:
-        refusals.append(
-            f"{len(survey.repeats)} frames repeat the one before, first frame {survey.repeats[0]}: the true rate is lower than "
-            "stated or frames were filled in; damping is not given: export the frames of the camera as they are")
+        refusals.append(Doubt(
+            "frames", f"{len(survey.repeats)} frames repeat the one before, first frame {survey.repeats[0]}: the true rate is "
+            "lower than stated or frames were filled in; damping is not given", "export the frames of the camera as they are"))
     refusals += list(survey.doubts)
     if reference.noise < ROUNDED:
-        notes.append(f"noise of {reference.noise:.2f} grey levels is below the rounding of the levels: stated uncertainties "
-                     f"are "
-                     "rough; a little more gain makes small motion measurable")
+        notes.append(Doubt("noise", f"{reference.noise:.2f} grey levels are below the rounding of the levels: stated "
+                           "uncertainties are rough", "a little more gain makes small motion measurable"))
     clipped = float((survey.saturated > 0.5).mean())
     if clipped > SATURATED:
-        notes.append(f"{100 * clipped:.0f} % of the picture is black or white (saturated) and shows no motion")
+        notes.append(Doubt("picture", f"{100 * clipped:.0f} % of it is black or white (saturated) and shows no motion",
+                           figure=clipped))
     return Quality(not refusals, tuple(refusals), tuple(dict.fromkeys((*clip.doubts, *notes))))
 
 

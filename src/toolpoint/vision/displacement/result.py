@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail, frozen
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.vibration import Dof, Record
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, SIGHTS, Windows
@@ -44,7 +45,7 @@ class DisplacementField(NotebookText):
     row_delay: float
     lost: IndexArray
     method: str
-    doubts: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = field(default=())
     start: float = 0.0
 
     def __post_init__(self) -> None:
@@ -70,7 +71,7 @@ class DisplacementField(NotebookText):
         return replace(self, windows=self.windows.selected(keep), values=self.values[:, keep],
                        covariance=self.covariance[keep], lost=self.lost[keep])
 
-    def changed(self, values: FloatArray, *doubts: str) -> DisplacementField:
+    def changed(self, values: FloatArray, *doubts: Doubt) -> DisplacementField:
         """Return the field with other values and further doubts."""
         return replace(self, values=values, doubts=tuple(dict.fromkeys((*self.doubts, *doubts))))
 

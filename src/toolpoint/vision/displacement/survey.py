@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import Clip
 
 SIDE = 16
@@ -36,7 +37,7 @@ class Survey:
     repeats: tuple[int, ...]
     quiet: tuple[int, int]
     alike: IndexArray
-    doubts: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
 
     @property
     def brightness(self) -> FloatArray:
@@ -113,7 +114,7 @@ def _alike(means: FloatArray) -> IndexArray:
     return np.sort(np.argsort(distance, kind="stable")[:number])
 
 
-def _stamps(clip: Clip) -> tuple[str, ...]:
+def _stamps(clip: Clip) -> tuple[Doubt, ...]:
     times = getattr(clip.source, "times", None)
     header = getattr(clip.source, "header", None)
     if times is None or header is None:

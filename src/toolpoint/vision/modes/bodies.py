@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from toolpoint._check import BoolArray, ComplexArray, FloatArray, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.vision.clip import Region
 from toolpoint.vision.displacement.points import BLIND, BOTH, EDGE, Windows
@@ -55,7 +56,7 @@ class BodyMotion(NotebookText):
     basis_covariance: FloatArray
     fit: FloatArray
     windows: int
-    doubts: tuple[str, ...] = field(default=())
+    doubts: tuple[Doubt, ...] = field(default=())
 
     def shape_at(self, points: FloatArray) -> ComplexArray:
         """Return the shapes at places of the picture (n, 2), column and row: (n, 2, r) complex, pixels."""
@@ -129,9 +130,8 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, at
         blind = np.full((modes, 12, 12), np.inf)
         return BodyMotion(name, region, ("unknown",) * modes, np.zeros((modes, 12), complex), blind, shapes.basis.covariance,
                           np.full(modes, np.nan), int(at.size), (
-                              f"{name}: {at.size} windows with texture, {FEWEST_WINDOWS} at least are needed: its motion is "
-                              f"not "
-                              "known; stick or spray a pattern on it",))
+                              Doubt(name, f"{at.size} windows with texture, {FEWEST_WINDOWS} at least are needed: its motion "
+                                    "is not known", "stick or spray a pattern on it"),))
     rows, values = _rows(windows, shapes, at)
     terms = _terms(windows.centres[at], region)
     picked, coefficients, covariances, fits = [], [], [], []

@@ -65,8 +65,7 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
                                                                                                                         1e-300)
         if power == 0 or noise > 1 / TOLD**2:
             notes.append(f"{first.frequency[i]:.4g} Hz: the common direction does not move enough for a common scale; the "
-                         f"two halves "
-                         "stay apart")
+                         "two halves stay apart")
             continue
         scale = (b.conj() @ a) / power
         kept.append(np.concatenate([first.shape[:, i], scale * second.shape_at(extra)[:, j]]))

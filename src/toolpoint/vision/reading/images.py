@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import ToolpointError, fail
+from toolpoint._doubt import Doubt
 from toolpoint.vision.clip import LARGEST, SMALLEST, Clip, Frames
 
 IMAGES = (".png", ".tif", ".tiff", ".pgm", ".bmp", ".jpg", ".jpeg")
@@ -51,7 +52,7 @@ def read(folder: Path, frame_rate: float) -> Clip:
     first = read_image(paths[0])
     doubts = _gaps(paths)
     if first.dtype == np.uint8 and kinds & set(LOSSY):
-        doubts += ("JPEG images: each frame was compressed with loss",)
+        doubts += (Doubt("JPEG images", "each frame was compressed with loss"),)
     return Clip(ImageFrames(tuple(paths), (first.shape[0], first.shape[1]), 8 if first.dtype == np.uint8 else 16), frame_rate,
                 name=folder.name, doubts=doubts, is_lossy=bool(kinds & set(LOSSY)))
 
@@ -78,7 +79,7 @@ def _number(path: Path) -> tuple[list[int], str]:
     return [int(part) for part in re.findall(r"\d+", path.stem)], path.stem
 
 
-def _gaps(paths: list[Path]) -> tuple[str, ...]:
+def _gaps(paths: list[Path]) -> tuple[Doubt, ...]:
     """Return a doubt where the numbers of the images have gaps: frames may have been dropped."""
     numbers = [_number(path)[0][-1:] for path in paths]
     if not all(numbers):
@@ -88,5 +89,5 @@ def _gaps(paths: list[Path]) -> tuple[str, ...]:
     off = np.flatnonzero(steps != usual)
     if off.size == 0:
         return ()
-    return (f"numbers of the images jump at {off.size} places, first after {paths[int(off[0])].name}: frames may be missing "
-            f"there",)
+    return (Doubt("numbers of the images", f"they jump at {off.size} places, first after {paths[int(off[0])].name}: frames may "
+                  "be missing there"),)

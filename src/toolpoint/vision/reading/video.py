@@ -145,29 +145,28 @@ def luminance(frame: Any, bits: int) -> Frames:
     return grey
 
 
-def stamp_doubts(times: FloatArray, header: Header) -> list[str]:
+def stamp_doubts(times: FloatArray, header: Header) -> list[Doubt]:
     """Return what uneven time stamps say: a variable rate, dropped or repeated frames."""
     steps = np.diff(times[np.isfinite(times)])
     if steps.size < 4:
         return []
     usual = float(np.median(steps))
     if usual <= 0 or (steps <= 0).any():
-        return ["time stamps of the video do not increase: the order of frames cannot be trusted"]
+        return [Doubt("time stamps", "they do not increase: the order of frames cannot be trusted")]
     odd = np.flatnonzero(np.abs(steps / usual - 1) > max(STEADY, 0.6e-3 / usual * 2))
     if odd.size == 0:
         return []
     whole = np.round(steps[odd] / usual)
     if odd.size < 0.1 * steps.size and (np.abs(steps[odd] / usual - whole) < 0.1).all() and (whole > 1).all():
         missing = int((whole - 1).sum())
-        return [f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all later times are "
-                f"wrong by "
-                "as many frames; cut the clip there"]
-    return [f"variable frame rate: steps between frames are {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms; frequencies "
-            "and damping rest on equal steps: record with a fixed rate"]
+        return [Doubt("time stamps", f"{missing} frames are missing by the time stamps, first after frame {int(odd[0])}: all "
+                      "later times are wrong by as many frames", "cut the clip there", figure=missing / times.size)]
+    return [Doubt("variable frame rate", f"steps between frames are {1e3 * steps.min():.3g} to {1e3 * steps.max():.3g} ms, and "
+                  "frequencies and damping rest on equal steps", "record with a fixed rate")]
 
 
-def _header_doubts(header: Header, frame_rate: float) -> list[str]:
-    doubts: list[str] = []
+def _header_doubts(header: Header, frame_rate: float) -> list[Doubt]:
+    doubts: list[Doubt] = []
     if header.codec not in LOSSLESS:
         doubts.append(Doubt("video", f"compressed with loss ({header.codec}): small motion is smoothed, and damping comes out "
                             "some per cent too large, which the intervals do not hold", "record without loss"))

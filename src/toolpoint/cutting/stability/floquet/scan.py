@@ -92,7 +92,7 @@ def scan(turning, coarse, fine, levels, base, points, memory):
     warm = memory.nodes.size > 0
     hint_w, hint_s = np.abs(turning.poles.imag), -turning.poles.real
     loop = np.zeros(hint_w.size, np.complex128)
-    if warm:
+    if warm:  # nodes and points of the pose before say where to look; poles that moved far make them worthless
         loops(coarse, turning, hint_s, loop)
         if are_far(hint_w, hint_s, loop, turning.period, seen):
             numbers[0].nodes, numbers[0].points = 0, -1
@@ -111,6 +111,7 @@ def scan(turning, coarse, fine, levels, base, points, memory):
     depths, counts = add_flips(table, used, levels[:usable], counts)
     number = -1
     if warm and numbers[0].points >= 0 and status == 0:
+        # Followed points count only if they explain the counts at every level; else all is looked for anew.
         number = track(memory.known[:numbers[0].points], green, room, table.coefficient[MAX_NODES - 1], fine, turning, points)
         if number >= 0 and not explain_counts(points[:number], counts, depths, table, used):
             number = -1

@@ -12,13 +12,15 @@ import numpy as np
 from toolpoint._check import Array, ComplexArray, FloatArray, count, positive
 from toolpoint.cutting.cut.arc import gauss, lagrange
 from toolpoint.cutting.cut.coefficients import chip_direction, edge_matrix
-from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
+from toolpoint.cutting.cut.modal_state import ModalState, plane_with_static
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem, TurningProblem
 from toolpoint.cutting.stability.method import MEASURED, TURNING, Problem, require_milling
 from toolpoint.cutting.stability.methods.search import search_depths
 from toolpoint.cutting.stability.result import StabilityChart
 from toolpoint.cutting.stability.warm_start import WarmStart
+
+STEEPEST = 12.0  # decay within a panel, as an exponent
 
 
 @dataclass(frozen=True)
@@ -68,14 +70,15 @@ class Collocation:
     def solve(self, problem: Problem, speeds: FloatArray, depth_max: float, *, warm: WarmStart | None = None
               ) -> StabilityChart:
         """Return the chart; see `stability.chart`. It always begins cold."""
-        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max)
+        problem = require_milling(self, problem)
+        return search_depths(self, problem, speeds, depth_max=depth_max, notes=plane_with_static(problem).notes)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one period, largest first.
 
         The period is the tooth period for a regular tool, else a revolution, with speed variation its revolutions.
         """
-        plane = modal_plane(problem.plane_at(speed))
+        plane = plane_with_static(problem, speed)
         cut = Cut(problem, speed, depth, self.slices if problem.tool.has_helix or problem.tool.corner_radius else 1)
         values = np.linalg.eigvals(_monodromy(plane, cut, self.nodes)).astype(complex)
         return values[np.argsort(-np.abs(values))]
@@ -168,7 +171,7 @@ class _Panel(NamedTuple):
 def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
     """Matrix that maps (state, vibration at the nodes in cut) of one period on those of the next."""
     system = ModalState(plane)
-    ends = cut.breaks()
+    ends = _short(cut, cut.breaks(), float(-plane.poles.real.min()))
     panels: list[_Panel] = []
     at = 0
     top = np.abs(plane.poles).max()
@@ -189,9 +192,15 @@ def _monodromy(plane: PlaneDynamics, cut: Cut, least: int) -> FloatArray:
         if panel.nodes == 0:
             state = system.step(float(cut.clock(panel.end) - cut.clock(panel.begin))) @ state
             continue
-        state, rows = _panel(system, cut, panel, state, past, now, panels)
+        state, rows = _panel(system, cut, panel, state, past, now, panels, plane.static)
         now[panel.place:panel.place + cut.ways * panel.nodes] = rows
     return np.concatenate([state, now])
+
+
+def _short(cut: Cut, ends: FloatArray, decay: float) -> FloatArray:
+    """Ends of panels within which the fastest decay (1/s) is at most exp(-STEEPEST): backwards it would drown the rest."""
+    parts = np.maximum(1, np.ceil(decay * np.diff(cut.clock(ends)) / STEEPEST)).astype(int)
+    return np.concatenate([[0.0], *(a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(ends[:-1], ends[1:], parts))])
 
 
 def _needed(cut: Cut, ends: FloatArray, live: list[tuple[Array, FloatArray]], counts: list[int]) -> Array:
@@ -211,7 +220,7 @@ def _within(angle: FloatArray, period: float) -> FloatArray:
 
 
 def _panel(system: ModalState, cut: Cut, panel: _Panel, state: FloatArray, past: FloatArray, now: FloatArray,
-           panels: Sequence[_Panel]) -> tuple[FloatArray, FloatArray]:
+           panels: Sequence[_Panel], static: FloatArray) -> tuple[FloatArray, FloatArray]:
     a, b, live, start, n, _ = panel
     d = cut.ways
     x, w, rising = gauss(n)
@@ -224,6 +233,7 @@ def _panel(system: ModalState, cut: Cut, panel: _Panel, state: FloatArray, past:
     if live.size == 0:
         return system.step(end - begin) @ state, (free @ state).reshape(d * n, -1)
     weight = (half * rising)[:, :, None, None] * system.kernel(dt)  # response at node i to force at node j
+    weight[np.arange(n), np.arange(n)] += static  # what answers at once
     phi = start[:, None] + angle[None, :]
     cutting, drag = cut.matrices(phi, live)
     share = cut.share[live][:, None, None, None]

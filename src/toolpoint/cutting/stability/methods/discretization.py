@@ -65,7 +65,9 @@ class SemiDiscretization:
               ) -> StabilityChart:
         """Return the chart; see `stability.chart`. It always begins cold."""
         note = f"semi-discretization: second order in 1/intervals; at {self.intervals} its own error is not in `error`"
-        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max, notes=(note,))
+        problem = require_milling(self, problem)
+        notes = (*modal_plane(problem.plane).notes, note)
+        return search_depths(self, problem, speeds, depth_max=depth_max, notes=notes)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""
@@ -121,7 +123,9 @@ class FullDiscretization:
               ) -> StabilityChart:
         """Return the chart; see `stability.chart`. It always begins cold."""
         note = f"full discretization: at {self.intervals} intervals its own error is not in `error`"
-        return search_depths(self, require_milling(self, problem), speeds, depth_max=depth_max, notes=(note,))
+        problem = require_milling(self, problem)
+        notes = (*modal_plane(problem.plane).notes, note)
+        return search_depths(self, problem, speeds, depth_max=depth_max, notes=notes)
 
     def multipliers(self, problem: MillingProblem, speed: float, depth: float) -> ComplexArray:
         """Return the multipliers over one tooth period, largest first."""

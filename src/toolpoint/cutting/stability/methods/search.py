@@ -8,7 +8,6 @@ from typing import Protocol
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint.cutting.cut.modal_state import modal_plane
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.levels import depth_levels, spacing_note
 from toolpoint.cutting.stability.result import StabilityChart, assemble_chart
@@ -35,8 +34,11 @@ class MultiplierMethod(Protocol):
 
 
 def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: FloatArray, *, depth_max: float,
-                  notes: tuple[str, ...] = ()) -> StabilityChart:
-    """Return the chart of a method that computes multipliers; the depth error is that of the bisection only."""
+                  notes: tuple[str, ...]) -> StabilityChart:
+    """Return the chart of a method that computes multipliers; the depth error is that of the bisection only.
+
+    notes : those of the dynamics as the method takes them, and its own.
+    """
     grid = depth_levels(problem, depth_max, method.levels, power=1.5)
     rows = []
     for i, speed in enumerate(speeds):
@@ -44,7 +46,7 @@ def search_depths(method: MultiplierMethod, problem: MillingProblem, speeds: Flo
     columns = np.array(rows, float).reshape(-1, 6).T
     text = f"{spacing_note(grid)}; the stated error is that of the bisection"
     return assemble_chart(speeds, depth_max, columns, method=str(method),
-                     notes=(*modal_plane(problem.plane).notes, *notes, text))
+                     notes=(*notes, text))
 
 
 def unstable(values: ComplexArray) -> int:

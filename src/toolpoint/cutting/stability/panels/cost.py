@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import fail
-from toolpoint.cutting.cut.modal_state import modal_plane
+from toolpoint.cutting.cut.modal_state import plane_with_static
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.methods.search import mean_period
 from toolpoint.cutting.stability.panels.balance import PLAIN
@@ -20,7 +20,7 @@ RATE = 1.5e9  # additions and multiplications a second, one core of 2024
 
 def estimate_seconds(problem: MillingProblem, speed: float) -> float:
     """Estimate the time of PanelArnoldi at a speed (rev/min), s, within a factor of about three."""
-    plane = modal_plane(problem.plane_at(speed))
+    plane = plane_with_static(problem, speed)
     tool, size, modes = problem.tool, plane.size, plane.poles.size
     omega, period = 2 * np.pi * speed / 60, mean_period(problem, speed)
     arc = min(omega * period, 2 * problem.engagement.arc * (tool.teeth if not tool.is_regular else 1))
@@ -37,6 +37,6 @@ def check_affordable(problem: MillingProblem, speed: float) -> None:
     seconds = estimate_seconds(problem, speed)
     if seconds > LONGEST:
         fail("speeds", f"{speed:g} rev/min takes about {seconds / 60:.0f} min (a tooth cuts through "
-             f"{modal_plane(problem.plane).span[1] * mean_period(problem, speed):.0f} vibrations of the highest mode a period)",
+             f"{plane_with_static(problem).span[1] * mean_period(problem, speed):.0f} vibrations of the highest mode a period)",
              f"must be at most {LONGEST / 60:.0f} min a speed",
              "raise the least speed, leave out the modes far above the chatter band, or use ZeroOrder()")

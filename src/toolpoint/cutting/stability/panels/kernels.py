@@ -22,6 +22,7 @@ import numba as nb
 import numpy as np
 
 TURN = 2 * math.pi
+SOFT = 1.0  # decay over a panel, as an exponent, up to which Gauss nodes may carry a pole that they do not resolve
 STEEP = 300.0  # decay over a panel, as an exponent, beyond which its parts before and after a node are beyond double precision
 SUMS = {"reassoc", "contract", "nsz"}  # sums in any order, so that they vectorise; what is infinite or no number stays so
 
@@ -79,7 +80,7 @@ def tooth_pieces(angle, slope, marks, walls, out):
                 high = low
                 break
             x, y = a, b
-            for _ in range(60):
+            for _ in range(60):  # halvings to the last digit; the wall is met once between marks
                 m = 0.5 * (x + y)
                 beyond_walls(unwrapped, slope, m, walls, middle)
                 if (middle[wall] > 0) == first:
@@ -190,27 +191,63 @@ def look_back(angle, first, back, nodes, needed, entries):
 
 
 @nb.njit(cache=True, nogil=True)
-def responses(times, offset, count, poles, left, right, waves):
+def steep(sigma, legendre, weights, count, out):
+    r"""Weights of the nodes in :math:`\int_{-1}^{x_i} e^{\sigma (x_i - y)} f(y) dy`, f through `count` Gauss nodes.
+
+    Last row: the whole panel. The kernel's own growth backwards in time is integrated in closed form against every Legendre
+    polynomial, :math:`(2k + 1) I_k = P_{k+1} - P_{k-1} + \sigma (I_{k+1} - I_{k-1})`; upwards it is stable where sigma is
+    large.
+    legendre (count, count) : P_k at the nodes, row k; weights (count,) : of the Gauss rule.
+    """
+    moments = np.empty(count, np.complex128)
+    for i in range(count + 1):
+        x = legendre[1, i] if i < count else 1.0
+        e = np.exp(sigma * (x + 1))
+        moments[0] = (e - 1) / sigma
+        moments[1] = (moments[0] - x - e) / sigma
+        for k in range(1, count - 1):
+            rise = legendre[k + 1, i] - legendre[k - 1, i] if i < count else 0.0
+            moments[k + 1] = moments[k - 1] + ((2 * k + 1) * moments[k] - rise) / sigma
+        for j in range(count):
+            total = 0.0 + 0.0j
+            for k in range(count):
+                total += (k + 0.5) * legendre[k, j] * moments[k]
+            out[i, j] = weights[j] * total
+
+
+@nb.njit(cache=True, nogil=True)
+def responses(times, offset, count, poles, left, right, static, waves):
     """Fill the panels' closed-form responses (`ModalWaves`, here with complex rows of free).
 
-    rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights).
+    rising[kinds[p]] integrates from the panel's start to each node, its last row over the whole panel (weights). A pole that
+    decays within the panel faster than its nodes resolve is integrated exactly (`steep`). static (d, d) : receptance of what
+    answers at once: it has no state, and the force at a node moves that node alone.
     """
-    begin, end, time, half, rising, kinds = times
+    begin, end, time, half, rising, kinds, legendre, even = times
     resp, speed_resp, free, free_speed, push, step = waves
     d, m = left.shape
-    ahead, behind = np.empty((count.max(), m), np.complex128), np.empty((count.max(), m), np.complex128)
+    most = count.max()
+    ahead, behind = np.empty((most, m), np.complex128), np.empty((most, m), np.complex128)
+    exact, is_steep = np.empty((m, most + 1, most), np.complex128), np.zeros(m, np.bool_)
     for p in range(begin.size):
+        long = end[p] - begin[p]
         for r in range(m):
-            step[p, r] = np.exp(poles[r] * (end[p] - begin[p]))
+            step[p, r] = np.exp(poles[r] * long)
         o, n = offset[p], count[p]
+        for r in range(m):
+            # Fast beside the panel and not resolved by its nodes: between them the exponential is no polynomial.
+            is_steep[r] = even and n > 1 and -poles[r].real * long > SOFT and n < 3 + 1.05 * abs(poles[r]) * long
+            if is_steep[r]:
+                steep(0.5 * long * poles[r], legendre[kinds[p]], rising[kinds[p], n], n, exact[r])
         for i in range(n):
             for r in range(m):
                 e = np.exp(poles[r] * (time[o + i] - begin[p]))
-                ahead[i, r], behind[i, r] = e, np.exp(poles[r] * (begin[p] - time[o + i]))
+                ahead[i, r], behind[i, r] = e, 0.0 if is_steep[r] else np.exp(poles[r] * (begin[p] - time[o + i]))
                 for a in range(d):
                     free[p, i * d + a, r] = left[a, r] * e
                     free_speed[p, i * d + a, r] = left[a, r] * e * poles[r]
-                back = np.exp(poles[r] * (end[p] - time[o + i])) * half[o + i] * rising[kinds[p], n, i]
+                back = np.exp(poles[r] * (end[p] - time[o + i])) * rising[kinds[p], n, i]
+                back = half[o + i] * (exact[r, n, i] if is_steep[r] else back)
                 for b in range(d):
                     weight = back * right[r, b]
                     push[p, 2 * r, i * d + b], push[p, 2 * r + 1, i * d + b] = weight.real, weight.imag
@@ -218,12 +255,15 @@ def responses(times, offset, count, poles, left, right, waves):
             for j in range(n):
                 for a in range(d):
                     for b in range(d):
-                        resp[p, i * d + a, j * d + b] = 0.0
+                        resp[p, i * d + a, j * d + b] = static[a, b] if i == j else 0.0
                         speed_resp[p, i * d + a, j * d + b] = 0.0
+                # e^{s (t_i - t_j)} as a product of two rows, as long as neither leaves the range of a double.
                 share = half[o + j] * rising[kinds[p], i, j]
                 for r in range(m):
                     e = ahead[i, r] * behind[j, r] * (2 * share)
-                    if abs(poles[r].real) * (end[p] - begin[p]) > STEEP:
+                    if is_steep[r]:
+                        e = 2 * half[o + j] * exact[r, i, j]
+                    elif abs(poles[r].real) * long > STEEP:
                         e = np.exp(poles[r] * (time[o + i] - time[o + j])) * (2 * share)
                     for a in range(d):
                         x = e * left[a, r]

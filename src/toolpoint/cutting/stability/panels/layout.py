@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
@@ -14,6 +14,7 @@ from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.panels.kernels import lay, limits, look_back, place
 from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, Layout, LookBack, PanelNodes, Walls
 
+MANY = 1000  # more Gauss points than any piece of an edge has
 LARGEST_PANEL = 14  # nodes, where fewer than 11 are the least
 
 
@@ -31,6 +32,15 @@ def rising_table(kinds: tuple[int, ...]) -> FloatArray:
     for place_, n in enumerate(kinds):
         _, w, rising = gauss(n)
         out[place_, :n, :n], out[place_, n, :n] = rising, w
+    return out
+
+
+@lru_cache(maxsize=64)
+def legendre_table(kinds: tuple[int, ...]) -> FloatArray:
+    """Legendre polynomials at the Gauss nodes of every kind, padded: (kinds, n, n), row k holds P_k."""
+    out = np.zeros((len(kinds), max(kinds), max(kinds)))
+    for place_, n in enumerate(kinds):
+        out[place_, :n, :n] = np.polynomial.legendre.legvander(gauss(n)[0], n - 1).T
     return out
 
 
@@ -62,28 +72,35 @@ class Edges:
     @classmethod
     def of(cls, problem: MillingProblem, depth: float, points: int) -> Edges:
         """Return the edges at this depth; `points` Gauss points on a piece of a helical or rounded edge."""
-        tool = problem.tool
-        start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
-        slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
-        slope_ahead = slope - np.roll(slope, 1)
-        ahead = (start - np.roll(start, 1)) % (2 * np.pi)
-        ahead = np.where(ahead < 1e-12, 2 * np.pi, ahead)
-        alike = tool.is_regular and problem.speed_variation is None
-        revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
-        corner = tool.corner_radius
-        plain = not tool.has_helix and corner == 0
-        turns = turning_points(problem, depth, slope) if corner > 0 else np.zeros(0)
-        marks = np.unique(np.concatenate([_marks(problem, depth), turns]))
-        return cls(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), marks, turns,
-                   2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, corner, 1 if plain else points)
+        every = _whole_edges(problem)
+        marks = _marks(problem, depth, float(np.abs(every.slope).max()))
+        turns = every.turns
+        if every.corner > 0:
+            turns = turning_points(problem, depth, every.slope)
+            marks = np.unique(np.concatenate([marks, turns]))
+        return replace(every, marks=marks, turns=turns, points=min(every.points, points))
 
 
-def _marks(problem: MillingProblem, depth: float) -> FloatArray:
-    """Edge lengths from the tip to the depth: pieces over which the lag grows by a third of the arc, half a rad, at most."""
+@lru_cache(maxsize=4)
+def _whole_edges(problem: MillingProblem) -> Edges:
+    """Return what of the edges does not change with depth; points: 1 where a piece needs no more, else as many as wanted."""
     tool = problem.tool
-    slope = 2 * float(np.abs(np.tan(tool.helix)).max()) / tool.diameter
+    start = np.concatenate([[0.0], np.cumsum(tool.pitch)[:-1]])
+    slope = 2 * np.tan(np.asarray(tool.helix)) / tool.diameter
+    slope_ahead = slope - np.roll(slope, 1)
+    ahead = (start - np.roll(start, 1)) % (2 * np.pi)
+    ahead = np.where(ahead < 1e-12, 2 * np.pi, ahead)
+    alike = tool.is_regular and problem.speed_variation is None
+    revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
+    plain = not tool.has_helix and tool.corner_radius == 0
+    return Edges(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), np.zeros(0), np.zeros(0),
+                 2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, tool.corner_radius, 1 if plain else MANY)
+
+
+def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
+    """Edge lengths from the tip to the depth: pieces over which the lag grows by a third of the arc, half a rad, at most."""
     step = min(0.5, problem.engagement.arc / 3)
-    corner = tool.corner_radius
+    corner = problem.tool.corner_radius
     if corner == 0:
         number = max(1, int(np.ceil(slope * depth / step)))
         return np.linspace(0.0, depth, number + 1)

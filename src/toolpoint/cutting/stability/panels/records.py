@@ -83,7 +83,8 @@ class Layout(NamedTuple):
 
 class PanelTimes(NamedTuple):
     """Begin and end of every panel, s; time of every node, s, and half its panel's length times seconds a radian; integration
-    matrices by kind (number of nodes) and the kind of every panel."""
+    matrices by kind (number of nodes) and the kind of every panel; Legendre polynomials at the nodes of a kind (row k: P_k);
+    even: whether time goes with the angle."""
 
     begin: FloatArray
     end: FloatArray
@@ -91,6 +92,8 @@ class PanelTimes(NamedTuple):
     half: FloatArray
     rising: FloatArray
     kinds: Array
+    legendre: FloatArray
+    even: bool
 
 
 class ModalWaves(NamedTuple):

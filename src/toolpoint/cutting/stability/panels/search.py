@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
-from toolpoint.cutting.cut.modal_state import ModalState, modal_plane
+from toolpoint.cutting.cut.modal_state import ModalState, plane_with_static
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.levels import depth_levels
@@ -18,7 +19,7 @@ from toolpoint.cutting.stability.panels.between import changes_of_sign, complete
 from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import inverses, responses
-from toolpoint.cutting.stability.panels.layout import CutPanels, rising_table
+from toolpoint.cutting.stability.panels.layout import CutPanels, legendre_table, rising_table
 from toolpoint.cutting.stability.panels.records import ModalWaves, PanelTimes, PeriodOperator
 from toolpoint.cutting.stability.panels.store import PanelStore
 
@@ -28,6 +29,7 @@ FIRST = 14  # Arnoldi vectors before the first look at the residual, where nothi
 LESS, MORE = 2, 8  # as many less than last time are tried first, as many more after a look that does not do
 BEFORE, BEYOND = (1 / 3, 2 / 3), (1 / 8, 1 / 2)  # where between a root and its neighbours it is looked once more
 CROSSED = 3e-4  # relative error of depth at which the search for a root with few nodes ends
+EDGE = 0.02  # of a bracket beyond its ends
 OTHER_BALANCE = 0.75  # share of the balance by which a root is looked at again
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
 
@@ -38,10 +40,11 @@ class PeriodMap:
     def __init__(self, problem: MillingProblem, plane: PlaneDynamics, speed: float, least: int, points: int,
                  store: PanelStore, enough: dict[float, int] | None = None) -> None:
         self.problem, self.speed, self.omega = problem, speed, 2 * np.pi * speed / 60
-        self.system = ModalState(plane)
+        self.system = _modal_state(plane)
         # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
         size = np.linalg.norm(self.system.left, axis=0)
         self.left, self.right = self.system.left / size, self.system.right * size[:, None]
+        self.static = np.ascontiguousarray(plane.static)
         self.least, self.points, self.store = least, points, store
         self.damped = problem.process_damping > 0
         self.of: CutPanels | None = None
@@ -81,9 +84,10 @@ class PeriodMap:
         force = (p, n * d, n * d)
         waves = ModalWaves(np.zeros(force), np.zeros(force), np.zeros((p, n * d, m), complex), np.zeros((p, n * d, m), complex),
                            np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex))
-        times = PanelTimes(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), kind)
+        times = PanelTimes(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), kind,
+                           legendre_table(kinds), self.problem.speed_variation is None)
         responses(times, panels.offset, panels.count, system.poles, np.ascontiguousarray(self.left.astype(complex)),
-                  np.ascontiguousarray(self.right.astype(complex)), waves)
+                  np.ascontiguousarray(self.right.astype(complex)), self.static, waves)
         drag = self.problem.process_damping / self.problem.tool.radius
         layout = panels.layout._replace(drag=panels.layout.drag * (drag * rate)[:, None, None])
         waves = waves._replace(free=waves.free.view(float), free_velocity=waves.free_velocity.view(float))
@@ -128,12 +132,24 @@ class PeriodMap:
 
     def _start(self, size: int) -> FloatArray:
         """Start of the Arnoldi basis: something in every direction, and the last Ritz vector where it fits."""
-        start = np.cos(np.arange(size) * 1.7 + 0.3) + 0.1
-        start /= np.linalg.norm(start)
+        start = _every_direction(size)
         if self.vector.size == size:
-            start += 3 * self.vector
-            start /= np.linalg.norm(start)
+            start = start + 3 * self.vector
+            start /= np.sqrt(start @ start)
         return start
+
+
+@lru_cache(maxsize=256)
+def _every_direction(size: int) -> FloatArray:
+    """A unit vector with something in every direction."""
+    start = np.cos(np.arange(size) * 1.7 + 0.3) + 0.1
+    return np.asarray(start / np.linalg.norm(start))
+
+
+@lru_cache(maxsize=4)
+def _modal_state(plane: PlaneDynamics) -> ModalState:
+    """The modal state of a plane, which all speeds of a chart share."""
+    return ModalState(plane)
 
 
 def waves_of(plane: PlaneDynamics, problem: MillingProblem, speed: float) -> float:
@@ -164,7 +180,7 @@ class PanelSearch:
         self.problem, self.speed, self.top, self.store = problem, speed, depth_max, store
         self.near = np.zeros((0, 2)) if near is None else near
         self.slopes: list[tuple[float, float]] = []
-        self.plane = modal_plane(problem.plane_at(speed))
+        self.plane = plane_with_static(problem, speed)
         self.waves = waves_of(self.plane, problem, speed)
         self.maps: dict[int, PeriodMap] = {}
         self.enough: dict[float, int] = {}
@@ -236,9 +252,10 @@ class PanelSearch:
     def _boundary(self, low: Point, high: Point) -> tuple[tuple[float, ...], float]:
         """Row of a root in a bracket, and the slope of the growth there."""
         a, b, rising = low[0], high[0], high[1] > 0
+        a, b = a - EDGE * (b - a), b + EDGE * (b - a)  # with more nodes the root may lie beyond a level close to it
         best, error, mu, slope = self._solved(a, b, self._known(a, b, rising), rising)
         if not error < b - a:  # also where there was nothing near, or it led astray
-            best, error, mu, slope = self._solved(a, b, self._crossed(low, high), rising)
+            best, error, mu, slope = self._solved(a, b, self._crossed(low, high)[:2], rising)
         error = min(error + self._rounding(best, slope), b - a)
         self.slopes.append((best, slope))
         theta = abs(float(np.angle(mu)))
@@ -262,8 +279,8 @@ class PanelSearch:
         inside = [(w, slope) for w, slope in self.near.tolist() if a < w < b and (slope > 0) == rising]
         return inside[0] if len(inside) == 1 else None
 
-    def _crossed(self, low: Point, high: Point) -> Start:
-        """Root to a few parts in ten thousand and the slope there: inverse quadratic interpolation, bisection where that is
+    def _crossed(self, low: Point, high: Point) -> tuple[float, float, float]:
+        """Root to a few parts in ten thousand, slope and growth there: inverse quadratic interpolation, bisection where that is
         not safe (Chandrupatla, Advances in Engineering Software 28 (1997) 145)."""
         (b, gb), (a, ga) = low, high
         share = min(max(ga / (ga - gb), 0.05), 0.95)
@@ -278,7 +295,7 @@ class PanelSearch:
             a, ga = w, g
             other = (g - gb) / (w - b)
             if abs(g) < CROSSED * w * min(abs(slope), abs(other)) or abs(b - a) < CROSSED * w:
-                return w, slope if (slope > 0) == (high[1] > 0) else other
+                return w, slope if (slope > 0) == (high[1] > 0) else other, g
             place, part = (a - b) / (c - b), (ga - gb) / (gc - gb)
             share = 0.5
             if part**2 < place and (1 - part)**2 < 1 - place:

@@ -5,13 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
-from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
-from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
-from toolpoint.io.yaml.document import parse, validate
+from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
 from toolpoint.modal_identification import PoleChoice
 
 VERSION = 1
@@ -20,19 +15,12 @@ VERSION = 1
 @door("choice file")
 def read(path: str | Path) -> PoleChoice:
     """Return the choice of a YAML file; raises FileFaults with every fault of the file."""
-    document = parse(Path(path))
-    document.check_version(VERSION)
-    model: BaseModel | None = validate(model_of(PoleChoice, version=True), document.data, (), document=document)
-    choice = None
-    try:
-        choice = None if model is None else describe(PoleChoice, model)
-    except ToolpointError as error:
-        document.fault((error.argument,), str(error))
-    if choice is not None and choice.is_empty:
-        document.fault((), "neither 'add' nor 'remove': the file changes nothing")
-    if document.faults or choice is None:
-        raise FileFaults(str(path), document.text, document.faults)
-    return choice
+    return read_described(Path(path), PoleChoice, VERSION, find_faults=_find_faults,
+                          place_error=lambda error: ((error.argument,), str(error)))
+
+
+def _find_faults(choice: PoleChoice) -> list[tuple[tuple[str, ...], str]]:
+    return [((), "neither 'add' nor 'remove': the file changes nothing")] if choice.is_empty else []
 
 
 def json_schema() -> dict[str, Any]:

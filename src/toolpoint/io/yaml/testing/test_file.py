@@ -6,13 +6,9 @@ from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
-from pydantic import BaseModel
-
 from toolpoint._check import ToolpointError
 from toolpoint.io.door import door
-from toolpoint.io.faults import FileFaults
-from toolpoint.io.yaml.description_schema import describe, file_schema, model_of
-from toolpoint.io.yaml.document import parse, validate
+from toolpoint.io.yaml.description_schema import file_schema, model_of, read_described
 from toolpoint.signals.test_description import HammerTestDescription
 
 VERSION = 1
@@ -21,15 +17,13 @@ VERSION = 1
 @door("test file")
 def read(path: str | Path) -> HammerTestDescription:
     """Return the hammer test of a YAML file, SI; raises FileFaults with every fault of the file."""
-    document = parse(Path(path))
-    document.check_version(VERSION)
-    model: BaseModel | None = validate(model_of(HammerTestDescription, version=True), document.data, (), document=document)
-    description = None if model is None else describe(HammerTestDescription, model)
-    if description is not None and not any(part.files for part in description.records):
-        document.fault(("records",), "no file; must name at least one record, or a pattern such as tip_*.csv")
-    if document.faults or description is None:
-        raise FileFaults(str(path), document.text, document.faults)
-    return description
+    return read_described(Path(path), HammerTestDescription, VERSION, find_faults=_find_faults)
+
+
+def _find_faults(test: HammerTestDescription) -> list[tuple[tuple[str, ...], str]]:
+    if any(part.files for part in test.records):
+        return []
+    return [(("records",), "no file; must name at least one record, or a pattern such as tip_*.csv")]
 
 
 def json_schema() -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, positive
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
@@ -70,7 +71,7 @@ class CalibrationStudy(NotebookText):
     measured: FloatArray
     fitted: FloatArray
     names: tuple[str, ...]
-    doubts: tuple[str, ...] = ()
+    doubts: tuple[Doubt, ...] = ()
 
     def to_dict(self) -> dict[str, Any]:
         """Return values and 95 % intervals in SI, for JSON."""
@@ -120,17 +121,19 @@ def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str
     error = float(np.hypot(scatter, interpolation_error(result.measured)))
     misfit = misfit_of(result.fit, error, float(np.sqrt(np.mean(result.measured**2))))
     if np.isnan(scatter):
-        few = "a record holds fewer than three revolutions: without a scatter between turns the residual cannot be judged"
+        few = Doubt("residual", "a record holds fewer than three revolutions: without a scatter between turns it cannot be "
+                    "judged")
         result = replace(result, doubts=(*result.doubts, few))
     if not drifting and misfit <= MISFIT:
         return result
-    cause = "the records say another spindle speed"
+    widened = "the intervals are widened, and may still be too narrow"
+    doubt = Doubt("spindle speed", "the records say another one", widened, figure=misfit)
     if not drifting:
-        cause = f"the residual is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated"
         better = better_tool(result.test.cut, lambda cut: _coarse_residual(result, cut), enough=1.5 * MISFIT / misfit)
-        cause += f"; {better}" if better else ""
-    fit = widen_intervals(result.fit, result.average, misfit, cause=cause)
-    return replace(result, fit=fit, doubts=(*result.doubts, f"{cause}; the intervals are widened, and may still be too narrow"))
+        doubt = Doubt("residual", f"it is {misfit:.3g} times the scatter between turns: tool, arc or angles are not as stated",
+                      "; ".join([*([better] if better else []), widened]), figure=misfit)
+    fit = widen_intervals(result.fit, result.average, misfit, cause=doubt)
+    return replace(result, fit=fit, doubts=(*result.doubts, doubt))
 
 
 def _coarse_residual(result: CalibrationStudy, cut: Mapping[str, Any]) -> float:
@@ -187,13 +190,13 @@ def _check_sign(fit: Calibration | None) -> None:
                              "on the workpiece need `force_on` work; check the axes (x along the feed), `direction` and `feed`")
 
 
-def _negative(fit: Calibration) -> list[str]:
+def _negative(fit: Calibration) -> list[Doubt]:
     values = dict(zip(fit.names, fit.values.tolist(), strict=True))
     if values["kt"] < LEAST:
-        return [f"K_t of {values['kt'] / 1e6:.3g} N/mm^2 is less than any work material has: forces must be in N (not kN or "
-                "V), `depth` and `feed` in mm"]
-    return ["K_n is below zero, which no usual edge has: check the directions of the forces (x along the feed), `direction`, "
-            "`immersion` and `speed`"] if values.get("kn", 0.0) < 0 else []
+        return [Doubt("K_t", f"{values['kt'] / 1e6:.3g} N/mm^2 is less than any work material has", "forces must be in N (not "
+                      "kN or V), `depth` and `feed` in mm")]
+    return [Doubt("K_n", "is below zero, which no usual edge has", "check the directions of the forces (x along the feed), "
+                  "`direction`, `immersion` and `speed`")] if values.get("kn", 0.0) < 0 else []
 
 
 def fit_rows(fit: Calibration) -> list[list[str]]:

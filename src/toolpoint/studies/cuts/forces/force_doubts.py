@@ -104,7 +104,7 @@ def misfit_of(fit: Calibration, scatter: float, size: float) -> float:
     return 0.0 if not scatter > 0 or fit.residual < SMALL * size else fit.residual / scatter
 
 
-def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float, *, cause: str) -> Calibration:
+def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float, *, cause: Doubt) -> Calibration:
     """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise."""
     covariance = fit.covariance * max(misfit, 1.0)**2
     if average is not None:

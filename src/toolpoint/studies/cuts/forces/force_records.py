@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt
 from toolpoint.cutting.force.calibration import revolution
 from toolpoint.vibration import Record
 
@@ -62,8 +63,8 @@ def _steps(path: str, forces: Record, feed: FloatArray) -> list[tuple[float, Rec
     return parts
 
 
-def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[str]:
-    """Return a remark on every record whose forces do not repeat with the revolution: its speed is another one."""
+def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: int) -> list[Doubt]:
+    """Return a doubt on every record whose forces do not repeat with the revolution: its speed is another one."""
     lines = []
     for _, part, name in records:
         moving = part.samples - part.samples.mean(axis=0)
@@ -74,9 +75,9 @@ def unsteady(records: Sequence[tuple[float, Record, str]], speed: float, teeth: 
         if share < REPEATING and len(moving) * speed / 60 > 3 * part.sample_rate:
             power = (np.abs(np.fft.rfft(moving, axis=0)) ** 2).sum(axis=1)
             strongest = float(np.fft.rfftfreq(len(moving), 1 / part.sample_rate)[int(np.argmax(power))])
-            lines.append(f"{name}: only {100 * share:.0f} % of the forces repeat with a revolution at {speed:g} rev/min; the "
-                         f"strongest line at {strongest:.4g} Hz is the tooth passing of {60 * strongest / teeth:.4g} rev/min: "
-                         "check `speed` and `teeth`")
+            lines.append(Doubt(name, f"only {100 * share:.0f} % of the forces repeat with a revolution at {speed:g} rev/min; "
+                               f"the strongest line at {strongest:.4g} Hz is the tooth passing of "
+                               f"{60 * strongest / teeth:.4g} rev/min", "check `speed` and `teeth`", figure=share))
     return lines
 
 

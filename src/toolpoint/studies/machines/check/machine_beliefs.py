@@ -20,13 +20,13 @@ SLOWEST, FASTEST = 0.5, 5e3  # Hz of the first elastic mode
 FURTHEST = 50.0  # m of travel
 
 
-def question_units(machine: Machine) -> list[str]:
+def question_units(machine: Machine) -> list[Doubt]:
     """Return doubts about masses against sizes, stiffness, travel and the lowest natural frequency."""
     return [*_densities(machine), *_springs(machine), *_travels(machine), *_frequencies(machine)]
 
 
-def _densities(machine: Machine) -> list[str]:
-    lines: list[str] = []
+def _densities(machine: Machine) -> list[Doubt]:
+    lines: list[Doubt] = []
     for name, body in zip(machine.body_names, machine.bodies, strict=True):
         described, mass = machine.description.bodies[name], float(body.mass[0, 0])
         if described.is_elastic or described.mesh is not None or described.density is not None or mass < 1e-6:
@@ -36,12 +36,10 @@ def _densities(machine: Machine) -> list[str]:
         words = f"{mass:.4g} kg in {' x '.join(f'{v:.3g}' for v in size)} m is {density:.3g} kg/m^3, "
         if density > DENSEST:
             lines.append(Doubt(f"bodies.{name}", f"{words}more than any metal", "check the units of mass, of size "
-                                                                                "(numbers without "
-                               "a unit are m) and of inertia", figure=density))
+                               "(numbers without a unit are m) and of inertia", figure=density))
         elif density < LIGHTEST and max(size) > 0.05:
             lines.append(Doubt(f"bodies.{name}", f"{words}less than a hollow box of sheet", "check the units of mass (t "
-                                                                                            "as kg?), of "
-                               "size and of inertia", figure=density))
+                               "as kg?), of size and of inertia", figure=density))
     return lines
 
 
@@ -50,29 +48,32 @@ def _size(body: BodyDescription, mass: np.ndarray) -> np.ndarray:
     return equal_box(mass) if body.shape is None or body.inertia is not None else shape_size(body.shape)
 
 
-def _springs(machine: Machine) -> list[str]:
-    lines = []
+def _springs(machine: Machine) -> list[Doubt]:
+    lines = list[Doubt]()
     for name, joint in machine.description.joints.items():
         along = {way: value for way, value in joint.stiffness.items() if "r" not in way}
         about = {way: value for way, value in joint.stiffness.items() if "r" in way}
-        lines += [f"joints.{name}.stiffness.{way}: {value:.3g} N/m, {word}; check its unit (N/µm is 1e6 N/m)"
+        lines += [Doubt(f"joints.{name}.stiffness.{way}", f"{value:.3g} N/m, {word}", "check its unit (N/µm is 1e6 N/m)",
+                        figure=value)
                   for way, value in along.items()
                   for word in ("stiffer than any joint of a machine tool",) * (value > STIFFEST)
                   + ("softer than a mounting of rubber",) * (value < SOFTEST)]
         if along and about:
-            levers = {way: float(np.sqrt(value / max(along.values()))) for way, value in about.items()}
-            lines += [f"joints.{name}.stiffness.{way}: {about[way]:.3g} N m/rad beside {max(along.values()):.3g} N/m is a "
-                      f"lever of {lever:.2g} m; check its unit (GN*mm/rad is 1e6 N*m/rad, N*m/deg is 57.3)"
+            most = max(along.values())
+            levers = {way: float(np.sqrt(value / most)) for way, value in about.items()}
+            lines += [Doubt(f"joints.{name}.stiffness.{way}", f"{about[way]:.3g} N m/rad beside {most:.3g} N/m is a lever "
+                            f"of {lever:.2g} m", "check its unit (GN*mm/rad is 1e6 N*m/rad, N*m/deg is 57.3)", figure=lever)
                       for way, lever in levers.items() if not SHORTEST_LEVER < lever < LONGEST_LEVER]
     return lines
 
 
-def _travels(machine: Machine) -> list[str]:
-    return [f"axes.{axis.name}: travels {axis.upper - axis.lower:.4g} m; check the unit of its limits"
+def _travels(machine: Machine) -> list[Doubt]:
+    return [Doubt(f"axes.{axis.name}", f"travels {axis.upper - axis.lower:.4g} m", "check the unit of its limits",
+                  figure=axis.upper - axis.lower)
             for axis in machine.chain.axes if not axis.is_rotary and FURTHEST < axis.upper - axis.lower < np.inf]
 
 
-def _frequencies(machine: Machine) -> list[str]:
+def _frequencies(machine: Machine) -> list[Doubt]:
     try:
         frequency = np.asarray(eigen.solve_undamped(assemble(machine), None).frequency)
     except ValueError:  # a machine that cannot be solved here says so where it is asked
@@ -80,5 +81,6 @@ def _frequencies(machine: Machine) -> list[str]:
     elastic = frequency[frequency > 1e-3]
     if not elastic.size or SLOWEST <= elastic[0] <= FASTEST:
         return []
-    return [f"the lowest natural frequency is {elastic[0]:.3g} Hz, {'that of a tower' if elastic[0] < SLOWEST else 'too high'} "
-            "for a machine tool; check the units of mass and stiffness"]
+    like = "that of a tower" if elastic[0] < SLOWEST else "too high"
+    return [Doubt("lowest natural frequency", f"{elastic[0]:.3g} Hz, {like} for a machine tool",
+                  "check the units of mass and stiffness", figure=float(elastic[0]))]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
@@ -12,25 +13,29 @@ from toolpoint.studies.machines.check.machine_beliefs import question_units
 from toolpoint.studies.machines.check.machine_doubts import question_machine
 from toolpoint.studies.machines.check.machine_drawing import describe_assumed, describe_travel, draw_chain
 from toolpoint.studies.machines.check.machine_words import describe_motion
+from toolpoint.studies.machines.check.reduced_bodies import question_reduction
 
 
 @dataclass(frozen=True)
 class CheckedMachine(NotebookText):
-    """A checked machine: doubts first, then its chain, travel, motion and cut in words, then its assumptions."""
+    """A checked machine: doubts first, then its chain, travel, motion, what reduction does to it, and cut in words, then its
+    assumptions."""
 
     machine: str
     coordinates: int
-    doubts: tuple[str, ...]
+    doubts: tuple[Doubt, ...]
     chain: tuple[str, ...]
     travel: tuple[str, ...]
     motion: tuple[str, ...]
     cutting: str | None
     assumed: tuple[str, ...]
+    reduction: tuple[str, ...] = ()
 
     def table(self) -> str:
         """Return all of it as lines."""
         lines = [f"doubt: {line}" for line in self.doubts]
         lines += [*self.chain, *self.travel, *self.motion]
+        lines += self.reduction
         lines += [] if self.cutting is None else [f"cutting: {self.cutting}"]
         count = len(self.doubts)
         lines += [*self.assumed, f"{count or 'no'} {'doubt' if count == 1 else 'doubts'}, no faults"]
@@ -40,12 +45,13 @@ class CheckedMachine(NotebookText):
         """Return it as plain data."""
         return {"ok": True, "kind": "machine", "doubts": list(self.doubts), "coordinates": self.coordinates,
                 "cutting": self.cutting, "motion": list(self.motion), "chain": list(self.chain), "travel": list(self.travel),
-                "assumed": list(self.assumed)}
+                "assumed": list(self.assumed), "reduction": list(self.reduction)}
 
 
-def check_machine(machine: Machine, further: tuple[str, ...] = ()) -> CheckedMachine:
+def check_machine(machine: Machine, further: tuple[Doubt, ...] = ()) -> CheckedMachine:
     """Return what was understood of a machine; `further` are doubts of its file (a robot's inertias) that come first."""
     cut = machine.description.cutting
-    return CheckedMachine(machine.name, machine.size, (*further, *question_machine(machine), *question_units(machine)),
+    beyond, reduction = question_reduction(machine)
+    return CheckedMachine(machine.name, machine.size, (*further, *question_machine(machine), *question_units(machine), *beyond),
                         draw_chain(machine), describe_travel(machine), describe_motion(machine),
-                        None if cut is None else words(cut), describe_assumed(machine))
+                        None if cut is None else words(cut), describe_assumed(machine), reduction)

@@ -11,6 +11,7 @@ from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND, JointDescription
 from toolpoint.machine.description.extent import equal_box, shape_size
 from toolpoint.spatial import transform as tf
+from toolpoint.studies.machines.check.elastic_doubts import question_elastic_bodies
 from toolpoint.studies.machines.check.law_doubts import question_laws
 
 HEAVIEST = 2e5  # kg; the bed of a large portal mill
@@ -31,6 +32,7 @@ def question_machine(machine: Machine) -> tuple[Doubt, ...]:
     lines += far_interfaces(machine)
     lines += tearing_axes(machine)
     lines += question_laws(machine)
+    lines += question_elastic_bodies(machine)
     cut = description.cutting
     if cut is not None and cut.speeds[0] >= cut.speeds[1]:
         lines.append(Doubt("cutting.speeds", f"from {cut.speeds[0]:g} to {cut.speeds[1]:g} rev/min runs backwards or is empty",
@@ -90,8 +92,7 @@ def far_joints(machine: Machine) -> list[Doubt]:
         longest = max(2 * float(half.max()) for _, half in spans)
         if min(gaps) > max(longest, 0.1):
             lines.append(Doubt(f"joints.{name}", f"at {', '.join(f'{v:g}' for v in place)} m, {min(gaps):.3g} m away from "
-                                                 "both of "
-                               "its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
+                               "both of its bodies, more than they are long", "check the place and its unit", figure=min(gaps)))
     return lines
 
 

@@ -150,6 +150,7 @@ def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
         uneven = abs(size[0] - size[1])
         if size[2] < best or (size[2] == best and uneven < best_uneven):
             best, best_uneven, kept, since = size[2], uneven, len(log_vertex), 0
+    # Moves may make it worse for a while, to get out of a local minimum; those after the best state are undone.
     for i in range(len(log_vertex) - 1, kept - 1, -1):
         v = log_vertex[i]
         size[part[v]] -= weight[v]

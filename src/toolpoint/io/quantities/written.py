@@ -1,0 +1,187 @@
+"""Values as a person types them in one line: numbers, bands, speeds, positions of axes, places and directions; SI.
+
+A text that is none raises ValueError alone where only its form is wrong (who asks knows how to write it), and ToolpointError
+where its numbers cannot be.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple, TypeVar
+
+import numpy as np
+
+from toolpoint._check import FloatArray, ToolpointError
+from toolpoint.io.quantities import units
+
+Value = TypeVar("Value")
+Vector = tuple[float, float, float]
+FASTEST, HIGHEST, MOST_LINES = 1e6, 1e7, 100_000  # rev/min, Hz
+
+
+def read_numbers(text: str, count: int | None = None, *, sign: str = ",") -> tuple[float, ...]:
+    """Return the numbers of a text such as ``80,100``, `count` of them where it is given."""
+    numbers = tuple(float(part) for part in text.split(sign))
+    if (count is not None and len(numbers) != count) or not all(map(math.isfinite, numbers)):
+        raise ValueError
+    return numbers
+
+
+def read_pairs(text: str, read: Callable[[str], Value], form: str) -> dict[str, Value]:
+    """Return names and values of a text such as ``frequency=f,values=H``; `form` says how to write one."""
+    pairs: dict[str, Value] = {}
+    for part in filter(str.strip, text.split(",")):
+        name, equals, value = (word.strip() for word in part.partition("="))
+        if not equals or not name or not value:
+            raise ToolpointError(f"{part!r}: write {form}")
+        if name in pairs:
+            raise ToolpointError(f"{part!r}: {name} is there twice")
+        pairs[name] = read(value)
+    return pairs
+
+
+def read_band(text: str) -> tuple[float, float]:
+    """Return both ends of ``LOW:HIGH``, Hz."""
+    low, high = read_numbers(text, 2, sign=":")
+    if not 0 <= low < high:
+        raise ToolpointError(f"{text!r}: the lower end must be below the upper")
+    return low, high
+
+
+def read_lines(text: str) -> FloatArray:
+    """Return the lines of ``LOW:HIGH:NUMBER``, Hz, shape (NUMBER,)."""
+    low, high, number = _first_last_number(text)
+    if not 0 <= low < high < HIGHEST or not 2 <= number <= MOST_LINES:
+        raise ToolpointError(f"{text!r}: must be 0 <= LOW < HIGH and 2 to {MOST_LINES} lines")
+    return np.linspace(low, high, number)
+
+
+def read_speeds(text: str, *, from_rest: bool = False) -> FloatArray:
+    """Return the spindle speeds of ``FIRST:LAST:NUMBER``, rev/min, shape (NUMBER,); zero is one only `from_rest`."""
+    low, high, number = _first_last_number(text)
+    starts = low >= 0 if from_rest else low > 0
+    if not starts or (not (low < high < FASTEST and number >= 2) and not (low <= high < FASTEST and number == 1)):
+        first = "not be negative" if from_rest else "be above zero"
+        raise ToolpointError(f"{text!r}: the first speed must {first}, the last above the first, and the number at least 2 "
+                             "(or one speed: 9000:9000:1)")
+    return np.linspace(low, high, number)
+
+
+def read_angles(text: str) -> FloatArray:
+    """Return the angles of ``0,45,90`` or ``FIRST:LAST:NUMBER``, degrees, in rad."""
+    plain = text.replace("deg", "")
+    if ":" not in plain:
+        return np.radians(read_numbers(plain))
+    first, last, number = _first_last_number(plain)
+    if number < 1:
+        raise ValueError
+    return np.radians(np.linspace(first, last, number))
+
+
+def _first_last_number(text: str) -> tuple[float, float, int]:
+    low, high, number = text.split(":")
+    first, last = read_numbers(f"{low},{high}", 2)
+    return first, last, int(number)
+
+
+class WrittenPosition(float):
+    """A position in m or rad that remembers as what it was written: ``length``, ``angle``, or nothing for a bare number."""
+
+    written: str = ""
+
+
+def read_position(text: str) -> WrittenPosition:
+    """Return the position of a text like ``0.1``, ``200mm`` or ``30 deg``, m or rad."""
+    try:
+        value, kind = units.length_or_angle(text)
+    except units.UnitError as error:
+        raise ToolpointError(f"{text.strip()!r}: {error}") from None
+    position = WrittenPosition(value)
+    position.written = "" if kind is None else kind.name
+    return position
+
+
+def read_pose(text: str) -> dict[str, float]:
+    """Return the positions of axes of a text like ``X=0.1,A=30deg``, m or rad."""
+    return read_pairs(text, read_position, "AXIS=VALUE with a decimal point, for example X=0.1,Y=200mm,A=30deg")
+
+
+class AxisPoints(NamedTuple):
+    """Positions along an axis, evenly from the first to the last."""
+
+    name: str
+    first: WrittenPosition
+    last: WrittenPosition
+    number: int
+
+    @property
+    def positions(self) -> FloatArray:
+        """All positions, m or rad."""
+        return np.linspace(float(self.first), float(self.last), self.number)
+
+
+def read_axis_points(text: str) -> AxisPoints:
+    """Return the positions of a text like ``X=-200mm:200mm:5``: first, last, number."""
+    name, _, rest = text.partition("=")
+    first, last, number = rest.split(":")
+    points = AxisPoints(name.strip(), read_position(first), read_position(last), int(number))
+    if not points.name or points.number < 1:
+        raise ValueError
+    if points.number > 1 and not points.last > points.first:
+        raise ToolpointError(f"{text!r}: the last position must be above the first, or the number 1")
+    if points.first and points.last and bool(points.first.written) != bool(points.last.written):
+        raise ToolpointError(f"{text!r}: one end has a unit and the other none; write both, or none (m, rad)")
+    return points
+
+
+def read_length_points(text: str) -> AxisPoints:
+    """Return the lengths of a text like ``x=300mm:700mm:9``; angles are refused."""
+    points = read_axis_points(text)
+    if "angle" in (points.first.written, points.last.written):
+        raise ToolpointError(f"{text!r}: must be lengths (m, mm)")
+    return points
+
+
+def read_length(text: str) -> float:
+    """Return the length of a text like ``200mm``, m; a bare number is in m."""
+    return _quantity(text, units.LENGTH)
+
+
+def read_angle(text: str) -> float:
+    """Return the angle of a text like ``30deg``, rad; a bare number is in rad."""
+    return _quantity(text, units.ANGLE)
+
+
+def _quantity(text: str, kind: units.Kind) -> float:
+    try:
+        return units.quantity(text.strip(), kind)
+    except units.UnitError as error:
+        raise ToolpointError(str(error)) from None
+
+
+def read_lengths(text: str, count: int = 3) -> tuple[float, ...]:
+    """Return `count` lengths of a text like ``600mm,0,300mm``, m."""
+    parts = text.split(",")
+    if len(parts) != count:
+        raise ToolpointError(f"{text!r}: must be {count} numbers with commas between them")
+    return tuple(map(read_length, parts))
+
+
+def read_direction(text: str) -> Vector:
+    """Return the direction of a text like ``-x``, ``0,0.5,1`` or ``30deg`` (from x towards y)."""
+    word = text.strip().lower()
+    if word.lstrip("+-") in ("x", "y", "z"):
+        sign = -1.0 if word[0] == "-" else 1.0
+        return sign * (word[-1] == "x"), sign * (word[-1] == "y"), sign * (word[-1] == "z")
+    if "," in word:
+        x, y, z = read_numbers(word, 3)
+        return x, y, z
+    angle = math.radians(float(word.removesuffix("deg")))
+    return math.cos(angle), math.sin(angle), 0.0
+
+
+def read_plane(text: str) -> tuple[Vector, Vector]:
+    """Return the two directions of a text like ``y,z``."""
+    first, second = text.split(",")
+    return read_direction(first), read_direction(second)

@@ -1,0 +1,66 @@
+"""Doubts about elastic bodies that only their numbers give away: materials of no machine, meshes too coarse for their band."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from toolpoint._doubt import Doubt
+from toolpoint.machine import Machine
+from toolpoint.machine.assembly.shapes import body_shapes
+from toolpoint.machine.description.elastic import ElasticDescription, ElasticMaterial, SolidBody
+
+STIFFEST, SOFTEST = 1e12, 1e8  # Pa: above diamond, below soft plastics
+LIGHTEST = 20.0  # kg/m^3: below foam
+PER_WAVE = 2.0  # quadratic elements a shear wave must hold at the band; bending waves are shorter still
+
+
+def question_elastic_bodies(machine: Machine) -> list[Doubt]:
+    """Return doubts about the materials and meshes of elastic bodies, and about motions that nothing holds."""
+    lines = list[Doubt]()
+    for name, body in machine.description.bodies.items():
+        part = body.elastic or body.solid
+        if part is None:
+            continue
+        kind = "elastic" if body.elastic is not None else "solid"
+        for which, material in part.materials.items():
+            lines += _of_material(f"bodies.{name}.{kind}.materials.{which}", material)
+        lines += _of_mesh(f"bodies.{name}.{kind}", part)
+    return [*lines, *_mechanisms(machine)]
+
+
+def _of_material(path: str, material: ElasticMaterial) -> Iterator[Doubt]:
+    if not SOFTEST <= material.modulus <= STIFFEST:
+        word = "stiffer than diamond" if material.modulus > STIFFEST else "softer than plastic"
+        yield Doubt(f"{path}.modulus", f"{material.modulus:.3g} Pa, {word}", "check its unit (a number without one is in Pa)",
+                    figure=material.modulus)
+    if material.density < LIGHTEST:
+        yield Doubt(f"{path}.density", f"{material.density:.3g} kg/m^3, lighter than foam",
+                    "check its unit (a number without one is in kg/m^3; iron has 7200)", figure=material.density)
+
+
+def _of_mesh(path: str, part: ElasticDescription | SolidBody) -> Iterator[Doubt]:
+    """Doubt an element size that holds too few elements a wave of the slowest material at the band."""
+    if part.mesh_size is None:
+        return
+    waves = {name: np.sqrt(m.modulus / (2 * (1 + m.poisson) * m.density)) / part.band for name, m in part.materials.items()}
+    shortest = min(waves.values(), default=np.inf)
+    if part.mesh_size * PER_WAVE > shortest:
+        yield Doubt(f"{path}.mesh_size", f"{1e3 * part.mesh_size:.3g} mm is less than {PER_WAVE:g} elements a shear wave at "
+                    f"the band of {part.band:.4g} Hz ({1e3 * shortest:.3g} mm), so modes up to there are not those of the body",
+                    "write smaller elements, or the band that is needed", figure=part.mesh_size / shortest)
+
+
+def _mechanisms(machine: Machine) -> Iterator[Doubt]:
+    """Doubt motions at 0 Hz, named by what moves, of machines with elastic bodies at their reference pose."""
+    if not any(body.modal_count for body in machine.bodies):
+        return
+    try:
+        free = body_shapes(machine, {}, 12).mechanisms()
+    except ValueError:  # a pose that cannot be, or is not in balance, says so where it is asked for
+        return
+    for name in free:
+        joint, _, way = name.rpartition(".")
+        yield Doubt(f"joints.{joint}", f"nothing holds {way}: a mode at 0 Hz at the reference pose",
+                    "give the joint stiffness there, or a drive; leave it where it is meant to be free")

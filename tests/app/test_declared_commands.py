@@ -1,0 +1,99 @@
+"""Commands declared by their signatures: annotations become options, records become groups, contradictions are refused."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Annotated, Any, Literal
+
+import pytest
+from click.testing import CliRunner
+
+from toolpoint.app.declare import Argument, Help, Reading, command, list_given
+from toolpoint.app.frame import Frame
+from toolpoint.io.quantities.written import read_numbers
+
+Numbers = Annotated[tuple[float, ...], Reading(read_numbers, "numbers, for example 1,2")]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """Two numbers that a command receives as one."""
+
+    first: Annotated[float, Help("First.", above=0)]
+    second: Annotated[float | None, Help("Second.", name="--other", needs="--word, as the test wants it")] = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return {"first": self.first, "second": self.second}
+
+
+class Shown:
+    """A result of a command."""
+
+    def __init__(self, **values: Any) -> None:
+        self.values = values
+
+    def table(self) -> str:
+        """As text."""
+        return "table"
+
+    def to_dict(self) -> dict[str, Any]:
+        """Plain data."""
+        return self.values
+
+
+@command(page=False)
+def try_options(run: Frame, name: Annotated[str, Argument()], pair: Pair, *,
+                word: Annotated[Literal["a", "b"], Help("W.")] = "a",
+                numbers: Annotated[Numbers | None, Help("N.")] = None,
+                many: Annotated[tuple[int, ...], Help("M.", least=2, excludes="--flag, which is one too")] = (),
+                flag: Annotated[bool, Help("F.")] = False,
+                size: Annotated[float, Reading(float), Help("S.", default="2.5")]) -> None:
+    """Show what was received."""
+    run.show(Shown(name=name, pair=pair.to_dict(), word=word, numbers=numbers, many=many, flag=flag, size=size,
+                   given=list_given("word", "flag")))
+
+
+def received(*words):
+    done = CliRunner().invoke(try_options, [*words, "--json"])
+    assert done.exit_code == 0, done.output
+    return json.loads(done.output)
+
+
+def test_annotations_say_what_is_received():
+    assert received("n", "--first", "2") == {"name": "n", "pair": {"first": 2.0, "second": None}, "word": "a", "numbers": None,
+                                             "many": [], "flag": False, "size": 2.5, "given": []}
+    full = received("n", "--first", "2", "--word", "b", "--other", "3", "--numbers", "1,2.5", "--many", "2", "--many", "3",
+                    "--size", "4")
+    assert full["pair"]["second"] == 3.0 and full["numbers"] == [1.0, 2.5] and full["many"] == [2, 3]
+    assert full["given"] == ["--word"] and full["size"] == 4.0
+    assert received("n", "--first", "2", "--flag")["given"] == ["--flag"]
+
+
+@pytest.mark.parametrize(("words", "told"), [
+    (["--first", "2"], "Missing argument 'NAME'"), (["n"], "Missing option '--first'"),
+    (["n", "--first", "0"], "not in the range x>0"), (["n", "--first", "nan"], "not in the range x>0"),
+    (["n", "--first", "2", "--word", "c"], "'a', 'b'"), (["n", "--first", "2", "--numbers", "x"], "write numbers, for example"),
+    (["n", "--first", "2", "--many", "1"], "x>=2"), (["n", "--first", "2", "--other", "3"], "--other: needs --word, as the"),
+    (["n", "--first", "2", "--many", "2", "--flag"], "--flag, which is one too; must be one of them")])
+def test_what_cannot_be_is_refused(words, told):
+    done = CliRunner().invoke(try_options, words)
+    assert done.exit_code != 0 and told in f"{done.output}{done.exception}"
+
+
+def test_help_shows_limits_and_defaults():
+    text = CliRunner().invoke(try_options, ["--help"]).output
+    assert "NAME" in text and "x>0; required" in text and "[default: 2.5]" in text and "--json" in text
+    assert "--output" not in text and "[default: a]" in text
+
+
+def test_what_is_shown_comes_after_the_progress_even_where_the_command_fails():
+    @command(page=False)
+    def fail_late(run: Frame) -> None:
+        """Fail."""
+        run.show_text("shown")
+        raise ValueError("late")
+
+    done = CliRunner().invoke(fail_late, [])
+    assert "shown" in done.output and isinstance(done.exception, ValueError)
