@@ -156,4 +156,4 @@ def test_channels_swapped_at_one_point_are_named(case, modes):
     shape[at:at + 3] = shape[[at + 2, at + 1, at]]
     with pytest.warns(ToolpointWarning, match="doubtful"):
         result = identify_joints(replace(modes, shape=shape), case.points, case.components, chain=p1.CHAIN)
-    assert f"[{case.components['column'][7]}] do not move" in " ".join(result.joint("column").doubts)
+    assert f"points [{case.components['column'][7]}]: do not move with column" in " ".join(result.joint("column").doubts)
