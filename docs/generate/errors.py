@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import defaultdict
+from functools import cache
 from pathlib import Path
 
 from ruamel.yaml import YAML
@@ -25,6 +26,7 @@ and the cure of the room hold.
 """
 
 
+@cache
 def causes() -> dict[str, dict[str, str]]:
     """Return title, cause and cure of every room."""
     text = (ROOT / "docs" / "causes.yaml").read_text(encoding="utf-8")

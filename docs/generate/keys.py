@@ -20,6 +20,7 @@ FILES = {"machine": ("machine_schema", "Machine files"), "test": ("testing.test_
 HEAD = ["| key | meaning, unit and limits | default | example |", "|---|---|---|---|"]
 
 
+@cache
 def _documents() -> list[Any]:
     files = [*SOURCE.joinpath("app", "machines").glob("*.yaml"), *SOURCE.joinpath("io", "templates").rglob("*.yaml")]
     reader = YAML(typ="safe", pure=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -74,8 +75,13 @@ def _is_doubt(call: ast.Call) -> bool:
     return _called(call) == "warn" and any(text_of(arg) == "…" and "ToolpointWarning" in ast.dump(arg) for arg in call.args)
 
 
-def sites() -> Iterator[Site]:
-    """Yield every refusal and every doubt of the package, module by module."""
+@cache
+def sites() -> tuple[Site, ...]:
+    """Return every refusal and every doubt of the package, module by module."""
+    return tuple(_search())
+
+
+def _search() -> Iterator[Site]:
     for path in sorted(SOURCE.rglob("*.py")):
         module, tree = path.relative_to(SOURCE).as_posix(), ast.parse(path.read_text(encoding="utf-8"))
         yield from _spoken(tree, module) if path.stem.endswith(DOUBTING) else ()

@@ -44,6 +44,21 @@ class Doubt(str):
         return (self.what, self.why, self.remedy), {"figure": self.figure}
 
 
+def place_note(note: str, part: str) -> str:
+    """Return a note as one of a part, which is named first; a doubt stays a doubt."""
+    return note.within(part) if isinstance(note, Doubt) else f"{part}: {note}"
+
+
+def mark_notes(notes: Iterable[str], other: str = "") -> list[str]:
+    """Return notes as lines for a person: doubts begin with ``doubt:``, the others with `other`."""
+    return [f"doubt: {note}" if isinstance(note, Doubt) else f"{other}{note}" for note in notes]
+
+
+def doubts_among(notes: Iterable[str]) -> list[Doubt]:
+    """Return those of the notes that are doubts."""
+    return [note for note in notes if isinstance(note, Doubt)]
+
+
 def status_of(doubts: Iterable[Doubt], good: str) -> str:
     """Return `good` where there is no doubt, else ``doubtful: `` with every doubt once."""
     lines = list(dict.fromkeys(doubts))

@@ -2,6 +2,7 @@
 
 import ast
 import json
+import re
 import subprocess
 import sys
 from functools import cache
@@ -17,9 +18,26 @@ HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distrib
 
 
 @cache
+def tree_of(path):
+    """A module's syntax tree; each is asked by many tests."""
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+@cache
+def nodes_of(path):
+    """All nodes of a module's syntax tree."""
+    return list(ast.walk(tree_of(path)))
+
+
+def in_modules(faults_of, paths=MODULES):
+    """Return what a rule finds in every module, with its name: one test a rule, thousands cost half a minute."""
+    return [f"{path.relative_to(SOURCE).as_posix()}: {fault}" for path in paths for fault in faults_of(path)]
+
+
+@cache
 def imports(path):
     """Every module that a file imports, also inside functions."""
-    nodes = list(ast.walk(ast.parse(path.read_text(encoding="utf-8"))))
+    nodes = nodes_of(path)
     plain = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
     return plain + [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
 
@@ -69,7 +87,7 @@ def test_errors_load_no_more_than_finds_them(tmp_path, arguments, heavy):
 def test_commands_read_their_files_before_they_name_what_computes(path):
     """Python looks a function up before its arguments: `studies.f(io.read(...))` loads the study of a file that is wrong."""
     late = []
-    for call in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for call in nodes_of(path):
         if isinstance(call, ast.Call) and ast.unparse(call.func).startswith(("studies.", "pages.")):
             inner = [ast.unparse(node.func) for part in (*call.args, *(word.value for word in call.keywords))
                      for node in ast.walk(part) if isinstance(node, ast.Call)]
@@ -82,16 +100,19 @@ def test_numba_is_loaded_only_when_asked_for():
     assert subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout.strip() == "False"
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
-def test_modules_are_small_and_say_what_they_own(path):
-    text = path.read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 400
-    assert ast.get_docstring(ast.parse(text)), "no first docstring line"
-    assert not any(part in ("utils", "tools", "helpers", "common", "misc") for part in (*path.parts, path.stem))
+def test_modules_are_small_and_say_what_they_own():
+    def faults_of(path):
+        if (length := len(path.read_text(encoding="utf-8").splitlines())) > 400:
+            yield f"{length} lines"
+        if not ast.get_docstring(tree_of(path)):
+            yield "no first docstring line"
+        if {"utils", "tools", "helpers", "common", "misc"} & {*path.parts, path.stem}:
+            yield "a drawer"
+    assert in_modules(faults_of) == []
 
 
 def test_class_names_stand_for_one_thing():
-    names = [node.name for path in MODULES for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+    names = [node.name for path in MODULES for node in nodes_of(path)
              if isinstance(node, ast.ClassDef)]
     assert sorted({name for name in names if names.count(name) > 1}) == []
 
@@ -109,10 +130,8 @@ def public_functions(tree):
             yield from (item for item in node.body if isinstance(item, ast.FunctionDef) and not item.name.startswith("_"))
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
-def test_names_are_plain(path):
-    """No vague word in a public name or an argument; functions of a module are verbs, never participles."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
+def unclear_names(path):
+    tree = tree_of(path)
     faults = []
     for node in public_functions(tree):
         arguments = [a.arg for a in (*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs)]
@@ -124,25 +143,30 @@ def test_names_are_plain(path):
             first = node.name.split("_")[0]
             if first.endswith("ed") and first not in NO_PARTICIPLE:
                 faults.append(f"{node.name} is named by a participle")
-    assert faults == []
+    return faults
 
 
-@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(SOURCE).as_posix())
-def test_long_functions_name_their_variables(path):
-    """In functions of more than 15 lines a vague local name costs a reader the way back to its assignment."""
+def test_names_are_plain():
+    """No vague word in a public name or an argument; functions of a module are verbs, never participles."""
+    assert in_modules(unclear_names) == []
+
+
+def vague_locals(path):
     faults = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         if isinstance(node, ast.FunctionDef) and (node.end_lineno or 0) - node.lineno > 15:
             faults += [f"{node.name}: {name.id}" for name in ast.walk(node) if isinstance(name, ast.Name) and name.id in VAGUE]
-    assert sorted(set(faults)) == []
+    return sorted(set(faults))
 
 
-@pytest.mark.parametrize("path", [path for path in MODULES if not path.is_relative_to(SOURCE / "plot")],
-                         ids=lambda p: p.relative_to(SOURCE).as_posix())
-def test_doubts_are_no_bare_strings(path):
-    """What is called a doubt is a `Doubt` (or a factor that is not known), in fields, arguments, results: it has parts."""
+def test_long_functions_name_their_variables():
+    """In functions of more than 15 lines a vague local name costs a reader the way back to its assignment."""
+    assert in_modules(vague_locals) == []
+
+
+def bare_doubts(path):
     bare = []
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in nodes_of(path):
         named = []
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             named = [(node.target.id, node.annotation)]
@@ -154,7 +178,23 @@ def test_doubts_are_no_bare_strings(path):
                  and "Doubt" not in ast.unparse(kind)]
         bare += [f"{node.lineno}: {name}" for name, _ in named if name == "warnings" and isinstance(node, ast.AnnAssign)
                  and path.parts[-2] != "app"]
-    assert bare == []
+    return bare
+
+
+def test_doubts_are_no_bare_strings():
+    """What is called a doubt is a `Doubt` (or a factor that is not known), in fields, arguments, results: it has parts."""
+    assert in_modules(bare_doubts, [path for path in MODULES if not path.is_relative_to(SOURCE / "plot")]) == []
+
+
+SPEAKS = SOURCE / "_doubt.py"  # the only place that spells how a doubt begins
+
+
+def test_no_sentence_is_made_a_doubt_by_its_first_word():
+    """What begins with ``doubt:`` was marked by `mark_notes`; a sentence written so would be text, without parts."""
+    def spelled(path):
+        return [f"{node.lineno}: {node.value[:40]!r}" for node in nodes_of(path)
+                if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.match(r"\s*doubt:", node.value)]
+    assert in_modules(spelled, [path for path in MODULES if path != SPEAKS]) == []
 
 
 def test_wheel_carries_scripts_styles_and_machines():
@@ -172,7 +212,7 @@ def test_bars_page_names_commands_that_exist():
 
 def exports_of(path):
     """Triples (module, name there, name here) that a room's `__init__` shows to the type checker, and those it loads."""
-    tree, room = ast.parse(path.read_text(encoding="utf-8")), ".".join(path.parent.relative_to(SOURCE.parent).parts)
+    tree, room = tree_of(path), ".".join(path.parent.relative_to(SOURCE.parent).parts)
     shown = {(node.module, alias.name, alias.asname or alias.name) for part in tree.body if isinstance(part, ast.If)
              for node in ast.walk(part) if isinstance(node, ast.ImportFrom) for alias in node.names}
     call = next(node for node in ast.walk(tree) if isinstance(node, ast.Call))
@@ -190,6 +230,6 @@ def test_what_a_room_exports_is_what_it_loads_on_first_use(path):
     """What the type checker is shown (and has checked) is what is loaded, and what `__all__` lists."""
     shown, loaded = exports_of(path)
     assert shown == loaded
-    listed = next(node for node in ast.parse(path.read_text(encoding="utf-8")).body
+    listed = next(node for node in tree_of(path).body
                   if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__")
     assert set(ast.literal_eval(listed.value)) == {name for _, _, name in shown}

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
+from toolpoint._doubt import Doubt, place_note
 from toolpoint.bodies.imported import ImportedMatrices
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid, Patch
 from toolpoint.machine import build
@@ -24,7 +25,9 @@ from toolpoint.machine.description.beam import BeamDescription, BeamSegment
 from toolpoint.machine.description.elastic import CastingBox, ElasticDescription, ElasticMaterial, PatchDescription
 from toolpoint.machine.parts.elastic_body import reduce_solid
 from toolpoint.machine.parts.imported_body import PointGroup, reduce_matrices
-from toolpoint.studies import solve_modes
+from toolpoint.pages import machine_page
+from toolpoint.studies import check_machine, solve_modes
+from toolpoint.studies.machines.machine_report import study_modes
 from toolpoint.vibration import Dof
 from toolpoint.vibration.sparse import modes
 
@@ -212,14 +215,31 @@ def test_what_is_beyond_the_reach_or_too_coarse_is_doubted(post):
     beyond = estimate.frequency > 200.0 * 1.5 / 1.4
     assert 0 < beyond.sum() < 8 and not estimate.is_sure[beyond].any()
     note = reduction_note(narrow, modes=8)
-    assert note.startswith("doubt: ") and f"{beyond.sum()} of 8 modes above 214.3 Hz" in note
+    assert isinstance(note, Doubt) and f"{beyond.sum()} of 8 modes above 214.3 Hz" in note.why and "band" in note.remedy
     shown = solve_modes(narrow, count=8)
     assert [value is None for value in shown.to_dict()["reduction_error"]] == (~estimate.is_sure).tolist()
     assert shown.table().count("doubt") >= beyond.sum()
+    assert note in shown.to_dict()["doubts"] and f"doubt: {note}" in shown.table()
     few = standing(reduce_solid(*post, band=900.0, size=3))
     coarse = estimate_reduction(few, modes=6)
     assert coarse.error.max() > 0.05 and not coarse.is_sure.all()
     assert "too large to believe" in reduction_note(few, modes=6)
+    assert not isinstance(reduction_note(standing(reduce_solid(*post, band=900.0)), modes=3), Doubt)
+
+
+def test_a_doubted_reduction_stands_first_in_the_check_the_report_and_the_page(post):
+    """At its poses: marked in text, apart in plain data, under the answer of the page; what is good is an assumption there."""
+    narrow, good = (standing(reduce_solid(*post, band=band)) for band in (200.0, 900.0))
+    checked = check_machine(narrow)
+    assert "reduction of elastic bodies" in checked.table().splitlines()[0] and checked.reduction == ()
+    for machine, is_doubted in ((narrow, True), (good, False)):
+        study = replace(study_modes(machine), notes=(place_note(reduction_note(machine, modes=3), "reference pose"),))
+        line = study.notes[0]
+        assert line.startswith("reference pose: reduction of elastic bodies: ")
+        assert (f"doubt: {line}" in study.table()) == is_doubted == (line in study.to_dict()["doubts"])
+        assert (line in study.table()) and line in study.to_dict()["notes"]
+        page = machine_page(study, "", "post.yaml")
+        assert (line in page.doubts) == is_doubted == isinstance(page.doubts[-1] if page.doubts else "", Doubt)
 
 
 def test_a_machine_of_rigid_bodies_has_no_estimate():

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import mark_notes
 from toolpoint.app import console
 
 if TYPE_CHECKING:
@@ -111,8 +111,8 @@ class Frame:
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
     def _print_rest(self, notes: Sequence[str], written: Mapping[str, Path | str | None]) -> None:
-        for note in dict.fromkeys(notes):
-            console.text(("doubt: " if isinstance(note, Doubt) else "note: ") + note)
+        for line in mark_notes(dict.fromkeys(notes), "note: "):
+            console.text(line)
         for warning in self.warnings:
             if warning not in notes:
                 console.warning(warning)

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import ComplexArray, FloatArray, ToolpointWarning, fail, floats, nonnegative
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint._threads import on_one_thread
 from toolpoint.joint_identification.joints.chain import better_order, pair, parents
@@ -98,9 +98,9 @@ class JointIdentification(NotebookText):
             lines.append(f"    at {joint.position_text} mm")
             if joint.stiffness_text:
                 lines.append(f"    stiffness {joint.stiffness_text}; loss factor {joint.damping_text}")
-            lines += [f"    doubt: {text}" for text in joint.doubts]
+            lines += [f"    {line}" for line in mark_notes(joint.doubts)]
         notes = [f"note: {text}" for text in self.notes]
-        return "\n".join([*(f"doubt: {text}" for text in self.doubts), *lines, *notes])
+        return "\n".join([*mark_notes(self.doubts), *lines, *notes])
 
     def __repr__(self) -> str:
         kinds = ", ".join(f"{joint.child}: {joint.kind}" for joint in self.joints)

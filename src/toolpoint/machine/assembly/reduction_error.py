@@ -18,6 +18,7 @@ from toolpoint.machine.parts.model import Machine
 from toolpoint.substructuring.reach import REACH, SURE
 
 Described = TypeVar("Described", ElasticDescription, SolidBody)
+WHAT = "reduction of elastic bodies"
 LARGE = 0.01  # relative error from which a reduction is doubted
 WIDER = 1.5  # of the band, in the richer bodies; they keep all responses
 
@@ -70,7 +71,7 @@ def _enriched(elastic: Described) -> Described:
 
 
 def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> str:
-    """Return what the reduction does at a pose in words, a doubt first where it matters; nothing without elastic bodies.
+    """Return what the reduction does at a pose in words, a `Doubt` where it matters; nothing without elastic bodies.
 
     By `estimate_reduction`; where a body's parts were scaled apart since it was reduced, by comparison with richer bodies.
     """
@@ -79,27 +80,30 @@ def reduction_note(machine: Machine, pose: Mapping[str, float] | None = None, mo
 
 
 def estimate_note(estimate: ReductionEstimate) -> str:
-    """Return an estimate in words: how far the modes are raised, and first which are not to be believed, and why."""
+    """Return an estimate in words: how far the modes are raised; a `Doubt` where some are not to be believed, and why."""
     error, sure, count = estimate.error, estimate.is_sure, len(estimate.error)
     beyond = int((estimate.frequency > estimate.sure_to).sum())
     coarse = np.flatnonzero(~sure[:count - beyond])
-    reasons = []
-    if coarse.size:
-        reasons.append(f"estimate of mode {coarse[0] + 1} too large to believe, {_percent(error[coarse[0]])}: give the body a "
-                       "larger size")
-    if beyond:
-        reasons.append(f"{beyond} of {count} modes above {estimate.sure_to:.4g} Hz, where free modes of a body may be missing: "
-                       "give it a larger band" if estimate.sure_to else "which free modes the bodies keep is not known")
-    text = "reduction of elastic bodies: no mode's estimate can be believed"
+    reasons, remedies, largest = ["no mode's estimate can be believed"], list[str](), float("nan")
     if sure.any():
         worst = int(np.where(sure, error, -1.0).argmax())
+        largest = float(error[worst])
         which = f"the first {count} frequencies" if sure.all() else f"{sure.sum()} of {count} frequencies"
-        text = (f"reduction of elastic bodies: {which} are within {_percent(error[worst])} of those with all finite elements "
-                f"(mode {worst + 1}; an estimate from the forces that each mode leaves in them); what the mesh itself errs by "
-                "is not in it")
-        if error[worst] > LARGE and not reasons:
-            reasons.append("give the bodies a larger size or band")
-    return f"doubt: {text}; {'; '.join(reasons)}" if reasons else text
+        reasons = [f"{which} are within {_percent(largest)} of those with all finite elements (mode {worst + 1}; an estimate "
+                   "from the forces that each mode leaves in them)", "what the mesh itself errs by is not in it"]
+    if coarse.size:
+        reasons.append(f"estimate of mode {coarse[0] + 1} too large to believe, {_percent(error[coarse[0]])}")
+        remedies.append("give the body a larger size")
+    if beyond and estimate.sure_to:
+        reasons.append(f"{beyond} of {count} modes above {estimate.sure_to:.4g} Hz, where free modes of a body may be missing")
+        remedies.append("give it a larger band")
+    elif beyond:
+        reasons.append("which free modes the bodies keep is not known")
+        remedies.append("compare with a body of a larger band")
+    if largest > LARGE and not remedies:
+        remedies.append("give the bodies a larger size or band")
+    words = "; ".join(reasons)
+    return Doubt(WHAT, words, " and ".join(remedies), figure=largest) if remedies else f"{WHAT}: {words}"
 
 
 def _percent(share: float) -> str:
@@ -112,11 +116,12 @@ def _comparison_note(machine: Machine, pose: Mapping[str, float] | None, modes: 
         return ""
     worst = int(abs(error).argmax())
     share = 100 * abs(error[worst])
-    text = (f"reduction of elastic bodies: the first {len(error)} frequencies are within {share:.2g} % of richer bodies' "
-            f"of the same mesh (mode {worst + 1}), a comparison and no bound; what the mesh itself errs by is not in it")
+    words = (f"the first {len(error)} frequencies are within {share:.2g} % of richer bodies' of the same mesh (mode "
+             f"{worst + 1}), a comparison and no bound; what the mesh itself errs by is not in it")
     parts = [body.elastic or body.solid for body in machine.description.bodies.values()]
     sure = min((reliable_to(part) for part in parts if part is not None), default=0.0)
     highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])
     if abs(error[worst]) > LARGE or highest > sure:
-        return f"doubt: {text}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons (band, size)"
-    return text
+        return Doubt(WHAT, f"{words}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons",
+                     "give the bodies a larger band or size", figure=share / 100)
+    return f"{WHAT}: {words}"

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.modal_identification.judgement.complexity import mean_phase_deviation, phase_collinearity, real_modes
 from toolpoint.modal_identification.judgement.resonances import Resonance
@@ -156,7 +156,7 @@ class Identification(NotebookText):
         for i in range(self.modes.count):
             lines[i + 1] += (f" {collinear[i]:7.4f} {deviation[i]:9.3f} {100 * self.mode_quality[i]:9.4f} "
                              f"{100 * self.share[i]:7.1f} {mark[i]}").rstrip()
-        return "\n".join([*(f"doubt: {line}" for line in self.doubts), *lines])
+        return "\n".join([*mark_notes(self.doubts), *lines])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the modes as plain lists: frequencies and intervals (95 %) in Hz; None where an interval is unknown."""

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import doubts_among
 from toolpoint._rounding import number_text
 from toolpoint.cutting import StabilityChart
 from toolpoint.pages.remarks import with_remarks
@@ -21,10 +21,9 @@ from toolpoint.substructuring.receptance import PlaneReceptance
 
 def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Report:
     """Return the page of a coupled tool; doubts stand first."""
-    doubts = [note for note in result.notes if isinstance(note, Doubt)]
     source = f"; {result.tool.source}" if result.tool.source else ""
     report = Report("Tool-point response by receptance coupling", _answer(result), subtitle=f"{result.tool.words}{source}")
-    report = report.with_doubts(*doubts)
+    report = report.with_doubts(*doubts_among(result.notes))
     curves = {f"tool along {tip.plane}": _with_band(tip) for tip in result.tips}
     report = report.with_section(
         "Response at the tip", "The line is what is predicted, the tint holds it with 95 % probability, line by line, as far "
@@ -36,7 +35,7 @@ def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Re
     if result.stick_outs:
         report = _with_stick_outs(report, result)
     notes = result.notes if result.lobes is None else (*result.notes, *result.lobes.chart.notes)
-    return with_remarks(report, [note for note in notes if note not in doubts], warnings)
+    return with_remarks(report, notes, warnings)
 
 
 def _answer(result: ToolCoupling) -> str:

@@ -31,10 +31,11 @@ def frequency_map_page(result: PoseMap, name: str) -> Report:
         result.grid, result.frequency[..., 0], "The lowest natural frequency", "Hz", _half(result)),
         subtitle=_grid_words(result))
     modes = [f"mode {i + 1}" for i in range(result.frequency.shape[-1])]
-    return _map_page(report, "Frequencies", result.grid, (result.frequency, modes, "Natural frequency, Hz"),
-                     lines=[*result.extremes(), *result.uncertain()], failures=result.failures).with_assumptions(
-        "Undamped natural frequencies of the linear machine about each pose.", *(
-            () if result.uncertainty is not None else ("The numbers of the machine file are taken as exact.",)))
+    report = _map_page(report, "Frequencies", result.grid, (result.frequency, modes, "Natural frequency, Hz"),
+                       lines=[*result.extremes(), *result.uncertain()], failures=result.failures)
+    exact = () if result.uncertainty is not None else ("The numbers of the machine file are taken as exact.",)
+    return with_remarks(report, ["Undamped natural frequencies of the linear machine about each pose.", *exact,
+                                 *result.reduction])
 
 
 def stiffness_map_page(result: StiffnessMap, name: str) -> Report:

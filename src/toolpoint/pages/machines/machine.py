@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from toolpoint._doubt import Doubt, doubts_among
 from toolpoint._rounding import number_text, text_below
 from toolpoint.cutting import StabilityChart, build
 from toolpoint.cutting.stability.lowest import LowestLimit
@@ -31,7 +32,7 @@ def machine_page(result: MachineReport, source: str, file_name: str, *, problems
                                        "Undamped modes at the pose named above; shapes are scaled to be seen."))
     report = report.with_section("Natural frequencies", *_frequency_parts(result))
     report = with_responses(report, result)
-    report = report.with_doubts(*problems, *result.missing)
+    report = report.with_doubts(*problems, *result.missing, *doubts_among(result.notes))
     rests = ["Small, linear motion about each pose.", *description.assumptions, *_method_notes(result)]
     return report.with_section("Inputs and assumptions", Notes(rests, "assumed"), _input_table(result.machine),
                                Listing(f"Machine file {file_name}", source))
@@ -119,7 +120,8 @@ def _lowest(limit: LowestLimit, chart: StabilityChart) -> list[object]:
 
 
 def _method_notes(result: MachineReport) -> list[str]:
-    notes = [*result.study.leaning(), *result.study.modes.notes] if result.study is not None else []
+    notes = [note for note in result.notes if not isinstance(note, Doubt)]
+    notes += [*result.study.leaning(), *result.study.modes.notes] if result.study is not None else []
     for chart in result.charts:
         notes += [note for note in chart.notes if note not in notes]
     return notes

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, doubts_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
@@ -94,7 +94,7 @@ class ToolCoupling(NotebookText):
         lengths = [{"length_m": s.length, "frequency_hz": float(s.tips[0].frequency[peaks_of(s.tips[0])[0]]),
                     "stable_at_every_charted_speed_m": None if s.chart is None else _least(s.chart)} for s in self.stick_outs]
         return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
-                "doubts": [note for note in self.notes if isinstance(note, Doubt)], "notes": list(self.notes)}
+                "doubts": doubts_among(self.notes), "notes": list(self.notes)}
 
 
 def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, draws: int = DRAWS,

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.bodies.solid.sensitivity import ElementSensitivity
 from toolpoint.cutting.description import CuttingDescription
@@ -137,7 +137,7 @@ class FiniteElementStudy(NotebookText):
         parts += [self.whole.table(), self.alone.table(),
                   text_table("What helps the cut, against the machine as it is", HEADER,
                              option_rows(self.base, self.every_option)), *damper_lines(self.dampers)]
-        return "\n".join([*parts, *(f"doubt: {line}" for line in self.doubts)])
+        return "\n".join([*parts, *mark_notes(self.doubts)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return all of it as plain data."""

@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from toolpoint._check import Array, FloatArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.spatial import transform as tf
 from toolpoint.studies.finite_elements.hammer_test import FiniteElementTest, reachable_nodes
@@ -87,7 +87,7 @@ class FiniteElementCorrelation(NotebookText):
                          f"total {c.total:.4f}")
         lines += [f"without {name} the MAC of pair {pair + 1} rises by {gain:.3f}" for name, pair, gain in self.worst_points(3)
                   if gain > 1e-3]
-        return "\n".join([*lines, *(f"doubt: {line}" for line in self.doubts)])
+        return "\n".join([*lines, *mark_notes(self.doubts)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the numbers as plain data."""

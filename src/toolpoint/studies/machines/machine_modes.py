@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from toolpoint._check import FloatArray
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
@@ -26,7 +26,8 @@ class MachineModes(NotebookText):
     """The lowest natural frequencies (n_modes,) of a machine, Hz, at a pose; those of whirl where bodies spin.
 
     spread : of the frequencies, Hz, None where the machine holds no identified numbers with their covariance; notes : what the
-    reduction of elastic bodies does at this pose; damping_ratio : (n_modes,) by the losses stated, None where bodies spin;
+    reduction of elastic bodies does at this pose, and what else is to be known or doubted (`Doubt`);
+    damping_ratio : (n_modes,) by the losses stated, None where bodies spin;
     reduction : by how much the reduction of elastic bodies raises each frequency at most, None where nothing is reduced, or
     where bodies spin, or bodies do not keep what an estimate needs.
     """
@@ -55,7 +56,7 @@ class MachineModes(NotebookText):
         if self.spread is not None:
             header += ["± Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
-        return "\n".join([text_table(title, header, rows), *self.notes])
+        return "\n".join([text_table(title, header, rows), *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints, and
@@ -66,7 +67,7 @@ class MachineModes(NotebookText):
                 "damping_ratio": None if self.damping_ratio is None else self.damping_ratio.tolist(),
                 "reduction_error": None if estimate is None else [
                     float(error) if sure else None for error, sure in zip(estimate.error, estimate.is_sure, strict=True)],
-                "notes": list(self.notes),
+                "doubts": doubts_among(self.notes), "notes": list(self.notes),
                 "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 
 
@@ -79,7 +80,7 @@ def solve_modes(machine: Machine, pose: Mapping[str, float] | None = None, count
         frequency = _frequencies(machine, at, count)
         still = reduction_note(machine, at, min(count, 10))
         return MachineModes(machine, at, frequency, spread, (*beyond_bands(machine, frequency),
-                                                             *([f"at standstill, {still}"] if still else [])))
+                                                             *([place_note(still, "at standstill")] if still else [])))
     shapes = body_shapes(machine, at, count)
     estimate = estimate_reduction(machine, at, count)
     reduction = reduction_note(machine, at, min(count, 10)) if estimate is None else estimate_note(estimate)

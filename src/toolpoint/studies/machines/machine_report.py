@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray
+from toolpoint._doubt import doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import text_below, with_uncertainty
 from toolpoint.cutting import StabilityChart
@@ -32,7 +33,7 @@ Pose = Mapping[str, float]
 @dataclass(frozen=True, eq=False)
 class MachineReport(NotebookText):
     """Modes of a machine at a pose beside its references, tool-point responses and stability charts; `missing` says what could
-    not be computed and why."""
+    not be computed and why, `notes` what the reduction of elastic bodies does at the poses, doubts as `Doubt`."""
 
     machine: Machine
     pose: Pose
@@ -41,12 +42,14 @@ class MachineReport(NotebookText):
     charts: tuple[StabilityChart, ...]
     missing: tuple[str, ...] = field(default=())
     lowest: tuple[LowestLimit, ...] = field(default=())
+    notes: tuple[str, ...] = ()
 
     def table(self) -> str:
         """Return the modes, where values come from, and the stability limits, as text."""
         header, rows = comparison(self)
         texts = [[_text(value, name) for value, name in zip(row, header, strict=True)] for row in rows]
         return "\n".join([text_table(self.machine.name, header, texts), *_sources(self.machine), *self.missing,
+                          *mark_notes(self.notes),
                           *(self.study.leaning() if self.study else []),
                           *self.limit_lines()])
 
@@ -63,7 +66,8 @@ class MachineReport(NotebookText):
     def to_dict(self) -> dict[str, Any]:
         """Return frequencies (Hz) and the lowest stable depth (m, None: above the chart) of every pose as plain data."""
         limits = [limit.depth for limit in self.lowest]
-        return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing), "stable_at_every_speed_m": [
+        return {"frequency_hz": self.frequency.tolist(), "missing": list(self.missing),
+                "doubts": doubts_among(self.notes), "notes": list(self.notes), "stable_at_every_speed_m": [
             limit if np.isfinite(limit) else None for limit in limits],
             "limit_error_m": [limit.error for limit in self.lowest]}
 
@@ -93,9 +97,10 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
     frequency = body_shapes(machine, at, 18).frequency
     missing = ["Bodies spin: the modes drawn and listed are those at standstill; responses and lobes are those of the spinning "
                "machine (toolpoint campbell shows both)."] if fastest_spin(description) else []
+    notes = list[str]()
     for place in ([at] if pose or not description.poses else [dict(p) for p in description.poses]):
         if note := reduction_note(machine, place):
-            missing.append(f"{pose_words(machine, place)}: {note}")
+            notes.append(place_note(note, pose_words(machine, place)))
     study: ToolPoint | None = None
     charts: tuple[StabilityChart, ...] = ()
     lowest: tuple[LowestLimit, ...] = ()
@@ -113,7 +118,7 @@ def study_machine(machine: Machine, pose: Pose | None = None, *, step: Step = la
         lowest = lowest_limits(study, charts, method=method)
     elif study is not None:
         missing.append("No stability lobes: the machine file describes no 'cutting'.")
-    return MachineReport(machine, at, frequency, study, charts, tuple(missing), lowest)
+    return MachineReport(machine, at, frequency, study, charts, tuple(missing), lowest, tuple(notes))
 
 
 def has_damping(machine: Machine) -> bool:

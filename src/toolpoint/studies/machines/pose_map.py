@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import FloatArray, ToolpointError, count
+from toolpoint._doubt import doubts_among, mark_notes, place_note
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.assembly.gyroscopics import fastest_spin
 from toolpoint.machine.assembly.reduction_error import estimate_note
@@ -65,7 +66,7 @@ class PoseMap(NotebookText):
         """Return how far every mode moves over the grid, and where the ends lie, as text."""
         rows = [[str(i + 1), f"{s:.4f}"] for i, s in enumerate(self.spread())]
         return "\n".join([text_table(repr(self), ["mode", "spread Hz"], rows), *self.extremes(), *self.uncertain(),
-                          *self.reduction])
+                          *mark_notes(self.reduction)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a pose failed; positions in m or rad."""
@@ -74,7 +75,8 @@ class PoseMap(NotebookText):
         return {"axes": {name: at.tolist() for name, at in self.axes.items()}, "frequency_hz": values.tolist(),
                 "failures": self.failed(), "extremes": self.extremes(),
                 "interval_hz": None if self.uncertainty is None else self.uncertainty.interval.tolist(),
-                "uncertain": self.uncertain(), "reduction": list(self.reduction)}
+                "uncertain": self.uncertain(), "reduction": list(self.reduction),
+                "doubts": doubts_among(self.reduction)}
 
     def interval(self) -> FloatArray | None:
         """Half widths of the 95 % intervals, shape as `frequency`, Hz; None where nothing was identified with a covariance."""
@@ -161,7 +163,10 @@ def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
         largest = float(np.where(estimate.is_sure, estimate.error, np.inf).max())
         if worst is None or largest > worst[0]:
             worst = largest, grid.words(place), estimate
-    return () if worst is None else (f"{worst[1]}, the worst of {asked} poses (corners and middle): {estimate_note(worst[2])}",)
+    if worst is None:
+        return ()
+    _, where, estimate = worst
+    return (place_note(estimate_note(estimate), f"{where}, the worst of {asked} poses (corners and middle)"),)
 
 
 def _spread(machine: Machine, axes: Mapping[str, FloatArray], modes: int, shape: tuple[int, ...]) -> AnswerSpread | None:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.joint_identification import JointIdentification, identify_joints
 from toolpoint.machine import Machine, MachineDescription, build
@@ -52,7 +52,7 @@ class JointStudy(NotebookText):
     def table(self) -> str:
         """Return doubts first, the joints, then the modes of their machine beside the measured ones, as text."""
         # The table of the joints repeats the doubts where they belong.
-        lines = [*(f"doubt: {text}" for text in self.doubts if text not in self.joints.doubts), self.joints.table()]
+        lines = [*mark_notes(text for text in self.doubts if text not in self.joints.doubts), self.joints.table()]
         if self.checked is not None:
             lines.append(text_table("The machine of these joints", HEADER, self.checked.rows()))
             lines.append(self.checked.status)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine, assemble
 from toolpoint.machine.description import parameters
@@ -59,7 +59,7 @@ class MeasuredUpdate(NotebookText):
 
     def table(self) -> str:
         """Return the doubts first, identifiability, fit report, agreement, and the samples, as text."""
-        lines = [*(f"doubt: {line}" for line in self.doubts), self.update.report(),
+        lines = [*mark_notes(self.doubts), self.update.report(),
                  *(f"note: {line}" for line in self.notes)]
         return "\n".join(lines) + ("" if self.samples is None else "\n\n" + self.samples.table())
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import Array, FloatArray, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
@@ -51,7 +51,7 @@ class ModelCorrelation(NotebookText):
 
     def table(self) -> str:
         """Return paired modes, coefficients, the points that agree least, and FRAC over bands as text."""
-        lines = [*(f"doubt: {line}" for line in self.doubts), f"points: {len(self.points.pairs)} paired, {self.points.status}",
+        lines = [*mark_notes(self.doubts), f"points: {len(self.points.pairs)} paired, {self.points.status}",
                  " measured Hz  predicted Hz        %    MAC"]
         for i, j in self.pairs.pairs:
             f, g = self.measured.frequency[i], self.predicted.frequency[j]

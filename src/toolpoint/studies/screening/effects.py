@@ -10,7 +10,7 @@ import numpy as np
 from scipy.stats import rankdata, sobol_indices
 
 from toolpoint._check import FloatArray, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.studies.screening.metrics import is_lower_better, unit_of
 from toolpoint.studies.screening.screen import Screening
@@ -57,7 +57,7 @@ class Ranking(NotebookText):
         header = ["change", self.what, "95 %", *(["total", "95 %"] if has_total else []),
                   *(["ranks first"] if has_first else [])]
         return "\n".join([text_table(f"{self.metric} {unit_of(self.metric)}".strip(), header, rows), f"loads: {self.loads}",
-                          *([f"doubt: {self.doubt}"] if self.doubt else [])])
+                          *mark_notes([self.doubt] if self.doubt else [])])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the ranking as plain data."""

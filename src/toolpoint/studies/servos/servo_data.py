@@ -10,7 +10,7 @@ import numpy as np
 from scipy.ndimage import find_objects, label, maximum_filter1d, minimum_filter1d
 
 from toolpoint._check import FloatArray, ToolpointError
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.accuracy.axis_record import AxisRecord, AxisSignal, PositioningRun, names_of
 from toolpoint.drives.accuracy.metrology import Positioning, positioning
@@ -86,7 +86,7 @@ class ServoData(NotebookText):
 
     def table(self) -> str:
         """Return doubts and notes, then the quantities."""
-        first = [f"doubt: {words}" for words in self.doubts()] + [f"note: {words}" for words in self.notes]
+        first = mark_notes(self.doubts()) + [f"note: {words}" for words in self.notes]
         return "\n".join([*first, text_table(self.source, ["axis", "quantity", "value"], self.rows())])
 
     def to_dict(self) -> dict[str, Any]:

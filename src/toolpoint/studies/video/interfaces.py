@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.machine.description import GROUND
@@ -69,7 +69,7 @@ class InterfaceRanking(NotebookText):
     def table(self) -> str:
         """Return the ranking as text."""
         heard = ", ".join(f"{f:.2f}" for f in self.frequencies)
-        return "\n".join([*(f"doubt: {text}" for text in self.doubts),
+        return "\n".join([*mark_notes(self.doubts),
                           text_table(f"Interfaces by relative motion in the modes at {heard} Hz", HEADER, self.rows())])
 
     def to_dict(self) -> dict[str, Any]:

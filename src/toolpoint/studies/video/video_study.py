@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, fail
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine import Machine
 from toolpoint.modal_identification import Identification, identify
@@ -127,7 +127,7 @@ class VideoStudy(NotebookText):
 
     def table(self) -> str:
         """Return doubts first, then poles, bodies and what was measured, as text."""
-        lines = [f"doubt: {text}" for text in self.doubts]
+        lines = mark_notes(self.doubts)
         lines.append(text_table(f"Modes of {self.scan.clip.name} (poles from the {self.source})", HEADER, self.rows()))
         lines.append(f"displacement: {self.points!r}")
         for body in self.bodies:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.build import words
 from toolpoint.machine import Machine
@@ -33,7 +33,7 @@ class CheckedMachine(NotebookText):
 
     def table(self) -> str:
         """Return all of it as lines."""
-        lines = [f"doubt: {line}" for line in self.doubts]
+        lines = mark_notes(self.doubts)
         lines += [*self.chain, *self.travel, *self.motion]
         lines += self.reduction
         lines += [] if self.cutting is None else [f"cutting: {self.cutting}"]

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from toolpoint._check import ToolpointError
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, doubts_among, place_note
 from toolpoint.kinematics import ClosedChain
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.reduction_error import estimate_note
@@ -21,7 +21,7 @@ OFF = 1e-4  # m: what a joint may leave the line of its slide by
 
 
 def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, ...]]:
-    """Return doubts about ends of travel that no elastic body reaches, and a line on the worst pose by reduction.
+    """Return doubts about ends of travel that no elastic body reaches, and the worst pose by reduction: a doubt, or a line.
 
     Of the reference pose, the described poses, and every axis at both of its ends (alone, where no loop has to follow).
     """
@@ -43,7 +43,8 @@ def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, 
     if not worst:
         return tuple(doubts), ()
     _, pose, estimate = max(worst, key=lambda row: row[0])
-    return tuple(doubts), (f"{pose_words(machine, pose)}, the worst of {len(worst)} poses: {estimate_note(estimate)}",)
+    note = place_note(estimate_note(estimate), f"{pose_words(machine, pose)}, the worst of {len(worst)} poses")
+    return (*doubts, *doubts_among([note])), () if isinstance(note, Doubt) else (note,)
 
 
 def _aside(machine: Machine, axis: str, pose: dict[str, float]) -> list[Doubt]:
