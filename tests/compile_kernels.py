@@ -16,9 +16,14 @@ import numpy as np
 from toolpoint import ToolpointError
 from toolpoint.bodies.solid import STEEL, Casting, Cuboid
 from toolpoint.cutting import CuttingCoefficients, Engagement, MillingProblem, Tool, stability
+from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.simulation.milling import simulate
 from toolpoint.io import read_drives, read_machine
+from toolpoint.machine import Machine, build
+from toolpoint.machine import description as d
 from toolpoint.machine.frequencies import natural_frequencies
+from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, mill_side
+from toolpoint.studies.accuracy.tool_paths import line
 from toolpoint.studies.servos.drive_experiment import run_drives
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
@@ -36,6 +41,15 @@ def milling(tool: Tool) -> MillingProblem:
     """A cut on two modes, one a direction."""
     modes = Modes([922.0, 950.0], [0.011, 0.012], np.diag([5.0, 4.8]), [Dof("tool", "+x"), Dof("tool", "+y")])
     return MillingProblem(tool, Engagement.down(0.3), CuttingCoefficients(6e8, 2e8), modes, "tool:+x", "tool:+y")
+
+
+def slide() -> Machine:
+    """A slide that is driven along x and gives way along y, with a cut at its tip."""
+    cut = CuttingDescription.of(diameter=0.006, teeth=2, tangential=1.8e9, normal=6e8, direction="slot", feed_per_tooth=1e-5)
+    body = d.BodyDescription(mass=8.0, inertia=d.InertiaDescription(1, 1, 1))
+    joint = d.JointDescription("ground", "slide", stiffness={"y": 4e5}, damping={"y": 60.0})
+    return build(d.MachineDescription("slide", {"slide": body}, {"guide": joint}, {"X": d.AxisDescription("guide", "x")},
+                                      {"tip": d.PointDescription("slide")}, tool="tip", cutting=cut))
 
 
 def main() -> None:
@@ -63,6 +77,8 @@ def main() -> None:
     shifted = block.stiffness() + 1e9 * block.mass()
     for positive in (True, False):
         factorise(shifted, solver="multifrontal", is_positive=positive).solve(np.ones(block.size))
+    feed = line([0, 0, 0], [0.002, 0, 0])[0]
+    mill_side(slide(), feed, MillingSetup(15000, 0.5e-3, window=None, steps=20, halved=False))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         run_drives(read_drives(MACHINES / "three_axis_vertical_servo.yaml"), circle=(2e-3, 0.05))

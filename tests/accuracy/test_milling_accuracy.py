@@ -129,7 +129,8 @@ def test_loads_are_stated_and_matter(robot, sides):
     assert sagging.position_error > 1.5 * cutting.position_error
 
 
-def test_gravity_alone_is_the_sag_along_the_path(robot, sides):
+def test_gravity_alone_is_the_sag_along_the_path(robot):
+    sides = square(0.06, centre=(0.69, 0, 0.1), first=(0, 1, 0), second=(0, 0, 1), law="jerk-limited")
     result = mill_side(robot, sides[0], replace(SETUP, window=None, steps=20, spacing=5e-3, loads=("gravity",),
                                                 with_force=False))
     sag = []

@@ -62,6 +62,7 @@ def test_report_of_measured_files(tmp_path, capsys):
     assert "straight" in (tmp_path / "out/index.html").read_text().lower()
 
 
+@pytest.mark.slow
 def test_report_of_measured_tool_holder(tmp_path, capsys, measured):
     files = [str(measured / "tool_holder_frf" / f"Point_{i}_Channel_1_CH1.txt") for i in range(1, 6)]
     arguments = ["report", MACHINE, "-o", str(tmp_path)]

@@ -34,7 +34,7 @@ def cut_on_a_damper(damper, helix=0.0):
     return MillingProblem(Tool(20e-3, 3, helix=helix), Engagement.down(0.3), CuttingCoefficients(8e8, 3e8), modes, None, "t:+y")
 
 
-@pytest.mark.parametrize("damper", [2e3, 3e3, 8e3])
+@pytest.mark.parametrize("damper", [2e3, pytest.param(3e3, marks=pytest.mark.slow), 8e3])
 @pytest.mark.parametrize("method", [PanelArnoldi(), FloquetDeterminant(), Automatic()])
 def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper):
     cut = cut_on_a_damper(damper)
@@ -48,7 +48,7 @@ def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper)
 
 
 @pytest.mark.parametrize("method", [PanelArnoldi(), Automatic()])
-@pytest.mark.parametrize("damper", [2e4, 2e6])
+@pytest.mark.parametrize("damper", [pytest.param(2e4, marks=pytest.mark.slow), 2e6])
 def test_dampers_that_decay_beyond_double_precision_are_integrated_in_closed_form(method, damper):
     """Real poles of -22 000 and -2 200 000 1/s, which decay by exp(-22 000) in a tooth period."""
     cut = cut_on_a_damper(damper)

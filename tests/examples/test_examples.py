@@ -45,11 +45,13 @@ def test_parallel_head():
 COMMANDS = [
     ("form_responses_of_hammer_blows.py", 4, 0, "five blows, one of them weak"),
     pytest.param("tap_a_tool.py", 1.0, 0.15, "a slot: the single-frequency solution is near", marks=pytest.mark.slow),
-    ("plan_a_hammer_test.py", 1.0, 1e-2, "the bar: MAC of the expanded shapes at least 0.99"),
+    pytest.param("plan_a_hammer_test.py", 1.0, 1e-2, "the bar: MAC of the expanded shapes at least 0.99",
+                 marks=pytest.mark.slow),
     ("examine_the_environment.py", 0, 0, "all that is needed is there"),
     ("begin_from_a_template.py", 0.5, 1e-6, "frequencies go with one over the root of all masses"),
-    ("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual"),
-    ("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding"),
+    pytest.param("make_a_robot_of_its_datasheet.py", 313.6, 1e-9, "32 kg of 9.8 m/s^2, the maker's manual",
+                 marks=pytest.mark.slow),
+    pytest.param("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding", marks=pytest.mark.slow),
     ("mill_a_square_with_a_robot.py", 0.01, 1e-9, "half the step changes the mean error by less than a per cent"),
     ("screen_changes_of_a_robot.py", 2**0.5, 1e-9, "twice all springs: all frequencies times the root of two"),
     ("find_the_cheapest_change.py", 1.0, 1e-3, "the goal that was set"),
@@ -64,18 +66,18 @@ COMMANDS = [
     ("find_speeds_against_chatter.py", 12750.0, 1e-9, "60 f / N"),
     ("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches"),
     ("judge_a_controllers_record.py", 25.0, 1e-4, "the gain that was put in"),
-    ("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter"),
+    pytest.param("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter", marks=pytest.mark.slow),
     ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
     ("study_sensitivities.py", 0.5, 1e-6, "frequencies go with the root of all stiffnesses"),
     ("ask_an_identified_machine.py", 1.0, 1e-3, "far below all modes a response is the static one"),
-    ("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet"),
+    pytest.param("find_joints_of_a_machine.py", 1.0, 0.01, "the published stiffness of the feet", marks=pytest.mark.slow),
     ("update_a_machine.py", 1.0, 1e-3, "the published stiffness of the feet"),
     ("map_chatter_limits.py", 1.0, 1e-9, "the least of a minimum is the minimum"),
     pytest.param("damp_a_mill_of_finite_elements.py", 1.0, 1e-7, "energies of parts and joints add up",
                  marks=pytest.mark.slow),
     ("stack_springs_of_an_axis.py", 1.0, 1e-12, "springs behind each other"),
     ("draw_a_campbell_diagram.py", 1000 / 3, 1e-9, "I_p W/(2 pi I_d) of a rigid rotor"),
-    ("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in"),
+    pytest.param("modes_from_a_clip.py", 2.0, 0.01, "the damping that was put in", marks=pytest.mark.slow),
     pytest.param("find_the_soft_joints_in_two_videos.py", 1.0, 0.05, "the bar of the FRAC in both planes",
                  marks=pytest.mark.slow),
 ]
@@ -171,6 +173,7 @@ def test_friction_at_reversals():
     assert run("compare_friction_at_reversals.py") == pytest.approx(1.305, rel=0.03)
 
 
+@pytest.mark.slow
 def test_the_best_branch_of_an_arm_is_named_first():
     assert run("choose_the_branch_of_an_arm.py") >= 1.0
 

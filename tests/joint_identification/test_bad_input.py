@@ -138,7 +138,7 @@ def test_nothing_is_claimed_of_pure_noise(case, modes):
     assert all(joint.kind == "locked" for joint in result.joints)
 
 
-@pytest.mark.parametrize("many", [1, 4])
+@pytest.mark.parametrize("many", [pytest.param(1, marks=pytest.mark.slow), 4])
 def test_points_of_another_component_are_named(case, modes, many):
     parts = {name: list(points) for name, points in case.components.items()}
     moved = [parts["base"].pop() for _ in range(many)]

@@ -62,7 +62,7 @@ AXIS = {"hinge": X, "slide": Y, "universal": Y, "cylindrical": X, "planar": Z}
 
 
 @pytest.mark.parametrize("kind", CASES)
-@pytest.mark.parametrize("seed", [0, 1, 2])
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in (1, 2))])
 def test_every_kind_is_told_with_its_position_and_direction(kind, seed):
     modes, points, parts = made(CASES[kind], 0.01, np.random.default_rng(seed))
     result = identify_joints(modes, points, parts, chain=("base", "part"))

@@ -63,7 +63,7 @@ def test_data_without_noise_are_exact_in_every_quantity(quantity):
     assert worst[2] < 1e-8
 
 
-@pytest.mark.parametrize("quantity", ["receptance", "mobility"])
+@pytest.mark.parametrize("quantity", ["receptance", pytest.param("mobility", marks=pytest.mark.slow)])
 def test_noisy_receptance_and_mobility(quantity):
     rng = np.random.default_rng(2)
     case = benchmark(rng, points=60, quantity=quantity)
@@ -96,7 +96,7 @@ def test_heavy_damping():
     assert worst[0] < 1e-3 and worst[1] < 1e-2 and worst[2] < 2e-3
 
 
-@pytest.mark.parametrize("edge", [20.5, 488.0])
+@pytest.mark.parametrize("edge", [pytest.param(20.5, marks=pytest.mark.slow), 488.0])
 def test_a_mode_at_the_edge_of_the_band_is_found_and_marked(edge):
     rng = np.random.default_rng(6)
     frequency = np.sort(np.array([edge, 100, 200, 300, 640]))

@@ -48,6 +48,7 @@ def test_a_slender_member_is_a_cantilever(wall, share):
     assert sum(b.mass[0, 0] for b in machine.bodies) == pytest.approx(mass, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_one_file_may_hold_all_three(sheet, tmp_path):
     text = SHEET.read_text(encoding="utf-8")
     old = "size: [120 mm, 110 mm, 360 mm], elastic: true"
@@ -93,7 +94,8 @@ def tube(wall=None, along="x"):
                        elastic="finite elements")
 
 
-@pytest.mark.parametrize(("wall", "along", "share"), [(None, "z", 0.01), (0.006, "x", 0.02), (0.003, "y", 0.03)])
+@pytest.mark.parametrize(("wall", "along", "share"), [
+    (None, "z", 0.01), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((0.006, "x", 0.02), (0.003, "y", 0.03)))])
 def test_a_slender_tube_is_a_cantilever_and_a_shaft(wall, along, share):
     """1 / (2 pi) sqrt(3 EI / L^3 / (0.2427 m + m_tip)), Rayleigh, the far end's thickness at the tip (thin ends bend); a solid
     one twists at sqrt(G / rho) / (4 L)."""

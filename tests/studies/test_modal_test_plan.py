@@ -91,6 +91,7 @@ def test_with_eighteen_modes_random_points_do_worse():
     assert max(outcome.seen for outcome in plan.random) < 18
 
 
+@pytest.mark.slow
 def test_the_written_test_reads_the_records_that_it_asks_for(tmp_path, capsys):
     test, points = tmp_path / "test.yaml", tmp_path / "points.csv"
     main(["plan", MACHINE, "--points", "4", "--test", str(test), "--geometry", str(points), "-o", str(tmp_path / "page"),
@@ -122,6 +123,7 @@ def test_the_written_test_reads_the_records_that_it_asks_for(tmp_path, capsys):
     assert "nothing was written" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_points_that_the_file_names_are_chosen_among_where_asked():
     machine = read_machine(MACHINE)
     rng = np.random.default_rng(3)
