@@ -310,19 +310,21 @@ def _shape_held(scene: Any, body: Any, result: Any, at: int, r: int) -> list[boo
 
 def mill_bars(seed: int) -> Row:
     """P4: two planes, ranking, FRAC."""
-    from toolpoint.app.commands.demos import MILL, MILL_TRUTH
+    from toolpoint.app.commands.demos import MILL
     from toolpoint.io import read_machine
+    from toolpoint.studies import FILMED_TRUTH
 
     machine = read_machine(Path(__file__).resolve().parents[1] / "src/toolpoint/app/machines" / MILL)
     rows: Row = {}
     for method in ("templates", "phase"):
-        result = update_from_virtual_videos(machine, MILL_TRUTH, "spindle_nose", rng=np.random.default_rng(seed), method=method)
+        result = update_from_virtual_videos(machine, FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),
+                                            method=method)
         rows[f"P4 by {method}"] = {"first two": [e.joint for e in result.update.ranking.interfaces[:2]],
                                    "FRAC": result.frac[:, 1].tolist()}
     with tempfile.TemporaryDirectory() as folder:
         def recorded(video: Any, plane: str) -> Clip:
             return files.read(encode(np.asarray(video.clip.source.frames), Path(folder) / f"{plane}.mp4", 10), bench.RATE)
-        result = update_from_virtual_videos(machine, MILL_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),
+        result = update_from_virtual_videos(machine, FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(seed),
                                             recorded=recorded)
     rows["P4 by x264 at quality 10"] = {"first two": [e.joint for e in result.update.ranking.interfaces[:2]],
                                          "FRAC": result.frac[:, 1].tolist()}

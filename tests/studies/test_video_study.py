@@ -8,7 +8,6 @@ import pytest
 import video_scenes as scenes
 
 from toolpoint import Modes, ToolpointError
-from toolpoint.app.commands.demos import MILL_TRUTH
 from toolpoint.app.main import main
 from toolpoint.io import read_machine, read_modes
 from toolpoint.studies.machines.virtual_test import MeasuringPoints, true_modes
@@ -17,7 +16,7 @@ from toolpoint.studies.video.machine_view import body_regions
 from toolpoint.studies.video.record_poles import poles_of
 from toolpoint.studies.video.video_study import study_video
 from toolpoint.studies.video.video_update import seen_places
-from toolpoint.studies.video.virtual_update import update_from_virtual_videos
+from toolpoint.studies.video.virtual_update import FILMED_TRUTH, update_from_virtual_videos
 from toolpoint.studies.video.virtual_video import film_machine
 from toolpoint.vibration import Record
 from toolpoint.vibration.correlation import pair_modes
@@ -120,13 +119,13 @@ def test_bodies_of_a_machine_are_where_the_view_puts_them():
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["templates", "phase"])
 def test_two_planes_find_the_soft_joints_and_update_the_machine(method):
-    result = update_from_virtual_videos(read_machine(MILL), MILL_TRUTH, "spindle_nose", rng=np.random.default_rng(3),
+    result = update_from_virtual_videos(read_machine(MILL), FILMED_TRUTH, "spindle_nose", rng=np.random.default_rng(3),
                                         method=method)
     assert set(result.update.ranking.moving) == {"floor_base", "column_housing"}
     assert [entry.joint for entry in result.update.ranking.interfaces[2:]] == ["base_column", "base_cross_slide"]
     assert result.frac[:, 0].max() < 0.5 and result.frac[:, 1].min() > 0.95
     # Modes of the video beside those of a hammer at the same points, which the undamped truth stands for.
-    truth = read_machine(MILL).with_values(MILL_TRUTH)
+    truth = read_machine(MILL).with_values(FILMED_TRUTH)
     for video in result.videos:
         seen = video.modes_at(seen_places(truth, video))
         points = MeasuringPoints({name: seen_places(truth, video)[name] for name in dict.fromkeys(d.point for d in seen.dofs)})
@@ -136,7 +135,7 @@ def test_two_planes_find_the_soft_joints_and_update_the_machine(method):
 
 @pytest.mark.slow
 def test_a_body_without_texture_leaves_its_joints_unknown():
-    machine = read_machine(MILL).with_values(MILL_TRUTH)
+    machine = read_machine(MILL).with_values(FILMED_TRUTH)
     view = View.of_plane("xz", 2.5e-3, (192.0, 400.0))
     video = film_machine(machine, view, "spindle_nose:+x", rng=np.random.default_rng(4), camera=Camera((432, 384)), frames=400,
                          textured={"housing": False})

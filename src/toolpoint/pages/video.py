@@ -12,6 +12,7 @@ from toolpoint._rounding import with_uncertainty
 from toolpoint.plot import Chart, Listing, Notes, Picture, Report, Table
 from toolpoint.plot.figures.measured.frf import bode
 from toolpoint.plot.figures.video import picture_points, picture_shape, point_spectra, spread_points
+from toolpoint.studies.video.filmed_machine import shape_warp
 from toolpoint.studies.video.interfaces import HEADER as INTERFACE_HEADER
 from toolpoint.studies.video.interfaces import InterfaceRanking
 from toolpoint.studies.video.video_study import HEADER, VideoStudy
@@ -76,11 +77,6 @@ def virtual_update_page(result: VirtualUpdate, text: str, name: str, *, warnings
     report = replace(report, sections=(*report.sections, *rest))
     notes = result.update.machine.description.assumptions
     return report.with_section("Inputs", Notes(list(notes), "assumed"), Listing(f"Machine file {name}", text))
-
-
-def shape_warp(video: VideoStudy) -> ShapeWarp:
-    """Return the magnification by the shapes of a study."""
-    return ShapeWarp(video.scan, video.poles.poles, video.bodies, video.picture, video.decay.first)
 
 
 def shape_factor(video: VideoStudy, mode: int, share: float = DRAWN) -> float:

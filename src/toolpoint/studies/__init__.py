@@ -66,29 +66,31 @@ if TYPE_CHECKING:
     from toolpoint.studies.servos.servo_map import map_servo
     from toolpoint.studies.testing.modal_test_plan import plan_test
     from toolpoint.studies.testing.tap_study import study_tap
+    from toolpoint.studies.video.filmed_machine import magnify_motion, study_videos
     from toolpoint.studies.video.interfaces import rank_interfaces
     from toolpoint.studies.video.record_poles import poles_of
     from toolpoint.studies.video.video_study import study_video
     from toolpoint.studies.video.video_update import seen_places, update_from_videos
-    from toolpoint.studies.video.virtual_update import update_from_virtual_videos
+    from toolpoint.studies.video.virtual_update import FILMED_TRUTH, update_from_virtual_videos
     from toolpoint.studies.video.virtual_video import film_machine
 
 __all__ = [
-    "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup", "NamedMetrics",
-    "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "Swap", "ToolStance", "TurningCut", "Uncertainty",
-    "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine", "bases_of_responses", "calibrate",
-    "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns", "compare_branches",
-    "compare_with_test", "cut_on", "examine_environment", "film_machine", "gather_test", "identify_modes",
-    "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points", "machine_dynamics",
-    "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo", "map_speeds", "map_stiffness",
-    "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time", "pair_measurements", "place_grid",
-    "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds", "rank_changes", "rank_interfaces",
-    "rank_tests", "response_dynamics", "run_drives", "run_plan", "run_robot_demo", "screen", "search_regions",
-    "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut", "solve_matrix_modes", "solve_modes",
-    "square", "structure_of", "study_datasheet", "study_example_mill", "study_finite_elements", "study_hammer_records",
-    "study_joints", "study_machine", "study_modes", "study_reach", "study_region", "study_responses",
-    "study_responses_of_machine", "study_sensitivity", "study_tap", "study_tool", "study_video", "study_workspace",
-    "tune_damper", "update_from_videos", "update_from_virtual_videos", "update_machine",
+    "FILMED_TRUTH", "AccuracyMetric", "CuttingTest", "Dask", "DepthLimit", "Factor", "Measurement", "MillingSetup",
+    "NamedMetrics", "Option", "PeriodicError", "PlaceQuantity", "ResponsePeak", "Serial", "Swap", "ToolStance",
+    "TurningCut", "Uncertainty", "WorkBlock", "along_points", "arc", "bases_from_gauge", "bases_of_machine",
+    "bases_of_responses", "calibrate", "chart_lobes", "chart_turning", "check_machine", "choose_engine", "choose_turns",
+    "compare_branches", "compare_with_test", "cut_on", "examine_environment", "film_machine", "gather_test",
+    "identify_modes", "improve_by_plan", "improve_machine", "judge_servo_data", "lay_path", "line", "list_points",
+    "machine_dynamics", "magnify_motion", "map_chatter", "map_frequencies", "map_places", "map_responses", "map_servo",
+    "map_speeds", "map_stiffness", "materials_table", "mill_path", "modal_dynamics", "modes_of_test", "one_at_a_time",
+    "pair_measurements", "place_grid", "plan_test", "plane_directions", "plane_frame", "poles_of", "propose_speeds",
+    "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan", "run_robot_demo",
+    "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
+    "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
+    "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_modes", "study_reach",
+    "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity", "study_tap", "study_tool",
+    "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
+    "update_machine",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -151,10 +153,11 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "servos.servo_map": ("map_servo",),
     "testing.modal_test_plan": ("plan_test",),
     "testing.tap_study": ("study_tap",),
+    "video.filmed_machine": ("magnify_motion", "study_videos"),
     "video.interfaces": ("rank_interfaces",),
     "video.record_poles": ("poles_of",),
     "video.video_study": ("study_video",),
     "video.video_update": ("seen_places", "update_from_videos"),
-    "video.virtual_update": ("update_from_virtual_videos",),
+    "video.virtual_update": ("FILMED_TRUTH", "update_from_virtual_videos"),
     "video.virtual_video": ("film_machine",),
 })

@@ -22,12 +22,6 @@ MACHINES = Path(__file__).parents[1] / "machines"
 CASTING, DRIVES = "three_axis_vertical.yaml", "three_axis_vertical_drives.yaml"
 
 MILL = "small_mill.yaml"
-# What the filmed mill has instead of the file's starting values: chosen, so that each plane has a mode near 13 and near 64 Hz.
-MILL_TRUTH = {
-    "joints.floor_base.stiffness.rx": 1.12e6, "joints.floor_base.stiffness.ry": 1.13e6,
-    "joints.column_housing.stiffness.rx": 8.9e5, "joints.column_housing.stiffness.ry": 1.72e5,
-    "joints.floor_base.damping.rx": 560.0, "joints.floor_base.damping.ry": 560.0,
-    "joints.column_housing.damping.rx": 66.0, "joints.column_housing.damping.ry": 13.0}
 
 
 @dataclass(frozen=True)
@@ -101,7 +95,7 @@ def _run_over_workspace(run: Frame, name: str, axes: Mapping[str, ArrayLike], to
 
 def run_video_mill(run: Frame) -> None:
     """Film a small mill of known truth in two planes, find its soft interfaces, update its model to the videos."""
-    result = studies.update_from_virtual_videos(io.read_machine(MACHINES / MILL), MILL_TRUTH, "spindle_nose",
+    result = studies.update_from_virtual_videos(io.read_machine(MACHINES / MILL), studies.FILMED_TRUTH, "spindle_nose",
                                                 rng=np.random.default_rng(1), step=run.step)
     run.step("page")
 

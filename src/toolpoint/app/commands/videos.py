@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from toolpoint import io, pages, studies, vision
-from toolpoint._check import ToolpointError
 from toolpoint.app.declare import Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Band, Files
 from toolpoint.app.values import NewFile, SourceFile, Span
 from toolpoint.io.quantities.written import read_numbers
-
-if TYPE_CHECKING:
-    from toolpoint.machine import Machine
-    from toolpoint.studies.video.video_study import VideoStudy
 
 
 def _shape(text: str) -> tuple[int, int]:
@@ -67,19 +62,11 @@ class Filming:
         return vision.View.of_plane(planes[min(number, len(planes) - 1)], None if self.scale is None else 1e-3 * self.scale,
                                     origins[min(number, len(origins) - 1)])
 
-    def study(self, files: Sequence[Path], machine: Machine | None, progress: Any) -> list[VideoStudy]:
-        """Read and study the videos."""
-        measured = None if self.record is None else io.read_measured([self.record])
-        poles = None if measured is None else studies.poles_of(measured, self.band)
-        results = []
-        for number, path in enumerate(files):
-            clip = vision.read_clip(path, self.fps, shape=self.shape, bits=self.bits, row_delay=1e-6 * self.row_delay,
-                                    region=self.region)
-            results.append(studies.study_video(
-                clip, method=self.method, points=self.points, view=self.view(number), background=self.background,
-                bodies=dict(self.bodies), machine=machine, band=self.band, start=self.start, stop=self.stop, poles=poles,
-                progress=lambda name, done, total: progress(name, done, max(total, done))))
-        return results
+    def clips(self, files: Sequence[Path]) -> Iterator[vision.Clip]:
+        """Read the videos one by one."""
+        for path in files:
+            yield vision.read_clip(path, self.fps, shape=self.shape, bits=self.bits, row_delay=1e-6 * self.row_delay,
+                                   region=self.region)
 
 
 @dataclass(frozen=True)
@@ -93,21 +80,6 @@ class Magnification:
     attenuation: Annotated[float, Help("Of noise in the magnified clip.", least=0, most=1)] = 0.5
     magnify_band: Annotated[Span | None, Help("Magnify this band (Hz) by phase instead of a mode by its shape; patents are on "
                                               "record for that method.", metavar="LOW:HIGH")] = None
-
-    def write(self, study: VideoStudy) -> None:
-        """Write the clip where it is asked for."""
-        if self.file is None:
-            return
-        if self.magnify_band is not None:
-            low, high = self.magnify_band
-            frames = vision.PhaseMagnification(low, high, self.factor, self.attenuation).frames(study.scan)
-        elif self.which > study.poles.count:
-            raise ToolpointError(f"--mode: {self.which}; the video has {study.poles.count} modes")
-        else:
-            from toolpoint.pages.video import shape_warp
-
-            frames = shape_warp(study).frames(self.which - 1, self.factor, attenuation=self.attenuation)
-        vision.write_frames(frames, self.file)
 
 
 @command(replace=True)
@@ -124,19 +96,19 @@ def video(run: Frame, files: Files, filming: Filming, *,
     machine file rank the machine's interfaces and update it.
     """
     built = None if machine is None else io.read_machine(machine)
-    videos = filming.study(files, built, run.progress_of_parts())
-    result: Any = None
-    if built is not None:
-        result = studies.rank_interfaces(built, videos) if written is None else studies.update_from_videos(built, videos)
+    record = None if filming.record is None else io.read_measured([filming.record])
+    clips = filming.clips(files)
+    result = studies.study_videos(
+        clips, built, views=list(map(filming.view, range(len(files)))), update=written is not None, record=record,
+        band=filming.band, progress=run.progress_of_parts(), method=filming.method, points=filming.points,
+        background=filming.background, bodies=dict(filming.bodies), start=filming.start, stop=filming.stop)
     if written is not None:
-        io.write_machine(result.machine.description, written)
-    run.save(pages.video_page, videos, result, warnings=run.warnings)
-    magnification.write(videos[0])
+        io.write_machine(result.updated.description, written)
+    run.save(pages.video_page, result.videos, result.answer, warnings=run.warnings)
+    if magnification.file is not None:
+        vision.write_frames(studies.magnify_motion(
+            result.videos[0], magnification.factor, mode=magnification.which, band=magnification.magnify_band,
+            attenuation=magnification.attenuation), magnification.file)
     if modes is not None:
-        io.write_nouns(videos[0].modes if built is None else videos[0].modes_at(studies.seen_places(built, videos[0])), modes)
-    if run.as_json:
-        run.show_json({"videos": [study.to_dict() for study in videos],
-                       "machine": None if result is None else result.to_dict()})
-    run.show_text(*(study.table() for study in videos), *([] if result is None else [result.table()]))
-    run.show_rest([note for study in videos for note in study.notes],
-                  {"Machine file": written, "Magnified clip": magnification.file, "Modes": modes})
+        io.write_nouns(result.modes, modes)
+    run.show(result, result.notes, {"Machine file": written, "Magnified clip": magnification.file, "Modes": modes})

@@ -1,0 +1,109 @@
+"""One or more videos of a machine in one call: modes of each, the machine's interfaces ranked or the machine updated."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from toolpoint._check import fail
+from toolpoint._notebook import NotebookText
+from toolpoint.machine import Machine
+from toolpoint.studies.video.interfaces import InterfaceRanking, rank_interfaces
+from toolpoint.studies.video.record_poles import poles_of
+from toolpoint.studies.video.video_study import VideoStudy, study_video
+from toolpoint.studies.video.video_update import VideoUpdate, seen_places, update_from_videos
+from toolpoint.vibration import Frf, Modes, Record
+from toolpoint.vision.clip import Clip, Frames
+from toolpoint.vision.displacement.survey import Progress
+from toolpoint.vision.magnification.phase_based import PhaseMagnification
+from toolpoint.vision.magnification.warp import ShapeWarp
+from toolpoint.vision.view import View
+
+
+@dataclass(frozen=True, eq=False)
+class FilmedMachine(NotebookText):
+    """What videos of a machine tell: the study of each, and the ranking or the update of the machine, None without one."""
+
+    videos: tuple[VideoStudy, ...]
+    machine: Machine | None = None
+    answer: VideoUpdate | InterfaceRanking | None = None
+
+    @property
+    def notes(self) -> list[str]:
+        """What was done to the videos."""
+        return [note for study in self.videos for note in study.notes]
+
+    @property
+    def modes(self) -> Modes:
+        """The modes of the first video: at the machine's points that it shows, without a machine at its windows."""
+        first = self.videos[0]
+        return first.modes if self.machine is None else first.modes_at(seen_places(self.machine, first))
+
+    @property
+    def updated(self) -> Machine:
+        """The machine updated to the videos."""
+        if not isinstance(self.answer, VideoUpdate):
+            fail("updated", "the machine was not updated", "study the videos with update=True")
+        return self.answer.machine
+
+    def table(self) -> str:
+        """Return the modes of every video, and what they say of the machine, as text."""
+        return "\n".join([*(study.table() for study in self.videos), *([] if self.answer is None else [self.answer.table()])])
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return all of it as plain data."""
+        return {"videos": [study.to_dict() for study in self.videos],
+                "machine": None if self.answer is None else self.answer.to_dict()}
+
+
+def study_videos(
+    clips: Iterable[Clip], machine: Machine | None = None, *, views: Sequence[View] = (), update: bool = False,
+    record: Frf | Record | Modes | None = None, band: tuple[float, float] | None = None, progress: Progress | None = None,
+    **how: Any,
+) -> FilmedMachine:
+    """Return what one or more videos tell, two of orthogonal planes mostly.
+
+    Parameters
+    ----------
+    clips : iterable of Clip
+        Each is read when its turn comes.
+    machine : Machine, optional
+        Its interfaces are ranked; with `update` it is updated to the videos.
+    views : sequence of View
+        Of each video; the last one holds for all further videos.
+    record : Frf, Record or Modes, optional
+        From beside the camera: gives the poles of all videos.
+    band : (low, high), optional
+        Hz.
+    how
+        What `study_video` takes besides.
+    """
+    poles = None if record is None else poles_of(record, band)
+    shown = views or (None,)
+
+    def report(name: str, done: int, total: int) -> None:
+        if progress is not None:
+            progress(name, done, max(total, done))  # a clip may say too few frames
+
+    videos = tuple(study_video(clip, view=shown[min(number, len(shown) - 1)], machine=machine, band=band, poles=poles,
+                               progress=report, **how) for number, clip in enumerate(clips))
+    if machine is None:
+        return FilmedMachine(videos)
+    return FilmedMachine(videos, machine, (update_from_videos if update else rank_interfaces)(machine, videos))
+
+
+def shape_warp(video: VideoStudy) -> ShapeWarp:
+    """Return the magnification by the shapes of a study."""
+    return ShapeWarp(video.scan, video.poles.poles, video.bodies, video.picture, video.decay.first)
+
+
+def magnify_motion(video: VideoStudy, factor: float = 20.0, *, mode: int = 1, band: tuple[float, float] | None = None,
+                   attenuation: float = 0.5) -> Iterator[Frames]:
+    """Return the frames of a video with the motion of a mode (1 is the first) magnified by its shape, or that in a band (Hz)
+    by phase; `attenuation` of noise, 0 .. 1."""
+    if band is not None:
+        return PhaseMagnification(*band, factor, attenuation).frames(video.scan)
+    if not 1 <= mode <= video.poles.count:
+        fail("`mode`", str(mode), f"the video has {video.poles.count} modes")
+    return shape_warp(video).frames(mode - 1, factor, attenuation=attenuation)
