@@ -1,5 +1,6 @@
 """A robot from its datasheet: the source's tables recomputed, its weight, the forces on its base, and wrong files."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +9,10 @@ import pytest
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file, robot_file
 from toolpoint.machine import build
-from toolpoint.machine.assembly.inverse_dynamics import base_reaction, inverse_dynamics
+from toolpoint.machine.assembly.inverse_dynamics import base_reaction, gravity_force, inverse_dynamics
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.robot.gearing import compute_gearing, swap_reducer
+from toolpoint.machine.robot.model import gravity_loads, rigid_members, robot_machine
 from toolpoint.studies.robots.datasheet_study import study_datasheet
 
 MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
@@ -65,6 +67,45 @@ def test_base_reaction_is_the_rate_of_momentum(machine):
     wrench = base_reaction(machine, pose, speed, acceleration=rate, gravity=(0, 0, -9.8))[0]
     torque = inverse_dynamics(machine, pose, speed, acceleration=rate, gravity=(0, 0, -9.8))[0]
     assert wrench[5] == pytest.approx(torque[0], rel=1e-12)  # axis 1 is the machine's z through the origin
+
+
+@pytest.mark.parametrize("coupled", [True, False])
+def test_gravity_s_load_on_the_reducers_is_the_virtual_work_of_the_weight(sheet, coupled):
+    """The torque of an axis is the sum of its joints' by their factors; alone it is the joint's."""
+    if not coupled:
+        sheet = replace(sheet, axes=tuple(replace(axis, coupled={}) for axis in sheet.axes))
+    arm = build(robot_machine(rigid_members(sheet)))
+    pose = {f"q{i + 1}": v for i, v in enumerate([0.3, 0.5, -0.4, 0.7, 0.6, -0.2])}
+    loads = gravity_loads(sheet, pose)
+    axes = gravity_force(arm, pose, (0, 0, -sheet.gravity))[0]
+    joints = np.array(list(loads.values()))
+    joints[1] += joints[2] if coupled else 0.0  # axis 2 moves joint 3 too
+    np.testing.assert_allclose(np.abs(joints), np.abs(axes), atol=1e-9)
+    assert np.abs(joints[1:3]).min() > 5
+
+
+def test_torsion_of_several_slopes_is_taken_at_the_load(sheet):
+    """Of two slopes the second holds where gravity is beyond the first; what is said is what stands in the machine."""
+    part = replace(sheet.catalogue["SHG-25-100"], torsion=(1e4, 4e4), torques=(10.0,))
+    sheet = replace(sheet, catalogue={**sheet.catalogue, "SHG-25-100": part})
+    for pose, wanted in ((None, 4e4), ({"q2": 1.0}, 4e4), ({"q2": -0.5, "q3": -1.4}, 1e4)):
+        made = robot_machine(sheet, pose=pose)
+        load = abs(gravity_loads(sheet, pose)["q2"])
+        assert made.joints["joint_q2"].stiffness["rz"] == wanted == part.linearise(load).stiffness
+        assert any(f"q2 {wanted:.4g} N m/rad at {load:.3g} N m" in line for line in made.assumptions)
+    assert robot_machine(sheet, loads={}).joints["joint_q2"].stiffness["rz"] == 1e4
+    study = study_datasheet(sheet, robot_machine(sheet), finite_elements=False)
+    assert any("with no load" in line and "-" in line for line in study.slopes)
+    with pytest.raises(ToolpointError, match="no axis 'z'"):
+        robot_machine(sheet, pose={"z": 1.0})
+
+
+def test_a_reducer_without_a_size_leaves_the_weight_as_it_is(sheet):
+    """Its mass has no shape to be in: the members carry it, and that is said."""
+    part = replace(sheet.catalogue["SHG-25-100"], diameter=None)
+    made = robot_machine(replace(sheet, catalogue={**sheet.catalogue, "SHG-25-100": part}))
+    assert sum(body.mass[0, 0] for body in build(made).bodies) == pytest.approx(32.0, rel=1e-12)
+    assert any("reducer of q2" in line and "members carry" in line for line in made.assumptions)
 
 
 def test_shipped_machine_is_that_of_the_datasheet(machine):

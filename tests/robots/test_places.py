@@ -14,8 +14,10 @@ from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.pose.placement import place_machine
 from toolpoint.machine.pose.tool_pose import tool_place
 from toolpoint.machine.robot.model import arm_rows
+from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.machines.reach import branch_names, path_faults, reach_places
 from toolpoint.studies.machines.tool_point import lobes, tool_point
+from toolpoint.studies.robots import place_map
 from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
 from toolpoint.studies.robots.reach_study import study_reach
 from toolpoint.studies.robots.regions import plane_directions, search_regions
@@ -59,6 +61,34 @@ def test_branches_give_one_place(robot):
     np.testing.assert_allclose(tips, np.broadcast_to([0.69, 0.02, 0.1], tips.shape), atol=1e-12)
     rows = compare_branches(robot, [[0.69, 0.02, 0.1]], quantity=PlaceQuantity(modes=2)).rows
     assert [row[2][0] for row in rows] == sorted((row[2][0] for row in rows), reverse=True)
+
+
+def test_branches_are_compared_over_the_places_that_all_reach(robot):
+    """A branch that loses the weak places must not lead for it."""
+    places = [[0.69, 0.02, 0.1], [0.8, 0.02, 0.0], [0.69, 0.02, -0.2]]
+    found = compare_branches(robot, places, quantity=PlaceQuantity(modes=1))
+    assert found.shared == 2 and {row[1] for row in found.rows} == {2, 3}
+    for name, _, mean, _ in found.rows:
+        both = [reach_places(robot, [place], branch=name).poses[0] for place in places[:found.shared]]
+        assert mean[0] == pytest.approx(np.mean([natural_frequencies(robot, pose, 1)[0, 0] for pose in both]), rel=1e-9)
+    assert f"{found.shared} of 3 places" in found.table()
+
+
+def test_a_failed_chart_is_no_depth_and_a_bound_is_no_limit(robot, monkeypatch):
+    """Of three places one has a limit, one failed, one has none within the charted depth."""
+    limit = np.array([[[1e-3, 2e-3]], [[np.nan, np.nan]], [[np.inf, np.inf]]])
+    poses = ({"q1": 0.0}, {"q1": 0.1}, {"q1": 0.2})
+    charted = ChatterMap({}, np.zeros(1), np.array([3000.0, 4000.0]), limit, limit, np.full(3, 5e-3), robot.description.cutting,
+                         {(1, 0): "this chart failed"}, (), poses)
+    monkeypatch.setattr(place_map, "chatter_map", lambda *args, **options: charted)
+    grid = place_grid({"x": [0.4, 0.45, 0.5]}, [0, 0, 0.2])
+    result = map_places(robot, grid, PlaceQuantity("depth"), point="wrist")
+    np.testing.assert_allclose(result.values[:, 0], [1.0, np.nan, 5.0])
+    assert "this chart failed" in result.table() and result.failures() == {(1,): "this chart failed"}
+    assert "no limit within the charted depth" in result.table() and "2 speeds" in result.table()
+    with pytest.raises(ToolpointError, match="reached whole and judged: this chart failed"):
+        search_regions(robot, [[0.4, 0, 0.2]], [[1.0, 0, 0]], length=0.1, samples=3, quantity=PlaceQuantity("depth"),
+                       point="wrist")
 
 
 def test_first_mode_is_higher_folded_than_stretched(robot):

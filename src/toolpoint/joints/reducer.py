@@ -83,6 +83,11 @@ class Reducer(NotebookText):
             ends, slopes = [self.lost_motion_torque, *ends], [2 * self.lost_motion_torque / self.lost_motion, *slopes]
         return np.array(ends), np.array(slopes)
 
+    @property
+    def has_slopes(self) -> bool:
+        """Whether its torsion hangs on the load."""
+        return len(self.torsion) > 1 or self.lost_motion > 0
+
     def twist(self, torque: ArrayLike) -> FloatArray:
         """Return the twist of the output at torques, rad, on the middle line of the hysteresis loop."""
         load = floats("torque", torque)

@@ -13,12 +13,13 @@ from toolpoint.app.values import Length, LengthRange, NewFile, Place, SourceFile
 
 
 @command(steps=2, replace=True, page_beside_json=False)
-def robot(run: Frame, datasheet: Annotated[SourceFile, Argument()], *, written: Annotated[NewFile | None, Help(
-        "Write the machine here.", name="--machine")] = None) -> None:
-    """A robot from its datasheet (YAML): gear ratios, reducers, density, forces on the base, and the machine they make."""
+def robot(run: Frame, datasheet: Annotated[SourceFile, Argument()], *, pose: Pose = None,
+          written: Annotated[NewFile | None, Help("Write the machine here.", name="--machine")] = None) -> None:
+    """A robot from its datasheet (YAML): gear ratios, reducers, density, forces on the base, and the machine they make, its
+    reducers about gravity's load at the pose."""
     run.step("datasheet")
-    sheet, description = io.read_datasheet(datasheet), io.read_robot_machine(datasheet)
-    result = studies.study_datasheet(sheet, description)
+    sheet, description = io.read_datasheet(datasheet), io.read_robot_machine(datasheet, pose=pose)
+    result = studies.study_datasheet(sheet, description, pose=pose)
     if written is not None:
         io.write_machine(description, written)
     run.step("page")

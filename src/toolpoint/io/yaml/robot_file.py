@@ -40,7 +40,8 @@ def read(path: str | Path) -> RobotDatasheet:
 
 
 @door("robot datasheet")
-def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = None) -> MachineDescription:
+def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = None, *, pose: Mapping[str, float] | None = None
+                       ) -> MachineDescription:
     """Return the machine of a datasheet with the cut that stands in its file, see `machine.robot.model.robot_machine`."""
     sheet, cutting, document = _read(Path(path))
     folder = document.file.parent
@@ -48,7 +49,7 @@ def read_robot_machine(path: str | Path, loads: Mapping[str, float] | None = Non
     solids = {name: _solid(name, part, folder) for name, part in parts.items() if part.bending == "finite elements"}
     reach = sum(float(np.hypot(row.a, row.d)) for row in sheet.axes)
     meshes = {name: _surface(name, part, folder, reach) for name, part in parts.items() if name not in solids}
-    return robot_machine(sheet, cutting=cutting, meshes=meshes, solids=solids, loads=loads)
+    return robot_machine(sheet, cutting=cutting, meshes=meshes, solids=solids, loads=loads, pose=pose)
 
 
 def _surface(name: str, part: RobotMember, folder: Path, reach: float) -> MeshDescription:

@@ -44,8 +44,8 @@ def bending_members(sheet: RobotDatasheet, bending: str) -> RobotDatasheet:
 
 
 def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None = None, meshes: Meshes | None = None,
-                  solids: Mapping[str, SolidBody] | None = None, loads: Mapping[str, float] | None = None
-                  ) -> d.MachineDescription:
+                  solids: Mapping[str, SolidBody] | None = None, loads: Mapping[str, float] | None = None,
+                  pose: Mapping[str, float] | None = None) -> d.MachineDescription:
     """Return the machine of a datasheet.
 
     Parameters
@@ -57,8 +57,10 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
     solids : mapping of member to SolidBody
         Of members that are meshes by finite elements, in the machine frame.
     loads : mapping of axis to N m, optional
-        Torque about which the torsion of each reducer is linearised (its static load at the pose of interest); none where left
-        out.
+        Torque about which the torsion of each reducer is linearised, no load of an axis left out of it; that of gravity at
+        `pose` where not given.
+    pose : mapping of axis to rad, optional
+        The pose of interest; the reference pose where left out.
 
     Raises
     ------
@@ -70,10 +72,11 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
         raise ToolpointError("\n".join(faults))
     rows = arm_rows(sheet)
     joints, links = arm_frames(rows)
-    whole = {**{name: surface_of(solid) for name, solid in (solids or {}).items()}, **(meshes or {})}
+    whole = _whole_meshes(meshes, solids)
     density = calibrate_density(sheet, whole)
     parts = _Gathered(sheet, density, whole, dict(solids or {}), flange=links[-1])
-    parts.add_links(joints, dict(loads or {}))
+    held = gravity_loads(sheet, pose, meshes=whole) if loads is None else loads
+    parts.add_links(joints, held)
     parts.add_masses(joints)
     tip = parts.add_payload(links[-1])
     drives: dict[str, list[d.DrivenDirection]] = {row.axis: [] for row in rows}
@@ -91,7 +94,70 @@ def robot_machine(sheet: RobotDatasheet, *, cutting: CuttingDescription | None =
         tool="tip", damping_ratio=sheet.damping_ratio, cutting=cutting, source=sheet.source,
         assumptions=(*sheet.assumptions,
                      f"computed: members have {density:.1f} kg/m^3 times their fill, so that the robot weighs "
-                     f"{sheet.weight:g} kg"), tool_axis=_vector(-outward))
+                     f"{sheet.weight:g} kg", *_unplaced(sheet), *_slope_words(sheet, held, pose, given=loads is not None)),
+        tool_axis=_vector(-outward))
+
+
+def gravity_loads(sheet: RobotDatasheet, pose: Mapping[str, float] | None = None, *, meshes: Meshes | None = None
+                  ) -> dict[str, float]:
+    """Return the torque (N m) that gravity puts on the reducer of every axis at a pose (rad), the arm at rest.
+
+    With coupled axes it is that of the joint, which is not the torque of the axis.
+    """
+    rows = arm_rows(sheet)
+    at = {name: float(value) for name, value in (pose or {}).items()}
+    unknown = next((name for name in at if name not in {row.axis for row in rows}), None)
+    if unknown is not None:
+        fail("pose", f"no axis {unknown!r}", f"must be of {', '.join(row.axis for row in rows)}")
+    joints, links = arm_frames(rows)
+    rigid = _Gathered(rigid_members(sheet), calibrate_density(sheet, meshes), dict(meshes or {}), {}, flange=links[-1])
+    rigid.add_links(joints, {})
+    rigid.add_masses(joints)
+    rigid.add_payload(links[-1])
+    turned = [at.get(row.axis, 0.0) + sum(factor * at.get(name, 0.0) for name, factor in row.coupled.items()) for row in rows]
+    moved = [replace(row, theta=float((row.theta + q + np.pi) % (2 * np.pi) - np.pi))
+             for row, q in zip(rows, turned, strict=True)]
+    there, ends = arm_frames(moved)
+    moments = np.zeros((len(rows) + 1, 4))  # of every link: mass, and mass times its centre at the pose
+    for name, body in rigid.bodies.items():
+        link = name if name.startswith("link") else rigid.joints[f"fixing_{name}"].parent
+        number = int(link.removeprefix("link"))
+        seen = mass_properties(body).moved(frame(body.frame))
+        carried = np.eye(4) if number == 0 else ends[number - 1] @ tf.inverse(links[number - 1])
+        moments[number] += seen.mass * np.array([1.0, *(carried[:3, :3] @ seen.centre + carried[:3, 3])])
+    beyond = np.cumsum(moments[:0:-1], axis=0)[::-1]  # of joint i: all links from the i-th on
+    lever = beyond[:, 1:] - beyond[:, :1] * there[:, :3, 3]
+    torque = np.einsum("ni,ni->n", there[:, :3, 2], np.cross(lever, [0.0, 0.0, -sheet.gravity]))
+    return {row.axis: float(np.round(value, 9)) + 0.0 for row, value in zip(rows, torque, strict=True)}
+
+
+def _whole_meshes(meshes: Meshes | None, solids: Mapping[str, SolidBody] | None) -> dict[str, d.MeshDescription]:
+    """Surfaces of all members that are meshes, those by finite elements too."""
+    return {**{name: surface_of(solid) for name, solid in (solids or {}).items()}, **(meshes or {})}
+
+
+def _unplaced(sheet: RobotDatasheet) -> list[str]:
+    """What is said of motors and reducers that have a mass and no place or size."""
+    lost = [f"motor of {axis.name}" for axis in sheet.axes if not _is_placed(sheet, axis.name)]
+    lost += [f"reducer of {axis}" for axis, part in reducers_of(sheet).items() if part.mass and part.diameter is None]
+    return [f"chosen: no place or size is given of the {', '.join(lost)}: the members carry that mass"] if lost else []
+
+
+def _slope_words(sheet: RobotDatasheet, loads: Mapping[str, float], pose: Mapping[str, float] | None, *, given: bool
+                 ) -> list[str]:
+    """What is said of reducers whose torsion has several slopes, or a hysteresis that is left out."""
+    lines = []
+    several = {axis: part for axis, part in reducers_of(sheet).items() if part.has_slopes}
+    if several:
+        rows = [f"{axis} {part.linearise(loads.get(axis, 0.0)).stiffness:.4g} N m/rad at {abs(loads.get(axis, 0.0)):.3g} N m"
+                for axis, part in several.items()]
+        where = "the loads given" if given else "gravity's load at the " + ("pose given" if pose else "reference pose")
+        lines.append(f"computed: torsion of several slopes is linearised about {where}: {', '.join(rows)}")
+    loops = [axis for axis, part in reducers_of(sheet).items() if part.hysteresis > 0]
+    if loops:
+        lines.append(f"chosen: the hysteresis of the reducers of {', '.join(loops)} is left out of the machine: vibration much "
+                     "smaller than it sees more stiffness and a loss")
+    return lines
 
 
 def arm_rows(sheet: RobotDatasheet) -> list[ArmRow]:
@@ -102,7 +168,7 @@ def arm_rows(sheet: RobotDatasheet) -> list[ArmRow]:
 def calibrate_density(sheet: RobotDatasheet, meshes: Meshes | None = None) -> float:
     """Return the density (kg/m^3) of a member of fill 1 that makes robot, motors and reducers weigh what the datasheet says."""
     rest = sum(sheet.motors[place_axis.motor].mass for place_axis in sheet.axes if _is_placed(sheet, place_axis.name))
-    rest += sum(part.mass or 0.0 for part in reducers_of(sheet).values())
+    rest += sum(part.mass or 0.0 for part in reducers_of(sheet).values() if part.diameter is not None)
     rest += sum(member.mass or 0.0 for member in sheet.members.values())
     volume = sum(_filled_volume(name, member, dict(meshes or {})) for name, member in sheet.members.items()
                  if member.mass is None)

@@ -33,14 +33,14 @@ def place_page(result: PlaceMap, search: RegionSearch | None, name: str) -> Repo
         report = report.with_section("Most even segments", Table(["rank", "from", "to", f"spread, {quantity.unit}",
                                                                   "largest share"],
                                                                  rows, f"Of {len(search.regions)} segments"))
-    failures = [f"{place_words(place)}: {reason}" for place, reason in zip(result.reach.places, result.reach.reasons,
-                                                                           strict=True)
-                if reason]
+    failures = [f"{place_words(place)}: {reason}"
+                for place, reason in zip(result.reach.places, result.reasons, strict=True) if reason]
     report = report.with_assumptions(
         "The machine is linear about each pose and its numbers are taken as exact.",
-        "A segment is judged at the places computed along it; between them nothing is known.")
+        "A segment is judged at the places computed along it; between them nothing is known.", *result.notes)
     return report if not failures else report.with_section(
-        "Places that cannot be", Notes([f"{len(failures)} places", *failures[:20]], "note", "Out of reach, or beyond limits"))
+        "Places without a value", Notes([f"{len(failures)} places", *failures[:20]], "note",
+                                        "Out of reach, beyond limits, or failed"))
 
 
 def _answer(result: PlaceMap, search: RegionSearch | None) -> str:

@@ -28,8 +28,11 @@ def robot_page(result: DatasheetStudy, text: str, name: str) -> Report:
     report = report.with_doubts(*result.differences)
     report = report.with_section("Gear ratios and torques", gearing).with_section("Forces on the base", base)
     report = report.with_section("Natural frequencies", modes, Notes([result.rotors], "note", "Rotors of the motors"))
+    if result.slopes:
+        report = report.with_section("Reducers of several slopes",
+                                     Notes(result.slopes, "note", "Their torsion hangs on the load"))
     report = report.with_section("What the numbers rest on", origins).with_assumptions(
-        *result.sheet.assumptions, "Modes are those at the reference pose, without damping.")
+        *result.machine.description.assumptions, "Modes are those at the reference pose, without damping.")
     return report.with_section("File", Listing(name, text))
 
 

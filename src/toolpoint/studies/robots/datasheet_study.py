@@ -35,8 +35,8 @@ class DatasheetStudy(NotebookText):
     gearing : one for each axis; pose : the arm stretched out; still : base reaction there at rest; stops : while axes stop;
     holding : torque of every axis there, N m; inertia : of every axis there, kg m^2; frequency : Hz at the reference pose;
     ways : the same with all members rigid, as beams, and by finite elements; rotors : what their spin does to them, in words;
-    differences : what does not follow or
-    does not agree, a line each; origins : what every number rests on.
+    slopes : what the loads do to them where the torsion of reducers hangs on the load, in words; differences : what does not
+    follow or does not agree, a line each; origins : what every number rests on.
     """
 
     sheet: RobotDatasheet
@@ -50,6 +50,7 @@ class DatasheetStudy(NotebookText):
     frequency: FloatArray
     ways: Mapping[str, FloatArray]
     rotors: str
+    slopes: tuple[str, ...]
     differences: tuple[str, ...]
     origins: tuple[tuple[str, str, str], ...]
 
@@ -83,7 +84,8 @@ class DatasheetStudy(NotebookText):
         modes = text_table(f"Natural frequencies at the reference pose, Hz; in brackets the error against {best}",
                            ["mode", "as in the file", *self.ways], self.mode_rows())
         lines = ["Differences:", *(f"- {line}" for line in self.differences)]
-        return "\n".join([gearing, loads, modes, self.rotors, *lines, origins])
+        stop = f"stops: every axis from its largest speed to rest in {1e3 * self.sheet.stop_time:g} ms, evenly"
+        return "\n".join([gearing, loads, stop, modes, *self.slopes, self.rotors, *lines, origins])
 
     def _manual(self) -> list[tuple[str, Any]]:
         named = [("still", self.sheet.stillness), ("power-off stop", self.sheet.power_off)]
@@ -98,18 +100,20 @@ class DatasheetStudy(NotebookText):
                 "holding_torque": self.holding.tolist(), "inertia": self.inertia.tolist(),
                 "frequency_hz": self.frequency.tolist(), "rigid_frequency_hz": self.rigid.tolist(),
                 "frequency_by_members_hz": {name: values.tolist() for name, values in self.ways.items()},
-                "rotors": self.rotors,
+                "rotors": self.rotors, "slopes": list(self.slopes),
                 "differences": list(self.differences), "origins": [list(row) for row in self.origins]}
 
     def __repr__(self) -> str:
         return f"DatasheetStudy({self.sheet.name!r}, {len(self.gearing)} axes, {len(self.differences)} differences)"
 
 
-def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, finite_elements: bool = True) -> DatasheetStudy:
+def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, finite_elements: bool = True,
+                    pose: Mapping[str, float] | None = None) -> DatasheetStudy:
     """Return the steps from a datasheet to the machine that `io` or `robot_machine` made of it.
 
     With `finite_elements` the members that bend are also reduced from finite elements, to say what rigid members and beams
-    are worth (some seconds).
+    are worth (some seconds). pose : rad, at whose load the description's reducers were linearised; the reference pose where
+    left out.
     """
     machine = build(description)
     gearing = compute_gearing(sheet)
@@ -117,14 +121,14 @@ def study_datasheet(sheet: RobotDatasheet, description: MachineDescription, *, f
     meshes, solids = _given_shapes(sheet, description)
     bends = any(body.modal_count for body in machine.bodies)
     arm = build(robot_machine(rigid_members(sheet), meshes=meshes, solids=solids)) if bends else machine
-    pose = stretch_arm(arm)
-    still = base_load(arm, "at rest", pose, sheet=sheet)
-    stops = tuple(stop_loads(arm, sheet, pose))
-    inertia = np.diagonal(axis_mass_matrix(arm, pose)[0])
+    far = stretch_arm(arm)
+    still = base_load(arm, "at rest", far, sheet=sheet)
+    stops = tuple(stop_loads(arm, sheet, far))
+    inertia = np.diagonal(axis_mass_matrix(arm, far)[0])
     frequency = natural_frequencies(machine, {}, 4)[0]
-    return DatasheetStudy(sheet, machine, gearing, pose, still, stops, holding_torque(arm, sheet, pose), inertia, frequency,
-                          _by_members(sheet, description, finite_elements), _rotors(sheet, description, frequency),
-                          tuple(_differences(sheet, arm, gearing, pose, still)),
+    return DatasheetStudy(sheet, machine, gearing, far, still, stops, holding_torque(arm, sheet, far), inertia, frequency,
+                          _by_members(sheet, description, finite_elements, pose), _rotors(sheet, description, frequency),
+                          tuple(_slopes(sheet, description, far, pose)), tuple(_differences(sheet, arm, gearing, far, still)),
                           tuple(_origins(sheet, description)))
 
 
@@ -141,13 +145,31 @@ def _rotors(sheet: RobotDatasheet, description: MachineDescription, frequency: F
     return words + ("; left out below" if change < 1e-4 else "; put them in with machine.robot.rotors.with_rotors")
 
 
-def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool) -> dict[str, FloatArray]:
+def _slopes(sheet: RobotDatasheet, description: MachineDescription, stretched: Mapping[str, float],
+            pose: Mapping[str, float] | None) -> list[str]:
+    """Return what the load that reducers are linearised about does to the natural frequencies, on members as beams."""
+    if not any(part.has_slopes for part in reducers_of(sheet).values()):
+        return []
+    meshes, solids = _given_shapes(sheet, description)
+    beams = bending_members(sheet, "beam")
+    here = natural_frequencies(build(robot_machine(beams, meshes=meshes, solids=solids, pose=pose)), {}, 4)[0]
+    cases = {"with no load": robot_machine(beams, meshes=meshes, solids=solids, loads={}),
+             "with the load of the stretched arm": robot_machine(beams, meshes=meshes, solids=solids, pose=stretched)}
+    lines = [line for line in description.assumptions if "slopes is linearised" in line]
+    for words, other in cases.items():
+        change = natural_frequencies(build(other), {}, 4)[0] / here - 1
+        lines.append(f"the same frequencies {words} on the reducers: " + ", ".join(f"{100 * v:+.1f} %" for v in change))
+    return [*lines, "a machine holds for the load it is made about: make that of the pose you mill at (`pose`)"]
+
+
+def _by_members(sheet: RobotDatasheet, description: MachineDescription, finite_elements: bool,
+                pose: Mapping[str, float] | None) -> dict[str, FloatArray]:
     """Return the first natural frequencies with members rigid, as beams, and by finite elements where they can."""
     meshes, solids = _given_shapes(sheet, description)
     sheets = {RIGID: rigid_members(sheet), BEAMS: bending_members(sheet, "beam")}
     if finite_elements:
         sheets[ELEMENTS] = bending_members(sheet, "finite elements")
-    return {name: natural_frequencies(build(robot_machine(part, meshes=meshes, solids=solids)), {}, 4)[0]
+    return {name: natural_frequencies(build(robot_machine(part, meshes=meshes, solids=solids, pose=pose)), {}, 4)[0]
             for name, part in sheets.items()}
 
 
@@ -206,7 +228,8 @@ def _reach_lines(sheet: RobotDatasheet) -> list[str]:
 def _origins(sheet: RobotDatasheet, description: MachineDescription) -> list[tuple[str, str, str]]:
     rows = [(f"axis {axis.name}", "lengths, angles, speed, load moment, stage", axis.source) for axis in sheet.axes]
     rows += [(f"motor {name}", "stall torque, speed, mass", part.source) for name, part in sheet.motors.items()]
-    rows += [(f"reducer of {axis}", f"torsion {part.torsion[0]:g}, bending {part.bending:g} N m/rad, mass", part.source)
+    rows += [(f"reducer of {axis}", f"torsion {', '.join(f'{k:g}' for k in part.torsion)}, bending {part.bending:g} N m/rad, "
+              "mass", part.source)
              for axis, part in reducers_of(sheet).items()]
     rows += [(name, "shape and place", part.source) for name, part in sheet.members.items()]
     rows += [(f"motor of {place.axis}", "place", place.source) for place in sheet.motor_places]

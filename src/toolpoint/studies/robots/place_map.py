@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import FloatArray, fail, floats, one_of
+from toolpoint._check import Array, FloatArray, fail, floats, one_of
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
+from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.chatter_map import chatter_map
 from toolpoint.studies.execute import Engine, Progress
 from toolpoint.studies.machines.reach import Pose, Reach, reach_places
@@ -69,6 +70,18 @@ def place_grid(along: Mapping[str, ArrayLike], origin: ArrayLike = (0.0, 0.0, 0.
     return PlaceGrid(tuple(along), positions, floats("origin", origin, (3,)) + mesh @ matrix)
 
 
+@dataclass(frozen=True, eq=False)
+class PoseValues:
+    """A quantity at poses: values (n_poses, n_columns), not a number where it could not be computed; the reason of each pose
+    (empty where it could); bounds (n_poses,): whether some value is but a bound from below; notes on what the values are
+    worth."""
+
+    values: FloatArray
+    reasons: tuple[str, ...]
+    bounds: Array
+    notes: tuple[str, ...] = ()
+
+
 @dataclass(frozen=True)
 class PlaceQuantity:
     """What is asked of a pose: ``frequency`` (of so many modes), ``static`` or ``dynamic`` stiffness along x, y, z of the tool
@@ -104,17 +117,23 @@ class PlaceQuantity:
     def at_poses(self, machine: Machine, poses: Sequence[Pose], *, engine: Engine | None = None,
                  progress: Progress | None = None
                  ) -> FloatArray:
-        """Return the values at poses, shape (n_poses, n_columns), in the unit."""
+        """Return the values at poses, shape (n_poses, n_columns), in the unit; not a number where one failed."""
+        return self.judge(machine, poses, engine=engine, progress=progress).values
+
+    def judge(self, machine: Machine, poses: Sequence[Pose], *, engine: Engine | None = None,
+              progress: Progress | None = None) -> PoseValues:
+        """Return the values at poses with the reasons of those that failed, and what the values are worth."""
         if not poses:
-            return np.zeros((0, len(self.columns)))
+            return PoseValues(np.zeros((0, len(self.columns))), (), np.zeros(0, bool))
+        if self.kind == "depth":
+            return _depths(chatter_map(machine, list(poses), speeds=self.speeds or None, feed_angles=self.feed_angles,
+                                       engine=engine, progress=progress))
+        return PoseValues(self._linear(machine, poses), ("",) * len(poses), np.zeros(len(poses), bool))
+
+    def _linear(self, machine: Machine, poses: Sequence[Pose]) -> FloatArray:
+        """Frequencies or stiffness at poses."""
         if self.kind == "frequency":
             return natural_frequencies(machine, batch_of(machine, poses), self.modes)
-        if self.kind == "depth":
-            result = chatter_map(machine, list(poses), speeds=self.speeds or None, feed_angles=self.feed_angles, engine=engine,
-                                 progress=progress)
-            # Where no limit lies within the charted depth the cut is stable up to there: that depth bounds it from below.
-            limit = np.where(np.isnan(result.limit), result.depth_max[..., None, None], result.limit)
-            return 1e3 * limit.min(axis=-1)
         # Where joints have dampers the number of poles may differ from pose to pose: one at a time.
         size = 1 if machine.description.damping_ratio is None else 64
         blocks = [poses[i:i + size] for i in range(0, len(poses), size)]
@@ -122,20 +141,45 @@ class PlaceQuantity:
         return 1e-6 * np.concatenate([stiffness_rows(tool_point(machine, block, lines), self.kind)[:, :6] for block in blocks])
 
 
+def _depths(charted: ChatterMap) -> PoseValues:
+    """Lowest depths over the speeds, mm, of a chatter map over a list of poses.
+
+    Where no speed has a limit within the charted depth the cut is stable up to there: that depth bounds it from below.
+    """
+    lowest, top = charted.lowest, charted.depth_max[:, None]
+    beyond = np.isposinf(lowest)
+    reasons = [""] * len(lowest)
+    for (i, *_), reason in charted.failures.items():
+        reasons[i] = reasons[i] or reason
+    n = charted.speeds
+    notes = [f"the least of {n.size} speeds from {n.min():.0f} to {n.max():.0f} rev/min; "
+             "between them it may be a little less"]
+    if beyond.any():
+        notes.append(f"{int(beyond.any(axis=1).sum())} of {len(lowest)} poses have no limit within the charted depth at any "
+                     "speed: that depth is shown, the limit lies above it")
+    depth = 1e3 * np.where(beyond, np.broadcast_to(top, lowest.shape), lowest)
+    return PoseValues(depth, tuple(reasons), np.asarray(beyond.any(axis=1)), (*notes, *charted.notes))
+
+
 @dataclass(frozen=True, eq=False)
 class PlaceMap(NotebookText):
-    """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be; and the poses."""
+    """A quantity over places: values (n_1, ..., n_columns), not a number where a place cannot be or failed; and the poses.
+
+    reasons : of every place in turn, why it has no value; notes : on what the values are worth.
+    """
 
     machine: Machine
     grid: PlaceGrid
     quantity: PlaceQuantity
     values: FloatArray
     reach: Reach
+    reasons: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
     def failures(self) -> dict[tuple[int, ...], str]:
-        """Return grid index and reason of every place that cannot be."""
+        """Return grid index and reason of every place that has no value."""
         return {tuple(int(k) for k in np.unravel_index(i, self.grid.shape)): reason
-                for i, reason in enumerate(self.reach.reasons) if reason}
+                for i, reason in enumerate(self.reasons) if reason}
 
     def extremes(self) -> list[str]:
         """Return a line on every column: where it is lowest and highest."""
@@ -155,7 +199,13 @@ class PlaceMap(NotebookText):
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
         return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
-                          *self.extremes()])
+                          *self.extremes(), *self.failed(), *self.notes])
+
+    def failed(self) -> list[str]:
+        """Return a line on the places that are reached and have no value all the same."""
+        lost = [(place, reason) for place, pose, reason in zip(self.reach.places, self.reach.poses, self.reasons, strict=True)
+                if reason and pose is not None]
+        return [f"failed: {place_words(place)}: {reason}" for place, reason in lost]
 
     def to_dict(self) -> dict[str, Any]:
         """Return the map as plain numbers and text, None where a place cannot be; m."""
@@ -164,7 +214,7 @@ class PlaceMap(NotebookText):
         return {"along": {name: at.tolist() for name, at in zip(self.grid.names, self.grid.positions, strict=True)},
                 "places": self.grid.places.tolist(), "quantity": self.quantity.kind, "unit": self.quantity.unit,
                 "columns": list(self.quantity.columns), "values": values.tolist(), "extremes": self.extremes(),
-                "failures": [[list(k), reason] for k, reason in self.failures().items()]}
+                "failures": [[list(k), reason] for k, reason in self.failures().items()], "notes": list(self.notes)}
 
     def __repr__(self) -> str:
         count = int(self.reach.reached.sum())
@@ -179,9 +229,11 @@ def map_places(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | None
     asked = quantity or PlaceQuantity()
     reach = reach_places(machine, grid.places.reshape(-1, 3), direction, turn=turn, branch=branch, point=point)
     values = np.full((len(reach.poses), len(asked.columns)), np.nan)
-    values[reach.reached] = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None], engine=engine,
-                                           progress=progress)
-    return PlaceMap(machine, grid, asked, values.reshape(*grid.shape, -1), reach)
+    seen = asked.judge(machine, [pose for pose in reach.poses if pose is not None], engine=engine, progress=progress)
+    values[reach.reached] = seen.values
+    reasons = np.array(reach.reasons, object)
+    reasons[reach.reached] = seen.reasons
+    return PlaceMap(machine, grid, asked, values.reshape(*grid.shape, -1), reach, tuple(map(str, reasons)), seen.notes)
 
 
 def place_words(place: ArrayLike) -> str:

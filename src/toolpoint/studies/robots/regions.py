@@ -20,7 +20,7 @@ from toolpoint._check import Array, FloatArray, count, fail, floats, positive
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.reach import reach_places
-from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantity, map_places, place_words
+from toolpoint.studies.robots.place_map import PlaceGrid, PlaceMap, PlaceQuantity, PoseValues, map_places, place_words
 from toolpoint.studies.text_table import text_table
 
 _SAME = 1e-7  # m: nearer places are computed once
@@ -54,12 +54,15 @@ class EvenSegment:
 
 @dataclass(frozen=True, eq=False)
 class RegionSearch(NotebookText):
-    """Segments that can be reached whole, the most even one first; tried : how many segments there were."""
+    """Segments that can be reached whole, the most even one first; tried : how many segments there were; samples : places on
+    each; notes : on what the values are worth."""
 
     quantity: PlaceQuantity
     length: float
     regions: tuple[EvenSegment, ...]
     tried: int
+    samples: int
+    notes: tuple[str, ...] = ()
 
     @property
     def best(self) -> EvenSegment:
@@ -71,12 +74,13 @@ class RegionSearch(NotebookText):
         unit = self.quantity.unit
         rows = [[place_words(r.start), place_words(r.end), f"{r.total:.4g}", f"{100 * r.share:.2f} %",
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0))] for r in self.regions[:_SHOWN]]
-        return text_table(repr(self), ["from", "to", f"spread {unit}", "largest share", f"means {unit}"], rows)
+        return "\n".join([text_table(repr(self), ["from", "to", f"spread {unit}", "largest share", f"means {unit}"], rows),
+                          f"each judged at {self.samples} places, both ends included", *self.notes])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""
         return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "length_m": self.length, "tried": self.tried,
-                "whole": len(self.regions), "regions": [
+                "whole": len(self.regions), "samples": self.samples, "notes": list(self.notes), "regions": [
                     {"start": r.start.tolist(), "end": r.end.tolist(), "spread": r.total, "share": r.share,
                      "spreads": r.spread.tolist(), "means": r.values.mean(axis=0).tolist()} for r in self.regions[:_SHOWN]]}
 
@@ -125,14 +129,27 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
     whole, where = np.unique(np.rint(places.reshape(-1, 3) / _SAME), axis=0, return_inverse=True)
     reach = reach_places(machine, whole * _SAME, direction, turn=turn, branch=branch, point=point)
     values = np.full((len(whole), len(asked.columns)), np.nan)
-    values[reach.reached] = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None])
+    seen = asked.judge(machine, [pose for pose in reach.poses if pose is not None])
+    # How even a segment is cannot be said where a place is known to lie above a bound alone.
+    values[reach.reached] = np.where(seen.bounds[:, None], np.nan, seen.values)
     segments: Array = values[where.reshape(-1)].reshape(len(first) * len(ways), samples, -1)
     ends = places.reshape(len(segments), samples, 3)
     good = np.flatnonzero(~np.isnan(segments).any(axis=(1, 2)))
     if not good.size:
-        fail("starts", f"{len(segments)} segments", "none can be reached whole", "take a shorter length or other places")
+        reason = next((text for text in seen.reasons if text), "")
+        fail("starts", f"{len(segments)} segments", "none can be reached whole and judged" + (f": {reason}" if reason else ""),
+             "take a shorter length or other places" + ("" if not seen.bounds.any() else ", or speeds that have a limit"))
     regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
-    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments))
+    return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments), samples,
+                        _notes(seen))
+
+
+def _notes(seen: PoseValues) -> tuple[str, ...]:
+    """What is to be said of the segments' values: those of the quantity, and what was left out."""
+    lines = [f"segments over {number} places {why} are left out" for number, why in (
+        (sum(map(bool, seen.reasons)), "whose chart failed"),
+        (int(seen.bounds.sum()), "without a limit within the charted depth")) if number]
+    return (*lines, *seen.notes)
 
 
 @dataclass(frozen=True, eq=False)

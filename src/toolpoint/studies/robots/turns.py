@@ -73,7 +73,7 @@ def choose_turns(machine: Machine, places: ArrayLike, direction: ArrayLike | Non
     lost = np.isnan(merit).all(axis=1)
     if lost.any():
         i = int(lost.argmax())
-        fail(f"places[{i}]", reaches[0].reasons[i], "must be reached at one turn at least")
+        fail(f"places[{i}]", reaches[0].reasons[i] or "failed at every turn", "must be reached at one turn at least")
     path = _followed(merit, reaches, positive("largest_step", largest_step))
     chosen = [reaches[k].poses[i] for i, k in enumerate(path)]
     return TurnChoice(asked, at, angles, merit, angles[np.nanargmax(merit, axis=1)], angles[path],
@@ -103,36 +103,60 @@ def _followed(merit: FloatArray, reaches: Sequence[Reach], largest_step: float) 
 
 @dataclass(frozen=True, eq=False)
 class BranchComparison(NotebookText):
-    """A quantity on each branch of an arm along places: means (n_columns,), least value, and how many places it reaches."""
+    """A quantity on each branch of an arm along places: name, how many places it reaches, means and least values (n_columns,)
+    over the places that all branches reach.
+
+    shared : how many those are; where there are none every branch stands for its own places, and the one that reaches most is
+    first.
+    """
 
     quantity: PlaceQuantity
     rows: tuple[tuple[str, int, FloatArray, FloatArray], ...]
     places: int
+    shared: int
 
     def table(self) -> str:
         """Return the branches as text."""
         rows = [[name, f"{reached} of {self.places}", " ".join(f"{v:.4g}" for v in mean), " ".join(f"{v:.4g}" for v in least)]
                 for name, reached, mean, least in self.rows]
-        return text_table(f"Branches by {self.quantity.kind}, {self.quantity.unit}", ["branch", "places", "means", "least"],
-                          rows)
+        table = text_table(f"Branches by {self.quantity.kind}, {self.quantity.unit}", ["branch", "places", "means", "least"],
+                           rows)
+        return table if self.shared == self.places else f"{table}\n{self.caution}"
+
+    @property
+    def caution(self) -> str:
+        """What the comparison rests on, where not all branches reach all places."""
+        if self.shared:
+            return f"compared over the {self.shared} of {self.places} places that all these branches reach"
+        return "no place is reached on all branches: each stands for its own places, which does not compare them"
 
     def to_dict(self) -> dict[str, Any]:
         """Return the branches as plain data."""
-        return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "branches": [
+        return {"quantity": self.quantity.kind, "unit": self.quantity.unit, "places": self.places, "shared": self.shared,
+                "branches": [
             {"name": name, "reached": reached, "means": mean.tolist(), "least": least.tolist()}
             for name, reached, mean, least in self.rows]}
 
 
 def compare_branches(machine: Machine, places: ArrayLike, direction: ArrayLike | None = None, *, turn: float = 0.0,
                      quantity: PlaceQuantity | None = None, point: str = "") -> BranchComparison:
-    """Return a quantity on every branch that reaches the first place, along all places, the branch of the greatest mean
-    first."""
+    """Return a quantity on every branch that reaches the first place, along all places, the branch of the greatest mean over
+    the places that all of them reach first."""
     at = floats("places", places, (None, 3)).reshape(-1, 3)
-    asked, rows = quantity or PlaceQuantity(), []
+    asked, every = quantity or PlaceQuantity(), dict[str, FloatArray]()
     for name in branch_names(machine, at[0], direction, turn=turn, point=point):
         reach = reach_places(machine, at, direction, turn=turn, branch=name, point=point)
-        values = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None])
-        rows.append((name, int(reach.reached.sum()), values.mean(axis=0), values.min(axis=0)))
-    if not rows:
+        every[name] = np.full((len(at), len(asked.columns)), np.nan)
+        every[name][reach.reached] = asked.at_poses(machine, [pose for pose in reach.poses if pose is not None])
+    if not every:
         fail("places[0]", "reached on no branch", "must be within reach of an arm with a spherical wrist")
-    return BranchComparison(asked, tuple(sorted(rows, key=lambda row: -float(row[2][0]))), len(at))
+    known = {name: ~np.isnan(values).any(axis=1) for name, values in every.items()}
+    shared = np.logical_and.reduce(list(known.values()))
+    rows = []
+    for name, values in every.items():
+        if not known[name].any():
+            fail("places", f"{asked.kind} failed at every place on the branch {name}", "must be known at one at least")
+        used = values[shared if shared.any() else known[name]]
+        rows.append((name, int(known[name].sum()), used.mean(axis=0), used.min(axis=0)))
+    rows.sort(key=lambda row: -float(row[2][0]) if shared.any() else -row[1])
+    return BranchComparison(asked, tuple(rows), len(at), int(shared.sum()))

@@ -9,7 +9,11 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
+
+CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
+OVERFLOW = -1
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)
@@ -29,7 +33,8 @@ def sweep(basis, count, y, dots):
 
 @nb.njit(cache=True, nogil=True)
 def extend(basis, h, have, most, operator, weight):
-    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, -1 on overflow.
+    """Extend an Arnoldi basis (rows of `basis`) from `have` to `most` vectors; returns their number, `OVERFLOW` where the cut
+    grows beyond double precision.
 
     weight : diagonal W of the similar map W^-1 U W whose basis this is (its multipliers are those of U); empty for U itself.
     """
@@ -48,7 +53,7 @@ def extend(basis, h, have, most, operator, weight):
             advance(basis[k], y, operator)
         whole = sweep(basis, 0, y, dots)
         if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
-            return -1
+            return OVERFLOW
         before, norm = whole, whole
         for _sweep in range(5):  # until a sweep takes away no more than half: then the vector is orthogonal to rounding
             norm = sweep(basis, k + 1, y, dots)
@@ -92,3 +97,33 @@ def ritz(h, n, value, basis, out):
         for i in range(out.size):
             out[i] += f * basis[k, i]
     return h[n, n - 1] * abs(y[n - 1]) / norm
+
+
+@nb.njit(cache=True, nogil=True)
+def lead(basis, h, vector, operator, weight, plan):
+    """Largest multipliers of a map by a basis that grows until the first is known; returns (their number in `basis`, all).
+
+    basis (most + 1, size) : its first row the start; h (most + 1, most) : room for the Hessenberg matrix; vector (size,) :
+    takes the Ritz vector of the first; plan : (accuracy, vectors before the first look, how many more after each), the
+    accuracy relative, negative where the distance from the unit circle is enough. Beyond double precision the number is
+    `OVERFLOW`, without multipliers.
+    """
+    accuracy, step, more = plan
+    most, have = h.shape[1], 0
+    step = min(most, step)
+    while True:
+        h[:step + 1, have:step] = 0.0
+        h[have + 1:step + 1, :have] = 0.0
+        now = extend(basis, h, have, step, operator, weight)
+        if now == OVERFLOW:
+            return now, np.empty(0, np.complex128)
+        values = eigenvalues(h[:now, :now])
+        if np.isnan(values[0].real):
+            values = np.linalg.eigvals(h[:now, :now].astype(np.complex128))
+        top = values[np.argmax(np.abs(values))]
+        size, residual = abs(top), ritz(h, now, top, basis, vector)
+        good = residual < abs(accuracy) * max(size, 1e-3) or (
+            accuracy < 0 and residual < CLEAR * abs(size - 1) and residual < CLEAR * size)
+        if good or now < step or step == most:
+            return now, values[np.argsort(-np.abs(values))]
+        have, step = now, min(most, step + more)

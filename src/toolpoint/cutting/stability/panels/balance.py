@@ -14,19 +14,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from toolpoint._check import Array, ComplexArray, FloatArray
+from toolpoint._check import Array, FloatArray
 
 PLAIN = 3.0  # decay between cuts, as an exponent, below which the map is taken as it is
 STEEPEST = 600.0  # as an exponent: double precision ends at 709
 
 
-def decay_between_cuts(cutting: Array, border: FloatArray, poles: ComplexArray) -> float:
+def decay_between_cuts(cutting: Array, border: FloatArray, slowest: float) -> float:
     """Return the exponent by which the least damped mode decays within one period while no edge cuts.
 
-    cutting (p,): panels that cut; border (p + 1,): their ends, s.
+    cutting (p,): panels that cut; border (p + 1,): their ends, s; slowest: the mode's decay, rad/s.
     """
-    free = float(np.diff(border)[~cutting].sum())
-    return float(min(STEEPEST, free * (-poles.real).min()))
+    free = float((border[1:] - border[:-1])[~cutting].sum())
+    return min(STEEPEST, free * slowest)
 
 
 def balance(cutting: Array, border: FloatArray, time: FloatArray, *, exponent: float, size: int, states: int) -> FloatArray:

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
 from toolpoint._check import Array, FloatArray
 from toolpoint.cutting.cut.arc import gauss
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.panels.kernels import lay, limits, look_back, place
-from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, LaidCut, Layout, LookBack, PanelNodes, Walls
+from toolpoint.cutting.stability.panels.kernels import limits, place
+from toolpoint.cutting.stability.panels.laying import find_ends, lay_panels
+from toolpoint.cutting.stability.panels.records import EdgeLaw, EdgeLines, Layout, Walls
 
 MANY = 1000  # more Gauss points than any piece of an edge has
 LARGEST_PANEL = 14  # nodes, where fewer than 11 are the least
@@ -23,6 +24,15 @@ def barycentric(n: int) -> FloatArray:
     """Weights of barycentric interpolation at n Gauss points."""
     x, w, _ = gauss(n)
     return (-1.0) ** np.arange(n) * np.sqrt((1 - x**2) * w)
+
+
+@lru_cache(maxsize=64)
+def node_table(most: int) -> tuple[FloatArray, FloatArray]:
+    """Gauss nodes and their barycentric weights, row n for n of them, padded: both (most + 1, most)."""
+    nodes, weights = np.zeros((most + 1, most)), np.zeros((most + 1, most))
+    for n in range(1, most + 1):
+        nodes[n, :n], weights[n, :n] = gauss(n)[0], barycentric(n)
+    return nodes, weights
 
 
 @lru_cache(maxsize=64)
@@ -44,13 +54,13 @@ def legendre_table(kinds: tuple[int, ...]) -> FloatArray:
     return out
 
 
-@dataclass(frozen=True)
-class Edges:
+class Edges(NamedTuple):
     """What of the tool matters to the panels: tips, lags and delays of the edges, rad, and their length marks, m.
 
     start, slope : lag of tooth j at height z is start + slope z; ahead, ahead_slope : its delay the same way; spread : whether
     delays change with height; marks : edge lengths where pieces of integration end; turns : those of them where a wall of the
-    work begins to bound a rounded edge, or its entry or exit turns back; period : rad.
+    work begins to bound a rounded edge, or its entry or exit turns back; period : rad; points : Gauss points on a piece of an
+    edge; steepest : largest slope.
     """
 
     start: FloatArray
@@ -63,6 +73,7 @@ class Edges:
     period: float
     corner: float
     points: int
+    steepest: float
 
     @property
     def lines(self) -> EdgeLines:
@@ -73,12 +84,12 @@ class Edges:
     def of(cls, problem: MillingProblem, depth: float, points: int) -> Edges:
         """Return the edges at this depth; `points` Gauss points on a piece of a helical or rounded edge."""
         every = _whole_edges(problem)
-        marks = _marks(problem, depth, float(np.abs(every.slope).max()))
+        marks = _marks(problem, depth, every.steepest)
         turns = every.turns
         if every.corner > 0:
             turns = turning_points(problem, depth, every.slope)
             marks = np.unique(np.concatenate([marks, turns]))
-        return replace(every, marks=marks, turns=turns, points=min(every.points, points))
+        return every._replace(marks=marks, turns=turns, points=min(every.points, points))
 
 
 @lru_cache(maxsize=4)
@@ -94,7 +105,13 @@ def _whole_edges(problem: MillingProblem) -> Edges:
     revolutions = 1 if problem.speed_variation is None else problem.speed_variation.revolutions
     plain = not tool.has_helix and tool.corner_radius == 0
     return Edges(start, slope, ahead, slope_ahead, bool(np.ptp(slope) > 1e-12), np.zeros(0), np.zeros(0),
-                 2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, tool.corner_radius, 1 if plain else MANY)
+                 2 * np.pi / tool.teeth if alike else 2 * np.pi * revolutions, tool.corner_radius, 1 if plain else MANY,
+                 float(np.abs(slope).max()))
+
+
+def is_plain(problem: MillingProblem) -> bool:
+    """Whether all edges are straight and square: the cut is then linear in its depth."""
+    return _whole_edges(problem).points == 1
 
 
 def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
@@ -103,7 +120,9 @@ def _marks(problem: MillingProblem, depth: float, slope: float) -> FloatArray:
     corner = problem.tool.corner_radius
     if corner == 0:
         number = max(1, int(np.ceil(slope * depth / step)))
-        return np.linspace(0.0, depth, number + 1)
+        marks = np.arange(number + 1) * (depth / number)
+        marks[-1] = depth
+        return marks
     top = float(np.arccos(max(-1.0, 1 - min(depth, corner) / corner)))
     number = max(3, int(np.ceil(slope * min(depth, corner) / step)))
     marks = corner * np.linspace(0.0, top, number + 1)
@@ -142,79 +161,44 @@ def _turn(angle: Callable[[float], float], low: float, high: float, rising: floa
                                  options={"xatol": 1e-12 * high}).x)
 
 
-def ends_of(problem: MillingProblem, edges: Edges, longest: float) -> FloatArray:
-    """Ends of the panels, rad: entries and exits of tip, corner and top of every edge, the same one delay later where that
-    edge cuts, split so that none is longer than `longest`."""
-    arc, radius = problem.engagement, problem.tool.radius
-    times, later = [], []
-    heights = {0.0, float(edges.marks[-1]), min(0.5 * np.pi * edges.corner, float(edges.marks[-1])), *edges.turns.tolist()}
-    span = []
-    for u in sorted(heights):
-        z, _, r = place(u, edges.corner, radius)
-        entry, leave = limits(arc.entry, arc.exit, radius / max(r, 1e-9 * radius))
-        lag, delay = edges.start + edges.slope * z, edges.ahead + edges.ahead_slope * z
-        times += [entry + lag, leave + lag]
-        span.append((entry + lag, leave + lag, delay))
-    turns = 2 * np.pi * np.arange(max(1, round(edges.period / (2 * np.pi))))
-    first = (np.concatenate(times)[:, None] + turns).ravel() % edges.period
-    first = np.unique(np.round(first / edges.period, 11)) * edges.period
-    for low, high, delay in span:
-        for j in range(low.size):  # images matter only while that edge cuts
-            image = first + delay[j]
-            inside = ((image - low[j] - 1e-9) % (2 * np.pi)) < (high[j] - low[j])
-            later.append(image[inside] % edges.period)
-    every = np.concatenate([[0.0, edges.period], first, *later]) if edges.period > 0 else first
-    every = np.unique(np.round(every / edges.period, 11)) * edges.period
-    parts = np.maximum(1, np.ceil(np.diff(every) / longest).astype(int))
-    return np.concatenate([[0.0], *(a + (b - a) * np.arange(1, n + 1) / n for a, b, n in zip(every[:-1], every[1:], parts))])
-
-
 class CutPanels:
     """Panels of one depth: nodes, cut and delayed entries, in the order that the kernels take (`layout`)."""
 
     def __init__(self, problem: MillingProblem, depth: float, waves: float, least: int, points: int) -> None:
         edges = Edges.of(problem, depth, points)
-        plain = edges.points == 1
+        self.edges, self.problem, self.depth, self.plain = edges, problem, depth, edges.points == 1
+        arc, marks = problem.engagement, edges.marks
+        self.walls = Walls(edges.corner, problem.tool.radius, arc.entry, arc.exit)
+        heights = sorted({0.0, float(marks[-1]), min(0.5 * np.pi * edges.corner, float(marks[-1])), *edges.turns.tolist()})
         shortest = float(edges.ahead.min() if not edges.spread else 0.5 * edges.ahead.min())
         longest = max(LARGEST_PANEL - least, 3) / waves  # rad that a panel's nodes resolve
-        self.ends = ends_of(problem, edges, min(0.95 * shortest, longest))
-        self.edges, self.problem = edges, problem
-        count = least + np.ceil(waves * np.diff(self.ends)).astype(int)
-        self._lay(count, gauss(edges.points), least)
+        self.ends = find_ends(np.array(heights), edges.lines, self.walls, edges.period, min(0.95 * shortest, longest))
+        count = least + np.ceil(waves * (self.ends[1:] - self.ends[:-1])).astype(int)
+        self._lay(count)
         keep = self.cutting | self.needed
         if not keep.all():
-            self._lay(np.where(keep, count, 0), gauss(edges.points), least)
-        self.depth, self.plain = depth, plain
+            self._lay(np.where(keep, count, 0))
 
     def scale(self, depth: float) -> float:
         """Factor of the laid cut at another depth: a plain cut is linear in it, any other holds for its own alone."""
         return depth / self.depth if self.plain else 1.0
 
-    def _lay(self, count: Array, rule: tuple[FloatArray, ...], least: int) -> None:
+    def _lay(self, count: Array) -> None:
+        """Lay the cut over panels with so many nodes each."""
         problem, edges = self.problem, self.edges
-        self.count, self.offset = count, np.concatenate([[0], np.cumsum(count)[:-1]])
-        q, d = int(count.sum()), problem.plane.size
-        self.empty = q == 0  # no edge is within the walls of the work
+        self.count = count
+        self.empty = not count.any()  # no edge is within the walls of the work
         if self.empty:
             return
-        x = np.concatenate([gauss(int(n))[0] for n in count if n > 0])
-        bary = np.concatenate([barycentric(int(n)) for n in count if n > 0])
-        panel = np.repeat(np.arange(count.size), count)
-        half = np.diff(self.ends)[panel] / 2
-        self.angle, self.half = self.ends[panel] + half * (1 + x), half
-        room = q * edges.start.size * ((edges.marks.size * rule[0].size) if edges.spread else 1)
-        cut = LaidCut(np.zeros((q, d, d)), np.zeros((q, d, d)), np.zeros(q + 1, np.int64), np.zeros((room, d, d)),
-                      np.zeros(room))
-        arc, radius = problem.engagement, problem.tool.radius
-        used = lay(self.angle, edges.lines, Walls(edges.corner, radius, arc.entry, arc.exit),
-                   EdgeLaw(problem.coefficients.cutting, problem.damping_friction), rule[0], rule[1], cut)
-        self.cutting = np.zeros(count.size, bool)
-        self.cutting[panel[np.diff(cut.first) > 0]] = True
-        self.needed = np.zeros(count.size, bool)
-        entries = LookBack(np.zeros(used, np.int64), np.zeros(used, bool), np.zeros((used, int(count.max()))))
-        look_back(self.angle, cut.first, cut.back[:used], PanelNodes(edges.period, self.ends, self.offset, count, x, bary),
-                  self.needed, entries)
-        self.layout = Layout(self.offset, count, self.cutting, cut.now, cut.drag, cut.first, cut.matrix[:used], *entries)
+        x, w, _ = gauss(edges.points)
+        law = EdgeLaw(problem.coefficients.cutting, problem.damping_friction)
+        self.angle, self.half, self.offset, self.cutting, self.needed, *laid = lay_panels(
+            self.ends, count, node_table(int(count.max())), (edges.lines, self.walls, law, x, w, edges.period),
+            problem.plane.size)
+        self.layout = Layout(self.offset, count, self.cutting, *laid)
+        kinds = tuple(sorted(set(count.tolist()) - {0}))
+        self.kind = np.searchsorted(kinds, np.maximum(count, kinds[0]))
+        self.rising, self.legendre = rising_table(kinds), legendre_table(kinds)
 
     @property
     def nodes(self) -> int:

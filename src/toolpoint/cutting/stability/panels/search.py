@@ -13,13 +13,12 @@ from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.cut.problem import MillingProblem
 from toolpoint.cutting.stability.levels import depth_levels
 from toolpoint.cutting.stability.methods.search import mean_period
-from toolpoint.cutting.stability.panels.arnoldi import extend, ritz
+from toolpoint.cutting.stability.panels.arnoldi import OVERFLOW, lead
 from toolpoint.cutting.stability.panels.balance import PLAIN, balance, decay_between_cuts
 from toolpoint.cutting.stability.panels.between import changes_of_sign, complete_beside, complete_levels
 from toolpoint.cutting.stability.panels.bumps import Level
-from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import inverses, responses
-from toolpoint.cutting.stability.panels.layout import CutPanels, legendre_table, rising_table
+from toolpoint.cutting.stability.panels.layout import CutPanels
 from toolpoint.cutting.stability.panels.records import ModalWaves, PanelTimes, PeriodOperator
 from toolpoint.cutting.stability.panels.store import PanelStore
 
@@ -31,7 +30,8 @@ BEFORE, BEYOND = (1 / 3, 2 / 3), (1 / 8, 1 / 2)  # where between a root and its 
 CROSSED = 3e-4  # relative error of depth at which the search for a root with few nodes ends
 EDGE = 0.02  # of a bracket beyond its ends
 OTHER_BALANCE = 0.75  # share of the balance by which a root is looked at again
-CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
+HIGHEST = 4.0  # times the highest mode: no line of the vibration beyond stands out
+MOST = 160  # vectors of a basis
 
 
 class PeriodMap:
@@ -43,7 +43,9 @@ class PeriodMap:
         self.system = _modal_state(plane)
         # The state in metres, as the vibration is: a badly scaled map has eigenvalues that Arnoldi's method cannot resolve.
         size = np.linalg.norm(self.system.left, axis=0)
-        self.left, self.right = self.system.left / size, self.system.right * size[:, None]
+        self.left = np.ascontiguousarray((self.system.left / size).astype(complex))
+        self.right = np.ascontiguousarray((self.system.right * size[:, None]).astype(complex))
+        self.slowest = float((-self.system.poles.real).min())
         self.static = np.ascontiguousarray(plane.static)
         self.least, self.points, self.store = least, points, store
         self.damped = problem.process_damping > 0
@@ -75,24 +77,23 @@ class PeriodMap:
         if self.of is panels:
             return
         self.of = panels
-        system, ends = self.system, panels.ends
+        system = self.system
         time, rate = self._times(panels.angle)
-        border = self._times(ends)[0]
-        kinds = tuple(sorted(set(panels.count.tolist()) - {0}))
-        kind = np.searchsorted(kinds, np.maximum(panels.count, kinds[0]))
-        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, max(kinds)
+        border = self._times(panels.ends)[0]
+        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, panels.rising.shape[2]
         force = (p, n * d, n * d)
         waves = ModalWaves(np.zeros(force), np.zeros(force), np.zeros((p, n * d, m), complex), np.zeros((p, n * d, m), complex),
                            np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex))
-        times = PanelTimes(border[:-1].copy(), border[1:].copy(), time, panels.half * rate, rising_table(kinds), kind,
-                           legendre_table(kinds), self.problem.speed_variation is None)
-        responses(times, panels.offset, panels.count, system.poles, np.ascontiguousarray(self.left.astype(complex)),
-                  np.ascontiguousarray(self.right.astype(complex)), self.static, waves)
-        drag = self.problem.process_damping / self.problem.tool.radius
-        layout = panels.layout._replace(drag=panels.layout.drag * (drag * rate)[:, None, None])
+        times = PanelTimes(border[:-1], border[1:], time, panels.half * rate, panels.rising, panels.kind,
+                           panels.legendre, self.problem.speed_variation is None)
+        responses(times, panels.offset, panels.count, system.poles, self.left, self.right, self.static, waves)
+        layout = panels.layout
+        if self.damped:
+            drag = self.problem.process_damping / self.problem.tool.radius * rate
+            layout = layout._replace(drag=layout.drag * drag[:, None, None])
         waves = waves._replace(free=waves.free.view(float), free_velocity=waves.free_velocity.view(float))
         self.operator = PeriodOperator(1.0, layout, waves, np.zeros(force), self.damped)
-        decay = decay_between_cuts(panels.cutting, border, system.poles)
+        decay = decay_between_cuts(panels.cutting, border, self.slowest)
         self.balances = decay > PLAIN
         self.weight = np.zeros(0) if not self.balances else balance(
             panels.cutting, border, time, exponent=self.tilt * decay, size=d, states=2 * m)
@@ -108,27 +109,16 @@ class PeriodMap:
         operator = self.operator._replace(depth=panels.scale(depth))
         inverses(operator)
         size = panels.nodes * operator.layout.now.shape[1] + 2 * self.system.poles.size
-        most = min(size - 1, 160)
-        basis, h = np.zeros((most + 1, size)), np.zeros((most + 1, most))
+        most, vector = min(size - 1, MOST), np.zeros(size)
+        basis, h = self.store.room_for(most, size)
         basis[0] = self._start(size)
-        have, step, vector = 0, min(most, max(FIRST, self.enough.get(accuracy, 0) - LESS)), np.zeros(size)
-        while True:
-            now = extend(basis, h, have, step, operator, self.weight)
-            if now < 0:
-                self.overflow = True
-                return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
-            values = eigenvalues(h[:now, :now])
-            if np.isnan(values[0]):
-                values = np.linalg.eigvals(h[:now, :now]).astype(complex)
-            top = values[np.argmax(np.abs(values))]
-            residual = ritz(h, now, complex(top), basis, vector)
-            size_ = abs(top)
-            good = residual < abs(accuracy) * max(size_, 1e-3) or (
-                accuracy < 0 and residual < CLEAR * abs(size_ - 1) and residual < CLEAR * size_)
-            if good or now < step or step == most:
-                self.vector, self.enough[accuracy] = vector, now
-                return values[np.argsort(-np.abs(values))]
-            have, step = now, min(most, step + MORE)
+        plan = (accuracy, max(FIRST, self.enough.get(accuracy, 0) - LESS), MORE)
+        now, values = lead(basis, h, vector, operator, self.weight, plan)
+        if now == OVERFLOW:
+            self.overflow = True
+            return np.array([np.exp(600.0)], complex)  # taken as unstable, and marked in the chart's status
+        self.vector, self.enough[accuracy] = vector, now
+        return np.asarray(values)
 
     def _start(self, size: int) -> FloatArray:
         """Start of the Arnoldi basis: something in every direction, and the last Ritz vector where it fits."""
@@ -344,5 +334,6 @@ class PanelSearch:
     def _frequency(self, theta: float) -> float:
         period = mean_period(self.problem, self.speed)
         f = np.abs(theta / (2 * np.pi) + np.arange(-400, 401)) / period
+        f = f[f <= max(HIGHEST * self.plane.span[1], float(f.min()))]
         size: Array = np.linalg.norm(self.plane.response(f), axis=(1, 2))
         return float(f[np.argmax(size)])

@@ -7,10 +7,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from toolpoint._check import FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.stability.panels.layout import CutPanels
+from toolpoint.cutting.stability.panels.layout import CutPanels, is_plain
 
 SPACING = 2 ** (1 / 8)  # between resolutions of panels: coarse enough that near speeds and problems have the same
+BASES = 32  # of different sizes kept
 Key = tuple[float, float, int, int]
 
 
@@ -26,6 +28,16 @@ class PanelStore:
     kept: OrderedDict[Key, CutPanels] = field(default_factory=OrderedDict)
     size: int = 0
     cut: tuple[object, ...] = ()
+    basis: dict[tuple[int, int], tuple[FloatArray, FloatArray]] = field(default_factory=dict)
+
+    def room_for(self, most: int, size: int) -> tuple[FloatArray, FloatArray]:
+        """Return room for a basis of `most` vectors and its Hessenberg matrix: (most + 1, size) and (most + 1, most) with
+        anything in them."""
+        if (most, size) not in self.basis:
+            if len(self.basis) > BASES:
+                self.basis.clear()
+            self.basis[most, size] = np.zeros((most + 1, size)), np.zeros((most + 1, most))
+        return self.basis[most, size]
 
     def fit(self, cut: tuple[object, ...]) -> None:
         """Forget everything if this is another cut."""
@@ -36,7 +48,7 @@ class PanelStore:
 
     def panels(self, problem: MillingProblem, depth: float, waves: float, *, least: int, points: int) -> CutPanels:
         """Return the panels of a cut at this depth with `waves` nodes a radian or a little more."""
-        plain = not problem.tool.has_helix and problem.tool.corner_radius == 0
+        plain = is_plain(problem)
         waves = SPACING ** float(np.ceil(np.log(waves) / np.log(SPACING) - 1e-9))
         key = (0.0 if plain else depth, waves, least, points)
         if key in self.kept:

@@ -1,0 +1,102 @@
+"""Compiled laying of a cut over panels: where panels end, their nodes, and what the cut is at each.
+
+Charts of helical tools lay panels anew at every depth, thousands of times; array calls of a dozen numbers would take longer
+than the cut itself.
+"""
+
+# mypy: ignore-errors
+# numba reads these functions; their argument types are in the docstrings of their callers.
+from __future__ import annotations
+
+import numba as nb
+import numpy as np
+
+from toolpoint.cutting.stability.panels.kernels import TURN, lay, limits, look_back, place
+from toolpoint.cutting.stability.panels.records import LaidCut, LookBack, PanelNodes
+
+PARTS = 1e11  # of a period: angles nearer than one are the same
+
+
+@nb.njit(cache=True, nogil=True)
+def tell_apart(angles, period):
+    """Distinct angles in rising order, rounded to a part of the period."""
+    return np.unique(np.rint(angles / period * PARTS) / PARTS) * period
+
+
+@nb.njit(cache=True, nogil=True)
+def find_ends(heights, lines, walls, period, longest):
+    """Ends of the panels, rad: entries and exits of every edge at these edge lengths (m), the same one delay later where that
+    edge cuts, split so that none is longer than `longest`."""
+    teeth, turns = lines.start.size, max(1, round(period / TURN))
+    number = heights.size * teeth
+    begin, arc, delay = np.empty(number), np.empty(number), np.empty(number)
+    angles = np.empty(2 * number * turns)
+    k = 0
+    for u in heights:
+        z, _, r = place(u, walls.corner, walls.radius)
+        entry, leave = limits(walls.entry, walls.leave, walls.radius / max(r, 1e-9 * walls.radius))
+        for j in range(teeth):
+            lag = lines.start[j] + lines.slope[j] * z
+            begin[k], arc[k] = entry + lag, (leave + lag) - (entry + lag)
+            delay[k] = lines.ahead[j] + lines.ahead_slope[j] * z
+            for t in range(turns):
+                angles[2 * (k * turns + t)] = (entry + lag + TURN * t) % period
+                angles[2 * (k * turns + t) + 1] = (leave + lag + TURN * t) % period
+            k += 1
+    first = tell_apart(angles, period)
+    every = np.empty(2 + first.size * (1 + number))
+    every[0], every[1], used = 0.0, period, 2 + first.size
+    every[2:used] = first
+    for k in range(number):
+        for at in first:  # images matter only while that edge cuts
+            if (at + delay[k] - begin[k] - 1e-9) % TURN < arc[k]:
+                every[used] = (at + delay[k]) % period
+                used += 1
+    return split(tell_apart(every[:used], period), longest)
+
+
+@nb.njit(cache=True, nogil=True)
+def split(ends, longest):
+    """Ends with others between them, evenly, so that none lies further than `longest` from the next."""
+    parts = np.maximum(1, np.ceil(np.diff(ends) / longest)).astype(np.int64)
+    out = np.empty(1 + parts.sum())
+    out[0], used = 0.0, 1
+    for p in range(parts.size):
+        for i in range(1, parts[p] + 1):
+            out[used] = ends[p] + (ends[p + 1] - ends[p]) * i / parts[p]
+            used += 1
+    return out
+
+
+@nb.njit(cache=True, nogil=True)
+def lay_panels(ends, count, tables, edges, size):
+    """Lay a cut of `size` directions over panels with so many nodes: angle and half panel of every node, first node of every
+    panel, panels that cut, panels that are looked into; and what is laid and looked back to, in the order of `Layout`.
+
+    tables : Gauss nodes and their barycentric weights, a row for every number of nodes; edges : (lines, walls, law, Gauss nodes
+    and weights along a piece of an edge, period).
+    """
+    lines, walls, law, gx, gw, period = edges
+    p, q = count.size, count.sum()
+    offset, panel = np.zeros(p, np.int64), np.empty(q, np.int64)
+    angle, half, x, bary = np.empty(q), np.empty(q), np.empty(q), np.empty(q)
+    k = 0
+    for g in range(p):
+        offset[g] = k
+        for i in range(count[g]):
+            panel[k], x[k], bary[k] = g, tables[0][count[g], i], tables[1][count[g], i]
+            half[k] = (ends[g + 1] - ends[g]) / 2
+            angle[k] = ends[g] + half[k] * (1 + x[k])
+            k += 1
+    room = q * lines.start.size * (lines.marks.size * gx.size if lines.spread else 1)
+    cut = LaidCut(np.zeros((q, size, size)), np.zeros((q, size, size)), np.zeros(q + 1, np.int64),
+                  np.zeros((room, size, size)), np.zeros(room))
+    used = lay(angle, lines, walls, law, gx, gw, cut)
+    cuts, needed = np.zeros(p, np.bool_), np.zeros(p, np.bool_)
+    for i in range(q):
+        if cut.first[i + 1] > cut.first[i]:
+            cuts[panel[i]] = True
+    entries = LookBack(np.zeros(used, np.int64), np.zeros(used, np.bool_), np.zeros((used, count.max())))
+    look_back(angle, cut.first, cut.back[:used], PanelNodes(period, ends, offset, count, x, bary), needed, entries)
+    return (angle, half, offset, cuts, needed, cut.now, cut.drag, cut.first, cut.matrix[:used], entries.source, entries.past,
+            entries.rows)
