@@ -1,6 +1,7 @@
 """`toolpoint map-chatter`: units, the cut's options, resuming, the worst pose named, failed poses told."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -64,6 +65,12 @@ def test_failed_poses_are_told_and_are_no_numbers():
     text = json.dumps(found.to_dict(), allow_nan=False)
     assert json.loads(text)["limit_m"][0][1] == [None, None] and json.loads(text)["stable_everywhere_m"] == [1e-3, 2e-3]
     html = chatter_map_page(found, machine_file.read(MACHINE)).html()
+    assert found.doubts == ()
+    rough = replace(found, error=np.array([[[1e-5, 4e-4], [0, 0]], [[1e-5, 0], [1e-5, 0]]]))
+    assert len(rough.doubts) == 1 and "20 % at X 0 mm, feed at 0°, 2000 rev/min" in rough.doubts[0]
+    assert rough.doubts[0].figure == pytest.approx(0.2) and f"doubt: {rough.doubts[0]}" in rough.table()
+    assert rough.to_dict()["doubts"] and "the stated error is more than 10 %" in chatter_map_page(
+        rough, machine_file.read(MACHINE)).html()
     assert "Failed poses" in html and "the largest depth looked at is drawn" not in html
 
 

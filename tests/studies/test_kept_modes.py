@@ -81,3 +81,15 @@ def test_robots_are_charted_by_the_exact_engine(robot):
     single = chatter_map(machine, poses, speeds=speeds, method=ZeroOrder())
     finite = np.isfinite(single.limit)
     assert 0.01 < np.abs(single.limit[finite] / result.limit[finite] - 1).max() < 0.15
+
+
+def test_a_root_beside_a_level_is_found_with_more_nodes(robot):
+    """Few nodes call the level unstable, more do not: its bracket holds no root, and the stated error was as wide as it."""
+    machine, _ = robot
+    speed = np.linspace(2000, 24000, 200)[107:108]
+    pose = reach_places(machine, [[-0.15, 0.0, 0.25]], point="wrist").poses[0]
+    problem = pose_problem(tool_point(machine, [pose]), machine.description.cutting, 0)
+    first, whole = (stability.chart(problem, speed, method, depth_max=deepest(problem)) for method in (
+        PanelArnoldi(first_only=True, tolerance=1e-3), PanelArnoldi(levels=60)))
+    assert first.limit_error[0] < 5e-3 * first.limit[0]
+    assert abs(first.limit[0] - whole.limit[0]) <= first.limit_error[0] + whole.limit_error[0]

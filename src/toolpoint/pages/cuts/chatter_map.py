@@ -29,6 +29,7 @@ def chatter_map_page(result: ChatterMap, machine: Machine, notes: Sequence[str] 
         Table(list(HEADER), result.rows(), "Depth that is stable at every charted speed; the worst pose of each feed "
               "direction"))
     report = report.with_section("Over the speed", *_speed_parts(result))
+    report = report.with_doubts(*result.doubts)
     failed = result.failed()
     if failed:
         report = report.with_section("Failed poses", Notes(failed, "warning")).with_doubts(

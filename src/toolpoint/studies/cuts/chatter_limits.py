@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
+from toolpoint.cutting.stability.result import ROUGH
 from toolpoint.studies.cuts.limit_spread import LimitSpread
 from toolpoint.studies.machines.pose_words import position_words
 from toolpoint.studies.text_table import text_table
@@ -46,7 +48,8 @@ class ChatterMap(NotebookText):
     axes : axis name to its positions, m or rad; empty for a list of poses, which has one leading axis instead.
     feed_angles : (n_directions,) rad from x towards y; speeds : (n_speeds,) rev/min.
     limit : (n_1, ..., n_directions, n_speeds) depth of the first loss of stability, m, infinite above `depth_max`, not a number
-    where it failed; frequency : the same shape, chatter frequency there, Hz; depth_max : (n_1, ...) largest depth looked at, m.
+    where it failed; error : the same shape, what its method states of it, m; frequency : the same shape, chatter frequency
+    there, Hz; depth_max : (n_1, ...) largest depth looked at, m.
     failures : place and direction to reason; notes : remarks of the method; poses : those of a list; angles : axes in rad.
     """
 
@@ -62,6 +65,24 @@ class ChatterMap(NotebookText):
     poses: tuple[Mapping[str, float], ...] = ()
     angles: tuple[str, ...] = ()
     spread: LimitSpread | None = None
+    error: FloatArray | None = None
+
+    @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """The doubt that the stated errors give, where they are more than a tenth of a limit."""
+        if self.error is None:
+            return ()
+        known = np.isfinite(self.limit) & (self.limit > 0)
+        share = np.where(known, self.error / np.where(known, self.limit, 1.0), 0.0)
+        rough = int((share > ROUGH).sum())
+        if not rough:
+            return ()
+        *place, way, at = (int(k) for k in np.unravel_index(int(share.argmax()), share.shape))
+        where = (f"{pose_words(self.pose(place), self.angles)}, feed at {angle_words(self.feed_angles[way])}, "
+                 f"{self.speeds[at]:.0f} rev/min")
+        why = (f"the stated error is more than {100 * ROUGH:g} % of the limit at {rough} of {share.size} charted cuts, "
+               f"{100 * share.max():.0f} % at {where}")
+        return (Doubt("limits", why, "take the lower end there, or look at that pose with lobes", figure=float(share.max())),)
 
     @property
     def lowest(self) -> FloatArray:
@@ -120,7 +141,7 @@ class ChatterMap(NotebookText):
         """Return the least depth of every feed direction, the worst place, and what failed, as text."""
         title = f"Depth that is stable at every charted speed, {repr(self)[11:-1]}"
         return "\n".join([text_table(title, HEADER, self.rows()), *(f"failed: {text}" for text in self.failed()),
-                          f"Worst: {self.worst()}",
+                          *mark_notes(self.doubts), f"Worst: {self.worst()}",
                           *([self.spread.words(self.worst().depth)] if self.spread is not None else [])])
 
     def to_dict(self) -> dict[str, Any]:
@@ -134,6 +155,7 @@ class ChatterMap(NotebookText):
                 "limit_m": _finite(self.limit), "chatter_frequency_hz": _finite(self.frequency),
                 "depth_max_m": _finite(self.depth_max), "stable_everywhere_m": _finite(self.everywhere), "worst": least,
                 "limit_interval_m": None if self.spread is None else [_finite(end) for end in self.spread.ends(self.limit)],
+                "limit_error_m": None if self.error is None else _finite(self.error), "doubts": list(self.doubts),
                 "failures": self.failed(), "notes": list(self.notes)}
 
     def __repr__(self) -> str:

@@ -158,6 +158,7 @@ class _ChainLimits:
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
+                "error": np.array([[empty if isinstance(c, str) else c.limit_error for c in row] for row in rows]),
                 "depth_max": np.full(len(chain), depth), "notes": np.array([_notes(row) for row in rows]),
                 "reasons": np.array([[c if isinstance(c, str) else "" for c in row] for row in rows])}
 
@@ -212,13 +213,15 @@ def _of_pose(outcome: Outcome, row: int) -> Outcome:
 def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray, speeds: FloatArray, cut: CuttingDescription
                ) -> ChatterMap:
     lost = np.full((angles.size, speeds.size), np.nan)
-    limit, frequency, depth, failures = list[Array](), list[Array](), list[float](), dict[Place, str]()
+    limit, frequency, error = list[Array](), list[Array](), list[Array]()
+    depth, failures = list[float](), dict[Place, str]()
     notes: dict[str, None] = {}
     for number, outcome in enumerate(outcomes):
         place = tuple(int(k) for k in np.unravel_index(number, places.shape))
         values = outcome.values
         limit.append(lost if values is None else values["limit"])
         frequency.append(lost if values is None else values["frequency"])
+        error.append(lost if values is None else values["error"])
         depth.append(np.nan if values is None else float(values["depth_max"]))
         reasons = [outcome.failure] * angles.size if values is None else map(str, values["reasons"])
         failures |= {(*place, way): reason for way, reason in enumerate(reasons) if reason}
@@ -226,4 +229,4 @@ def _assembled(outcomes: Sequence[Outcome], places: _Places, angles: FloatArray,
     full = (*places.shape, angles.size, speeds.size)
     return ChatterMap(places.axes, angles, speeds, np.array(limit).reshape(full), np.array(frequency).reshape(full),
                       np.array(depth).reshape(places.shape), cut, failures, first_of_each_kind(notes), places.poses,
-                      places.angles)
+                      places.angles, error=np.array(error).reshape(full))

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, fail, floats, one_of
+from toolpoint._doubt import mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.machine.parts.model import Machine
@@ -158,7 +159,7 @@ def _depths(charted: ChatterMap) -> PoseValues:
         notes.append(f"{int(beyond.any(axis=1).sum())} of {len(lowest)} poses have no limit within the charted depth at any "
                      "speed: that depth is shown, the limit lies above it")
     depth = 1e3 * np.where(beyond, np.broadcast_to(top, lowest.shape), lowest)
-    return PoseValues(depth, tuple(reasons), np.asarray(beyond.any(axis=1)), (*notes, *charted.notes))
+    return PoseValues(depth, tuple(reasons), np.asarray(beyond.any(axis=1)), (*charted.doubts, *notes, *charted.notes))
 
 
 @dataclass(frozen=True, eq=False)
@@ -199,7 +200,7 @@ class PlaceMap(NotebookText):
         rows = [[name, f"{np.nanmin(column):.5g}", f"{np.nanmax(column):.5g}"]
                 for name, column in zip(self.quantity.columns, flat.T, strict=True) if not np.isnan(column).all()]
         return "\n".join([text_table(repr(self), [self.quantity.kind, f"lowest {self.quantity.unit}", "highest"], rows),
-                          *self.extremes(), *self.failed(), *self.notes])
+                          *self.extremes(), *self.failed(), *mark_notes(self.notes)])
 
     def failed(self) -> list[str]:
         """Return a line on the places that are reached and have no value all the same."""

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from toolpoint._check import Array, FloatArray, count, fail, floats, positive
+from toolpoint._doubt import mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.reach import reach_places
@@ -75,7 +76,7 @@ class RegionSearch(NotebookText):
         rows = [[place_words(r.start), place_words(r.end), f"{r.total:.4g}", f"{100 * r.share:.2f} %",
                  " ".join(f"{v:.4g}" for v in r.values.mean(axis=0))] for r in self.regions[:_SHOWN]]
         return "\n".join([text_table(repr(self), ["from", "to", f"spread {unit}", "largest share", f"means {unit}"], rows),
-                          f"each judged at {self.samples} places, both ends included", *self.notes])
+                          f"each judged at {self.samples} places, both ends included", *mark_notes(self.notes)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the best segments as plain data; m."""

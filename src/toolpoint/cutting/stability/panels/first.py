@@ -13,6 +13,7 @@ SHARE = 2.0**0.25  # between the depths looked at: the same for all speeds and p
 AHEAD = 1.02  # the first look is at least so far above the limit expected
 BELOW = (1, 3, 6, 10)  # looks below the first unstable one, in steps of `SHARE`; more where the axial pitch asks for them
 FINER = (3, 6)  # more nodes on a panel
+NO_ROOT = 0.9  # of a bracket, as the stated error of a root
 CURVED = 3.0  # on the square of the last step of a root: what one step from few nodes to more leaves
 
 
@@ -37,7 +38,8 @@ class FirstLimitSearch(PanelSearch):
         if levels[0].growth > 0:
             levels = [self._least(levels[0]), *levels]
         crossed = changes_of_sign(levels)
-        return [self._first(*crossed[0])] if crossed else []
+        rows = [self._first(*crossed[0])] if crossed else []
+        return [row for row in rows if row[0] <= self.top]
 
     def _depth(self, step: int) -> float:
         """One of the depths that all speeds share, m."""
@@ -50,7 +52,7 @@ class FirstLimitSearch(PanelSearch):
         a, b = low.depth, high.depth
         depth, slope, before = self._crossed((a, low.growth), (b, high.growth))
         if not slope or self.map(0).balances:
-            return self._boundary((a, low.growth), (b, high.growth))[0]
+            return self._surely(low, high)
         edge, error, mu = EDGE * (b - a), b - a, 0j
         for more in FINER:  # one step of Newton's with more nodes; how much the growth changed for them is the error
             growth, mu = self.growth(depth, more)
@@ -60,8 +62,22 @@ class FirstLimitSearch(PanelSearch):
             if not a - edge < depth < b + edge or error <= self.tolerance * depth:
                 break
         if not error <= self.tolerance * depth or not a - edge < depth < b + edge:
-            return self._boundary((a, low.growth), (b, high.growth))[0]
+            return self._surely(low, high)
         theta = abs(float(np.angle(mu)))
         if abs(mu.imag) < 1e-7 * abs(mu):
             theta = np.pi if mu.real < 0 else 0.0
         return depth, theta, self._frequency(theta), 1 if theta in (0.0, np.pi) else 2, error
+
+    def _surely(self, low: Level, high: Level) -> tuple[float, ...]:
+        """Row of the root between two levels by the search of a bracket.
+
+        Of a depth close to the limit few nodes may say that it is unstable and more that it is not: then the bracket holds no
+        root, and the next depth above is its upper end."""
+        row = self._boundary((low.depth, low.growth), (high.depth, high.growth))[0]
+        if row[-1] < NO_ROOT * (high.depth - low.depth):
+            return row
+        above = SHARE * high.depth
+        growth = self.growth(above, FINER[0])[0]
+        if growth <= 0:
+            return row
+        return min(row, self._boundary((low.depth, low.growth), (above, growth))[0], key=lambda each: each[-1])
