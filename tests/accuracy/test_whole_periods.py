@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from toolpoint._check import frozen
 from toolpoint.vibration.simulation.varying import CourseArrays, CutArrays, NodeArrays, RunArrays, VaryingSystem, step_nodes
 from toolpoint.vibration.simulation.varying_kernel import advance
 from toolpoint.vibration.simulation.varying_periods import advance_periods
@@ -24,8 +25,8 @@ def nodes_of(change, count):
     system = VaryingSystem(at, same(mass), same(3e-5 * stiffness + 5 * mass), along, same(rng.normal(size=(n, 4))),
                            same(rng.normal(size=(6, n))), np.zeros((count, 6, n)))
     step = step_nodes(system, STEP)
-    return NodeArrays(step.transition, step.deflection, step.reading, step.moving, step.dissipation, step.load_map,
-                      same(mass), along)
+    return NodeArrays(step.transition, step.deflection, step.reading, step.moving, step.dissipation,
+                      *map(frozen, (step.load_map, same(mass), along)))
 
 
 def both(change, feed, *, count=5, keep=1, first=0, load=0.3, mean=1.0):

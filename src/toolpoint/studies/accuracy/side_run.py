@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from toolpoint._check import FloatArray, fail, positive
+from toolpoint._check import FloatArray, fail, frozen, positive
 from toolpoint._threads import on_one_thread
 from toolpoint.studies.accuracy.cut_course import CutCourse, WorkBlock
 from toolpoint.studies.accuracy.cutting_table import CuttingTable
@@ -198,8 +198,9 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     state, delayed = _periodic_state(structure, system, nodes, cut.at(float(first[0, 0])), motion=first[0])
     totals = np.zeros(4 if setup.with_energy else 0)
     energy = _energy(system, state, float(first[0, 0]))
-    at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation, nodes.load_map,
-                          system.mass, system.stiffness)
+    # Read-only as mass and stiffness are, with loads and without: else the kernel is compiled once for each.
+    at_nodes = NodeArrays(nodes.transition, nodes.deflection, nodes.reading, nodes.moving, nodes.dissipation,
+                          frozen(nodes.load_map), system.mass, system.stiffness)
     rows = -(-steps // keep)
     run = _SideSteps(structure, system, setup, cut, at_nodes, RunArrays(state, delayed, totals), begin, steps, keep,
                      np.empty((rows, 6)), np.empty((rows if setup.with_base else 0, 9)))
