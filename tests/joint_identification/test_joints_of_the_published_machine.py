@@ -73,6 +73,7 @@ def test_intervals_hold_the_truth(model):
     assert hits >= 84
 
 
+@pytest.mark.slow
 def test_without_known_variance_the_noise_is_taken_from_the_fit(model):
     rng = np.random.default_rng(8)
     case = p1.case(model, rng)

@@ -355,6 +355,7 @@ def test_more_references_than_outputs_are_turned_round():
     assert np.abs(found.synthesis.values - frf.values).max() < 0.02 * np.abs(frf.values).max()
 
 
+@pytest.mark.slow
 def test_smooth_residuals_widen_the_intervals():
     rng = np.random.default_rng(0)
     modes = structure(rng, 3, np.array([40.0, 90, 150]), np.array([0.01, 0.02, 0.015]))

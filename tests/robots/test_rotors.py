@@ -68,6 +68,7 @@ def test_fast_rotors_keep_the_balance_of_an_accuracy_run(sheet, machine):
     assert 1e-5 < abs(spun.position_error / plain.position_error - 1) < 0.1
 
 
+@pytest.mark.slow
 def test_the_study_says_that_they_do_not_matter(sheet, machine):
     words = study_datasheet(sheet, machine, finite_elements=False).rotors
     assert "momenta reach 0.021 N m s" in words and words.endswith("left out below")

@@ -75,6 +75,7 @@ def test_options_are_judged_by_the_same_cut(study):
     assert study.options[0].frequency[0] < study.base.frequency[0]
 
 
+@pytest.mark.slow
 def test_a_part_alone_and_its_slopes(study):
     alone = study.alone
     assert alone.pairs.frequency[0] > study.pairs.frequency[0], "its foot stands on the ground"
@@ -85,6 +86,7 @@ def test_a_part_alone_and_its_slopes(study):
     assert alone.mac is not None and (alone.mac.values > 0.5).all()
 
 
+@pytest.mark.slow
 def test_what_is_said(study):
     assert study.correlation is not None and study.doubts
     assert "a finer mesh moves frequencies by up to +0.0 %" in study.doubts[-1]
