@@ -17,6 +17,7 @@ from toolpoint.machine import assemble, build
 from toolpoint.machine import description as d
 from toolpoint.machine.assembly.inverse_dynamics import base_reaction
 from toolpoint.machine.robot.model import rigid_members, robot_machine
+from toolpoint.pages.robots.accuracy import accuracy_page
 from toolpoint.studies.accuracy.milling_accuracy import MillingAccuracy, MillingSetup, mill_path, mill_side
 from toolpoint.studies.accuracy.moving_structure import ToolStance, structure_along
 from toolpoint.studies.accuracy.tool_paths import along_points, arc, line, sides_of, square
@@ -156,6 +157,22 @@ def test_regeneration_agrees_with_the_stability_chart():
         return radius[2 * n:3 * n].max() / radius[n:2 * n].max()
 
     assert grown(0.8 * limit) < 1.0 < grown(1.2 * limit)
+
+
+@pytest.mark.parametrize("regenerative", [False, True])
+def test_a_cut_that_chatters_is_doubted_whatever_the_halving_says(regenerative):
+    """Without feedback nothing grows, and half the step changes nothing: only the stability chart knows."""
+    machine = slide()
+    problem = pose_problem(tool_point(machine, [{}], np.array([0.0, 1.0])), CUT, 0)
+    limit = float(stability.chart(problem, [1500.0], depth_max=2e-3).limit[0])
+    sides = line([0, 0, 0], [0.02, 0, 0])
+    below, above = (mill_path(machine, sides, replace(SETUP, speed=1500.0, depth=share * limit, window=0.1,
+                                                      regenerative=regenerative, halved=True)) for share in (0.95, 1.05))
+    assert below.doubts == () and below.status.startswith("converged")
+    assert above.sides[0].halving < 0.05 and len(above.doubts) == 1 and above.status.startswith("doubtful")
+    assert "chatters at 3 of 3 poses" in above.table() and above.to_dict()["doubts"]
+    assert "only 0.1 s of the middle" in below.table() and "Doubtful" in accuracy_page(above, 2).html()
+    assert mill_path(machine, sides, replace(SETUP, depth=0.1, window=0.1, with_force=False)).doubts == ()
 
 
 @pytest.mark.slow

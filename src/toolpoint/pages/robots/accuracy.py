@@ -26,8 +26,7 @@ def accuracy_page(result: MillingAccuracy, teeth: int, warnings: Sequence[str] =
     report = report.with_section("Errors", table, Notes([result.status], "note", "Step and spacing"))
     for side in result.sides:
         report = _side(report, side, result.setup.speed / 60 * teeth)
-    notes = list(dict.fromkeys(note for side in result.sides for note in side.notes))
-    return with_remarks(report, [*notes, f"Loads that count: {result.loads}; the other ones are left out.",
+    return with_remarks(report, [*result.notes, f"Loads that count: {result.loads}; the other ones are left out.",
                                  "Dynamics and cutting coefficients are taken as exact."], warnings)
 
 
@@ -35,8 +34,11 @@ def _answer(result: MillingAccuracy) -> str:
     """Return the largest mean error over the sides, and what step and spacing change in it."""
     worst = max(result.sides, key=lambda side: side.position_error)
     share = f" (halving step and spacing changes it by {100 * worst.halving:.1f} %)" if np.isfinite(worst.halving) else ""
-    return (f"The tool is off by {number_text(1e6 * worst.position_error, digits=3)} µm on average along the worst side, "
-            f"{worst.name}{share}, and tilted by {number_text(1e6 * worst.rotation_error, digits=3)} µrad.")
+    mean = float(np.linalg.norm(worst.relative[:, :3].mean(axis=0)))
+    begin = "Doubtful, for the cut chatters (see below): the" if result.doubts else "The"
+    return (f"{begin} tool moves {number_text(1e6 * worst.position_error, digits=3)} µm, on average along the worst side, "
+            f"{worst.name}{share}, and {number_text(1e6 * worst.rotation_error, digits=3)} µrad about its mean deflection, "
+            f"which is {number_text(1e6 * mean, digits=3)} µm and taken out.")
 
 
 def _side(report: Report, side: SideAccuracy, tooth: float) -> Report:

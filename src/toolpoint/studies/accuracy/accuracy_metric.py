@@ -36,7 +36,7 @@ class AccuracyMetric:
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return the errors of a machine."""
-        result = mill_path(machine, self.sides, self.setup, cut=self.cut)
+        result = mill_path(machine, self.sides, self.setup, cut=self.cut, judged=False)
         errors = {"position error": result.position_error, "rotation error": result.rotation_error}
         if len(result.sides) > 1:
             errors |= {f"position error {side.name}": side.position_error for side in result.sides}

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, fail, positive
+from toolpoint._doubt import Doubt, doubts_among, status_of
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.simulation.pixel_bed import PixelBed
@@ -24,6 +25,7 @@ from toolpoint.studies.accuracy.joint_servos import servo_words
 from toolpoint.studies.accuracy.moving_structure import MovingStructure, structure_along
 from toolpoint.studies.accuracy.run_store import RunStore
 from toolpoint.studies.accuracy.side_run import MillingSetup, Progress, SideAccuracy, places_of, run_side
+from toolpoint.studies.accuracy.side_stability import judge_cut
 from toolpoint.studies.accuracy.tool_paths import PathSide
 from toolpoint.vibration.simulation.varying import VaryingSystem
 
@@ -60,8 +62,16 @@ class MillingAccuracy(NotebookText):
         return load_words(self.setup.loads, self.setup.regenerative)
 
     @property
+    def doubts(self) -> tuple[Doubt, ...]:
+        """What the errors may not be believed for: cuts that chatter."""
+        return tuple(doubts_among(self.notes))
+
+    @property
     def status(self) -> str:
-        """Whether half the step would change the means by more than a per cent."""
+        """``doubtful`` where the cut chatters; else whether half the step would change the means by more than a per cent."""
+        if self.doubts:
+            more = len(self.doubts) - 1
+            return status_of(self.doubts[:1], "") + (f"; so do {more} more of {len(self.sides)} sides" if more else "")
         worst = max((side.halving for side in self.sides), default=float("nan"))
         if np.isnan(worst):
             return "not halved: nothing states the error of step and spacing"
@@ -74,12 +84,17 @@ class MillingAccuracy(NotebookText):
         from toolpoint.studies.text_table import text_table
 
         rows = [[side.name, f"{1e6 * side.position_error:.4g}", f"{1e6 * side.rotation_error:.4g}",
+                 " ".join(f"{1e6 * v:.3g}" for v in side.relative[:, :3].mean(axis=0)),
                  " ".join(f"{1e6 * v:.3g}" for v in side.error.std(axis=0)),
                  f"{100 * side.halving:.2g} %"] for side in self.sides]
-        return "\n".join([text_table(repr(self), ["side", "position µm", "rotation µrad", "rms x y z µm, rotations µrad",
-                                                  "halving"], rows),
-                          f"loads: {self.loads}", self.status, *self.base_lines(),
-                          *dict.fromkeys(note for side in self.sides for note in side.notes)])
+        header = ["side", "position µm", "rotation µrad", "mean µm, taken out", "rms x y z µm, rotations µrad", "halving"]
+        return "\n".join([text_table(repr(self), header, rows), f"loads: {self.loads}", self.status, *self.base_lines(),
+                          *(note for note in self.notes if not isinstance(note, Doubt))])
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Notes of all sides, doubts among them, each once."""
+        return tuple(dict.fromkeys(note for side in self.sides for note in side.notes))
 
     def base_lines(self) -> list[str]:
         """Return between which ends the reaction of the base (about the machine's origin) stays, a line a side that has it."""
@@ -93,7 +108,8 @@ class MillingAccuracy(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the means as plain data, SI."""
-        return {"machine": self.machine, "loads": self.loads, "status": self.status, "position_error_m": self.position_error,
+        return {"machine": self.machine, "loads": self.loads, "status": self.status, "doubts": list(self.doubts),
+                "notes": list(self.notes), "position_error_m": self.position_error,
                 "rotation_error_rad": self.rotation_error, "sides": [
                     {"name": s.name, "position_error_m": s.position_error, "rotation_error_rad": s.rotation_error,
                      "rms": s.error.std(axis=0).tolist(), "mean_deflection": s.relative.mean(axis=0).tolist(),
@@ -118,7 +134,7 @@ def load_words(loads: tuple[str, ...], regenerative: bool = False) -> str:
 
 
 def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup, *, cut: CuttingDescription | None = None,
-              progress: Progress | None = None, folder: str | Path | None = None) -> MillingAccuracy:
+              progress: Progress | None = None, folder: str | Path | None = None, judged: bool = True) -> MillingAccuracy:
     """Return the milling accuracy along all sides of a path.
 
     Parameters
@@ -134,6 +150,8 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     folder : path, optional
         Where finished blocks of steps are kept: a run that was stopped, inside a side too, goes on from them to the same
         numbers; another machine, path or setup finds nothing there.
+    judged : bool
+        Whether it is asked of every side if its cut chatters, which becomes a doubt.
     """
     bed = None if setup.work is None else setup.work.bed()
     total = sum(_duration(side, setup) for side in sides)
@@ -141,6 +159,7 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     for number, side in enumerate(sides):
         share = _duration(side, setup)
         results.append(mill_side(machine, side, setup, cut=cut, bed=bed, folder=folder, name=f"side-{number + 1}",
+                                 judged=judged,
                                  progress=_part_of(progress, before / total, share / total) if progress else None))
         before += share
     return MillingAccuracy(machine.name, setup, tuple(results))
@@ -160,7 +179,7 @@ def _duration(side: PathSide, setup: MillingSetup) -> float:
 
 def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: CuttingDescription | None = None,
               progress: Progress | None = None, bed: PixelBed | None = None, folder: str | Path | None = None,
-              name: str = "side") -> SideAccuracy:
+              name: str = "side", judged: bool = True) -> SideAccuracy:
     """Return the error along one side; see `mill_path`. bed : what is left of the block, from which the side is cut."""
     described = cut or machine.description.cutting
     if described is None:
@@ -196,6 +215,10 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
     notes = fine.notes if arcs is None else (*fine.notes, _arc_words(arcs, side.length))
     if setup.servos:
         notes = (*notes, servo_words(setup.servos))
+    if setup.window is not None and setup.window < side.law.duration:
+        notes = (f"only {setup.window:g} s of the middle of every side were run", *notes)
+    if judged:
+        notes = (*judge_cut(machine, structure, setup, cut=described), *notes)
     return replace(fine, halving=halving, notes=notes)
 
 
