@@ -138,3 +138,17 @@ def test_patch_weights_change_smoothly():
 def test_patch_off_its_face_is_refused():
     with pytest.raises(ToolpointError, match=r"50 % of its 0.005 m\^2 lie on outer faces"):
         Patch([0.4, 0.05, 0.06], [1, 0, 0], [0, 1, 0], 0.1, 0.05).averages(RAIL)
+
+
+def test_a_patch_that_is_a_point_beside_its_elements_is_refused():
+    """Its yielding is that of the mesh: without limit as that gets finer."""
+    size = 0.01
+    coarse = block([0.3, 0.2, 0.1], 0.1)
+    for length, is_point in ((2e-3, True), (size, False)):
+        patch = Patch([0.15, 0.05, 0.1], [1, 0, 0], [0, 1, 0], length, length)
+        if is_point:
+            with pytest.raises(ToolpointError, match="a point beside elements of 100 mm"):
+                patch.averages(coarse)
+        else:
+            assert patch.averages(coarse).shape == (coarse.size, 6)
+    assert Patch([0.15, 0.05, 0.1], [1, 0, 0], [0, 1, 0], 2e-3, 2e-3).averages(block([0.3, 0.2, 0.1], 0.02)).shape[1] == 6

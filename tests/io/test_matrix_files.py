@@ -257,3 +257,22 @@ def test_more_rigid_motions_than_one_body_has_are_doubted(tmp_path):
     whole = solve_matrix_modes(matrices, 7 * n).modes.frequency
     closed = np.sqrt(1e6 / 2) * 2 * np.sin(np.pi * np.arange(n) / (2 * n)) / (2 * np.pi)
     assert whole == pytest.approx(np.repeat(closed, 7), rel=1e-7, abs=1e-3)
+
+
+def test_rows_without_labels_have_no_mass_by_direction(tmp_path):
+    """Ones on all rows would add up to three times the mass of a solid, and call it that along x."""
+    stiffness, mass = np.diag([2e6, 3e6, 4e6]), np.diag([2.0, 2.0, 2.0])
+    for name, matrix in (("k", stiffness), ("m", mass)):
+        matrix_market.write(tmp_path / f"{name}.mtx", LabelledMatrix(name, csc_array(matrix)))
+    found = solve_matrix_modes(read_matrices(tmp_path / "k.mtx", tmp_path / "m.mtx"), 2)
+    assert "their mass is not known" in found.table() and found.to_dict()["mass_kg"] is None
+    assert found.modes.frequency == pytest.approx(np.sqrt([1e6, 1.5e6]) / (2 * np.pi))
+    assert not found.notes or not any("exchanged" in note for note in found.notes)
+
+
+def test_stiffness_and_mass_exchanged_are_doubted(tmp_path):
+    for name, matrix in (("k", np.diag([2e6, 3e6, 4e6])), ("m", np.diag([2.0, 2.0, 2.0]))):
+        matrix_market.write(tmp_path / f"{name}.mtx", LabelledMatrix(name, csc_array(matrix)))
+    with pytest.warns(ToolpointWarning, match="are they exchanged"):
+        found = read_matrices(tmp_path / "m.mtx", tmp_path / "k.mtx")
+    assert any("0.00016 Hz" in note for note in found.notes)

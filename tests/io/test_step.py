@@ -156,6 +156,27 @@ def test_two_bodies_a_damaged_file_and_a_tiny_mesh_are_refused(tmp_path: Path, b
         read_step(beam, STEEL, mesh_size=1e-4)
 
 
+@meshed
+def test_what_the_mesher_cannot_do_is_said_with_what_to_try(tmp_path: Path) -> None:
+    from netgen.occ import Cylinder, Pnt, Z
+
+    path = tmp_path / "tube.step"
+    (Cylinder(Pnt(0, 0, 0), Z, r=50, h=300) - Cylinder(Pnt(0, 0, -1), Z, r=48, h=302)).WriteStep(str(path))
+    with pytest.raises(ToolpointError, match=r"cannot mesh it with elements of 30 mm; take a smaller mesh_size"):
+        read_step(path, STEEL, mesh_size=0.03)
+
+
+@meshed
+def test_a_small_part_whose_file_says_metres_is_asked_about_by_its_mass(tmp_path: Path) -> None:
+    from netgen.occ import Box, Pnt
+
+    path = tmp_path / "clamp.step"
+    Box(Pnt(0, 0, 0), Pnt(8, 2, 2)).WriteStep(str(path))
+    path.write_text(path.read_text().replace("SI_UNIT(.MILLI.,.METRE.)", "SI_UNIT($,.METRE.)"))
+    with pytest.warns(ToolpointWarning, match=r"2\.51e\+05 kg: was it drawn in mm\?"):
+        read_step(path, STEEL, mesh_size=2.0)
+
+
 def test_folded_elements_are_straightened() -> None:
     from toolpoint.bodies.solid.element_kinds import TETRAHEDRON
     from toolpoint.bodies.solid.straighten import straighten

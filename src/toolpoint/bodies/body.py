@@ -81,6 +81,8 @@ class Body(NotebookText):
         What is drawn.
     residual : ResidualForm, optional
         From which the error of a machine's modes by the reduction is stated; none: it cannot be.
+    mesh_energy : (n_modal, n_modal) floats, optional
+        Energy that the body's mesh errs by in its modal coordinates, as a quadratic form, J; none: it is not known.
     """
 
     mass: FloatArray
@@ -93,6 +95,7 @@ class Body(NotebookText):
     structural_damping: FloatArray = LEFT_OUT
     surface: BodySurface | None = None
     residual: ResidualForm | None = None
+    mesh_energy: FloatArray | None = None
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -106,6 +109,9 @@ class Body(NotebookText):
             value = getattr(self, name)
             put(self, name, symmetric(f"Body.{name}", floats(f"Body.{name}", zero if value is None else value,
                                                              (modal, modal))))
+        if self.mesh_energy is not None:
+            put(self, "mesh_energy", symmetric("Body.mesh_energy",
+                                               floats("Body.mesh_energy", self.mesh_energy, (modal, modal))))
         for name, place in self.interfaces.items():
             if place.slide is not None and place.slide.values.shape[2] != modal:
                 fail(f"Body.interfaces[{name!r}]", f"{place.slide.values.shape[2]} modal columns", f"must be {modal}")

@@ -18,6 +18,7 @@ from toolpoint.vibration.sparse import modes
 from toolpoint.vibration.sparse.factorisation import check_symmetric
 
 _MASS_SPREAD = 1e-6
+_SLOW = 0.01  # Hz
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,6 +35,8 @@ class ImportedMatrices(NotebookText):
         m.
     notes : sequence of str
         What was left out, and doubts.
+    is_labelled : bool
+        Whether the file says which direction each row is; where not, no mass is stated.
 
     Raises ToolpointError for matrices that are not square, of one size, finite and symmetric.
     """
@@ -43,6 +46,7 @@ class ImportedMatrices(NotebookText):
     dofs: tuple[Dof, ...]
     coordinates: Mapping[str | int, FloatArray] = field(default_factory=dict)
     notes: tuple[str, ...] = ()
+    is_labelled: bool = True
 
     def __post_init__(self) -> None:
         put = object.__setattr__
@@ -68,14 +72,21 @@ class ImportedMatrices(NotebookText):
         massless = int((self.mass.diagonal() <= 0).sum())
         if massless:
             doubts.append(Doubt("mass", f"{massless} of {len(self.dofs)} rows have no mass"))
+        stiff, heavy = self.stiffness.diagonal(), self.mass.diagonal()
+        highest = float(np.sqrt(np.abs(stiff[heavy > 0] / heavy[heavy > 0]).max(initial=0.0))) / (2 * np.pi)
+        if 0 < highest < _SLOW:
+            doubts.append(Doubt("stiffness and mass", f"the stiffest row alone would swing at {highest:.2g} Hz",
+                                "are they exchanged, or in units of their own?", figure=highest))
         for doubt in doubts:
             warnings.warn(doubt, ToolpointWarning, stacklevel=4)
         return tuple(doubts)
 
     @property
     def directional_mass(self) -> FloatArray:
-        """Total mass along x, y and z, kg; 0 where no row has the direction."""
+        """Total mass along x, y and z, kg; 0 where no row has the direction, or none is labelled."""
         totals = np.zeros(3)
+        if not self.is_labelled:
+            return totals
         for axis, name in enumerate(("+x", "+y", "+z")):
             motion = np.array([dof.direction == name for dof in self.dofs], dtype=float)
             totals[axis] = float(motion @ (self.mass @ motion))
@@ -92,4 +103,5 @@ class ImportedMatrices(NotebookText):
         return Modes(pairs.frequency, np.zeros(pairs.count), pairs.vectors, self.dofs, notes=(*self.notes, pairs.status))
 
     def __repr__(self) -> str:
-        return f"ImportedMatrices({self.size} rows, {self.directional_mass.max():.6g} kg)"
+        mass = f"{self.directional_mass.max():.6g} kg" if self.is_labelled else "without labels"
+        return f"ImportedMatrices({self.size} rows, {mass})"

@@ -36,12 +36,14 @@ class ElasticNumbers:
 
 @dataclass(frozen=True, eq=False)
 class ReducedPart:
-    """What a set brings at its nominal numbers: stiffness (m, m), mass and gyroscopic matrix (6 + m, 6 + m) or None."""
+    """What a set brings at its nominal numbers: stiffness (m, m), mass and gyroscopic matrix (6 + m, 6 + m) or None, and the
+    energy (m, m) that its mesh errs by, or None."""
 
     numbers: ElasticNumbers
     stiffness: FloatArray
     mass: FloatArray
     gyroscopic: FloatArray | None = None
+    mesh_energy: FloatArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,18 +70,21 @@ class ReducedBody(NotebookText):
         body = self.nominal
         mass, stiffness = np.array(body.mass), np.array(body.stiffness)
         gyroscopic = None if body.gyroscopic is None else np.array(body.gyroscopic)
+        energy = None if body.mesh_energy is None else np.array(body.mesh_energy)
         loss = np.zeros_like(stiffness)
         for name, part in self.parts.items():
             stiff, heavy = numbers[name].modulus / part.numbers.modulus, numbers[name].density / part.numbers.density
             if stiff != 1:
                 stiffness += (stiff - 1) * part.stiffness
+                if energy is not None and part.mesh_energy is not None:
+                    energy += (stiff - 1) * part.mesh_energy
             if heavy != 1:
                 mass += (heavy - 1) * part.mass
                 if gyroscopic is not None and part.gyroscopic is not None:
                     gyroscopic += (heavy - 1) * part.gyroscopic
             loss += numbers[name].loss_factor * stiff * part.stiffness
         return replace(body, mass=mass, stiffness=stiffness, gyroscopic=gyroscopic, residual=self._residual(numbers),
-                       structural_damping=loss, notes=(*body.notes, *self._notes(numbers)))
+                       structural_damping=loss, mesh_energy=energy, notes=(*body.notes, *self._notes(numbers)))
 
     def _residual(self, numbers: Mapping[str, ElasticNumbers]) -> ResidualForm | None:
         """Return the form of the scaled body; None where sets scale apart: what their shapes leave out is not known then."""

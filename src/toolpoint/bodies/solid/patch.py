@@ -18,6 +18,8 @@ from toolpoint._check import FloatArray, IndexArray, fail, floats, positive
 from toolpoint.bodies.solid.faces import outer_faces
 from toolpoint.bodies.solid.model import SolidModel
 
+POINT = 1e-3  # area of a patch over that of the faces that it lies on, below which it is a point
+
 # Triangle rule of degree 6 (12 points): quadratic shape functions times arms are of degree 3, squares of arms 2; curved
 # parents add. Dunavant, Int. J. Numer. Methods Eng. 21 (1985).
 _ORBITS = ((0.116786275726379, (0.501426509658179, 0.249286745170910, 0.249286745170910)),
@@ -67,22 +69,27 @@ class Patch:
         """
         total: dict[int, FloatArray] = {}
         moments, area = np.zeros((2, 2)), 0.0
-        first = np.zeros(2)
+        first, faces = np.zeros(2), 0.0
         for face in _flat_faces(model, self):
+            faces += _extent(model, face)
             for values, place, weight in _pieces(model, self, face):
                 area += float(weight.sum())
                 first += weight @ place
                 moments += (place * weight[:, None]).T @ place
                 for node, integral in zip(face, _integrals(values, place, weight).T, strict=True):
                     total[int(node)] = total.get(int(node), np.zeros(3)) + integral
-        self._check_cover(area)
+        self._check_cover(area, faces)
         return self._weights(model, total, area, moments)
 
-    def _check_cover(self, area: float) -> None:
+    def _check_cover(self, area: float, faces: float) -> None:
         whole = self.length * self.width
         if abs(area - whole) > 1e-6 * whole:
             fail("Patch", f"{100 * area / whole:.4g} % of its {whole:.4g} m^2 lie on outer faces in its plane",
                  "must lie on them whole", "a carriage that leaves its rail, or a patch off the surface?")
+        if area < POINT * faces:
+            fail("Patch", f"{1e3 * self.length:.3g} by {1e3 * self.width:.3g} mm, a point beside elements of "
+                 f"{1e3 * float(np.sqrt(faces)):.3g} mm", f"must be at least {POINT:g} of their area",
+                 "a point yields the more the finer the mesh: write the area that carries, or mesh it finer")
 
     def _weights(self, model: SolidModel, total: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
         nodes = np.array(sorted(total), dtype=np.int64)
@@ -104,6 +111,13 @@ class Patch:
 
 def _integrals(values: FloatArray, place: FloatArray, weight: FloatArray) -> FloatArray:
     return np.vstack([weight @ values, (weight * place[:, 0]) @ values, (weight * place[:, 1]) @ values])
+
+
+def _extent(model: SolidModel, face: IndexArray) -> float:
+    """Return the area of a flat face by its corners, m^2."""
+    corners = model.nodes[face[:len(face) // 2]]
+    turns = np.cross(corners[1:-1] - corners[0], corners[2:] - corners[0])
+    return float(np.linalg.norm(turns.sum(axis=0))) / 2
 
 
 def _flat_faces(model: SolidModel, patch: Patch) -> Iterator[IndexArray]:

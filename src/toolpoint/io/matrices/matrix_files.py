@@ -69,7 +69,7 @@ def read_matrices(
         notes = (*notes, f"imaginary parts of the stiffness (up to {lost:.2g} of its largest entry: structural damping) are "
                          "left out: the modes are undamped")
     try:
-        return _in_si(stiff, heavy, rows, units=units, notes=notes)
+        return _in_si(stiff, heavy, rows, units=units, notes=notes, is_labelled=bool(k.rows))
     except ToolpointError as error:
         source = mass if mass is not None and error.argument.endswith(".mass") else stiffness
         raise ToolpointError(f"{source}: {error}", argument=error.argument) from None
@@ -83,13 +83,14 @@ def _real_part(matrix: csc_array) -> tuple[csc_array, float]:
     return csc_array(matrix.real), float(np.abs(matrix.data.imag).max(initial=0.0)) / largest
 
 
-def _in_si(stiffness: csc_array, mass: csc_array, rows: tuple[Dof, ...], *, units: Units, notes: tuple[str, ...]
-           ) -> ImportedMatrices:
+def _in_si(stiffness: csc_array, mass: csc_array, rows: tuple[Dof, ...], *, units: Units, notes: tuple[str, ...],
+           is_labelled: bool) -> ImportedMatrices:
     if units == "m-kg-s":
-        return ImportedMatrices(stiffness, mass, rows, notes=notes)
+        return ImportedMatrices(stiffness, mass, rows, notes=notes, is_labelled=is_labelled)
     # N/mm and t are a thousand of their SI units, N mm and t mm^2 a thousandth, N and t mm one: both matrices alike.
     root = diags_array(np.array([1e-3 if dof.is_rotation else 1e3 for dof in rows]) ** 0.5)
-    return ImportedMatrices(csc_array(root @ stiffness @ root), csc_array(root @ mass @ root), rows, notes=notes)
+    return ImportedMatrices(csc_array(root @ stiffness @ root), csc_array(root @ mass @ root), rows, notes=notes,
+                            is_labelled=is_labelled)
 
 
 def _chosen(path: str | Path, matrices: Sequence[LabelledMatrix], name: str | None, marks: tuple[str, ...]) -> LabelledMatrix:

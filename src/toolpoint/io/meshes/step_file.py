@@ -146,6 +146,9 @@ def _answered(path: Path, size: float | None, kept: Path, *, script: Path) -> di
             reason = said[0] if said else f"the mesher ended with code {done.returncode}"
             if "load OCC geometry" in reason:
                 reason = "no whole STEP file; it is damaged or cut off; export it again"
+            if "Meshing failed" in reason and size is not None:
+                reason = (f"Netgen cannot mesh it with elements of {size:g} mm; take a smaller mesh_size, about as thick as "
+                          "its thinnest wall, or heal the solid in the program that drew it")
             raise ToolpointError(f"{path}: {reason}")
         try:
             kept.parent.mkdir(parents=True, exist_ok=True)

@@ -18,7 +18,7 @@ from toolpoint.io.door import check_regular
 from toolpoint.io.meshes.step_file import StepGeometry, StepMesh, measure_step, mesh_step, unit_name
 
 UNITS = {"m": 1.0, "mm": 1e-3, "cm": 1e-2, "in": 0.0254}
-SMALL, LARGE = 10e-3, 10.0  # m: parts beyond are asked about
+SMALL, LARGE, HEAVY = 10e-3, 10.0, 5e4  # m, m, kg: parts beyond are asked about
 APART = 0.01  # difference of mass or centre between mesh and geometry above which a mesh is called too coarse
 
 
@@ -66,7 +66,7 @@ def read_step(path: str | Path, material: Material, *, mesh_size: float, unit: s
     geometry = measure_step(path)
     factor = 1.0 if unit is None else _factor(unit, geometry)
     geometry = geometry.scaled(factor)
-    notes = _unit_notes(geometry, factor, unit)
+    notes = _unit_notes(geometry, factor, unit, mass=material.density * geometry.volume)
     check_size(geometry.high - geometry.low)
     mesh = mesh_step(geometry, mesh_size, factor=factor)
     elements = _outward(mesh)
@@ -96,14 +96,16 @@ def _factor(unit: str, geometry: StepGeometry) -> float:
     return factor
 
 
-def _unit_notes(geometry: StepGeometry, factor: float, unit: str | None) -> tuple[str, ...]:
-    """Name what looks odd about the size."""
+def _unit_notes(geometry: StepGeometry, factor: float, unit: str | None, *, mass: float) -> tuple[str, ...]:
+    """Name what looks odd about size and mass (kg)."""
     states, largest, note = f"the file states {unit_name(geometry.stated)}", geometry.largest, ""
     if factor != 1:
         note = f"read in {unit}, though {states}, as which it would be {largest / factor:.4g} m long"
     elif not SMALL <= largest <= LARGE and SIZES[0] <= largest <= SIZES[1]:
         length, other = (f"only {1e3 * largest:.3g} mm", "m") if largest < SMALL else (f"{largest:.3g} m", "mm")
         note = f"{length} long: was it drawn in {other}? {states}; compare its mass"
+    elif mass > HEAVY and largest <= SIZES[1]:
+        note = f"{mass:.3g} kg: was it drawn in mm? {states}, as which it is {largest:.3g} m long"
     if not note:
         return ()
     warnings.warn(f"{geometry.path}: {note}", ToolpointWarning, stacklevel=3)

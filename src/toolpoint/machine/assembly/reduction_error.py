@@ -10,6 +10,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint._doubt import Doubt
+from toolpoint.machine.assembly.mesh_estimate import is_coarse, mesh_errors, mesh_words
 from toolpoint.machine.assembly.reduction_estimate import ReductionEstimate, estimate_reduction
 from toolpoint.machine.assembly.shapes import STILL, body_shapes
 from toolpoint.machine.description.elastic import ElasticDescription, SolidBody
@@ -90,7 +91,8 @@ def estimate_note(estimate: ReductionEstimate) -> str:
         largest = float(error[worst])
         which = f"the first {count} frequencies" if sure.all() else f"{sure.sum()} of {count} frequencies"
         reasons = [f"{which} are within {_percent(largest)} of those with all finite elements (mode {worst + 1}; an estimate "
-                   "from the forces that each mode leaves in them)", "what the mesh itself errs by is not in it"]
+                   "from the forces that each mode leaves in them)"]
+    reasons.append(mesh_words(estimate.mesh))
     if coarse.size:
         reasons.append(f"estimate of mode {coarse[0] + 1} too large to believe, {_percent(error[coarse[0]])}")
         remedies.append("give the body a larger size")
@@ -102,6 +104,9 @@ def estimate_note(estimate: ReductionEstimate) -> str:
         remedies.append("compare with a body of a larger band")
     if largest > LARGE and not remedies:
         remedies.append("give the bodies a larger size or band")
+    if estimate.mesh is not None and is_coarse(estimate.mesh):
+        remedies.append("take a smaller mesh_size")
+        largest = max(float(estimate.mesh.max()), np.nan_to_num(largest))
     words = "; ".join(reasons)
     return Doubt(WHAT, words, " and ".join(remedies), figure=largest) if remedies else f"{WHAT}: {words}"
 
@@ -116,12 +121,15 @@ def _comparison_note(machine: Machine, pose: Mapping[str, float] | None, modes: 
         return ""
     worst = int(abs(error).argmax())
     share = 100 * abs(error[worst])
+    shapes = body_shapes(machine, dict(pose or {}), len(error))
+    mesh = mesh_errors(machine, 2 * np.pi * shapes.frequency, shapes.vectors)
     words = (f"the first {len(error)} frequencies are within {share:.2g} % of richer bodies' of the same mesh (mode "
-             f"{worst + 1}), a comparison and no bound; what the mesh itself errs by is not in it")
+             f"{worst + 1}), a comparison and no bound; {mesh_words(mesh)}")
     parts = [body.elastic or body.solid for body in machine.description.bodies.values()]
     sure = min((reliable_to(part) for part in parts if part is not None), default=0.0)
-    highest = float(body_shapes(machine, dict(pose or {}), len(error)).frequency[-1])
-    if abs(error[worst]) > LARGE or highest > sure:
+    if mesh is not None and is_coarse(mesh):
+        return Doubt(WHAT, words, "take a smaller mesh_size", figure=float(mesh.max()))
+    if abs(error[worst]) > LARGE or float(shapes.frequency[-1]) > sure:
         return Doubt(WHAT, f"{words}; modes above {sure:.4g} Hz and a size that is too small are the usual reasons",
                      "give the bodies a larger band or size", figure=share / 100)
     return f"{WHAT}: {words}"

@@ -20,6 +20,7 @@ from toolpoint._notebook import NotebookText
 from toolpoint.bodies import Body
 from toolpoint.machine.assembly import preload
 from toolpoint.machine.assembly.joint_terms import joint_matrices, loop_directions, loop_frame, loop_motion
+from toolpoint.machine.assembly.mesh_estimate import mesh_errors
 from toolpoint.machine.assembly.system import loop_basis, mass_matrix
 from toolpoint.machine.parts.model import LoopJoint, Machine
 from toolpoint.machine.pose.placement import Placement, body_coordinates, place_machine
@@ -36,12 +37,20 @@ class ReductionEstimate(NotebookText):
     """Estimates of how much too high the lowest natural frequencies at a pose are, by the reduction of elastic bodies.
 
     frequency : (modes,), Hz; error : (modes,), relative, at least the true one where `is_sure`; sure_to : Hz, up to which no
-    mode can be missing; is_sure : (modes,) bool, whether the mode is below that, and the estimate small enough to be believed.
+    mode can be missing; is_sure : (modes,) bool, whether the mode is below that, and the estimate small enough to be believed;
+    mesh : (modes,), by how much the meshes raise each frequency besides, about, relative; None where they are not known.
     """
 
     frequency: FloatArray
     error: FloatArray
     sure_to: float
+    mesh: FloatArray | None = None
+
+    @property
+    def largest(self) -> float:
+        """Largest error by reduction or mesh; infinite where one is not to be believed."""
+        mesh = 0.0 if self.mesh is None else float(self.mesh.max(initial=0.0))
+        return max(mesh, float(np.where(self.is_sure, self.error, np.inf).max(initial=0.0)))
 
     @property
     def is_sure(self) -> np.ndarray:
@@ -63,8 +72,8 @@ def can_estimate(machine: Machine) -> bool:
 def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None, modes: int = 10) -> ReductionEstimate | None:
     """Return the estimates at one pose (m, rad), at standstill; None where `can_estimate` is false.
 
-    What meshes and the tables of sliding places err by is not in it; nor, where gravity or loads act, what these do through
-    motions finer than the reduced ones.
+    What meshes err by stands beside it (`mesh`). What the tables of sliding places do between their entries is not in it; nor,
+    where gravity or loads act, what these do through motions finer than the reduced ones.
     """
     if not can_estimate(machine):
         return None
@@ -91,7 +100,8 @@ def estimate_reduction(machine: Machine, pose: Mapping[str, float] | None = None
     count = min(modes, len(squares))
     frequency = omega[:count] / (2 * np.pi)
     held = frequency > STILL * frequency.max(initial=0.0)
-    return ReductionEstimate(frequency, np.where(held, error[:count], 0.0), reach / SURE)
+    return ReductionEstimate(frequency, np.where(held, error[:count], 0.0), reach / SURE,
+                             mesh_errors(machine, omega[:count], vectors[:, :count]))
 
 
 def _tree_matrices(place: Placement) -> tuple[FloatArray, FloatArray, FloatArray]:

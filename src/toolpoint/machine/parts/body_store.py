@@ -76,6 +76,10 @@ def write_body(reduced: ReducedBody, path: Path) -> None:
     for i, part in enumerate(reduced.parts.values()):
         data[f"numbers{i}"] = np.array([part.numbers.modulus, part.numbers.density, part.numbers.loss_factor])
         data |= {f"stiffness{i}": part.stiffness, f"mass{i}": part.mass}
+        if part.mesh_energy is not None:
+            data[f"mesh{i}"] = part.mesh_energy
+    if body.mesh_energy is not None:
+        data["mesh"] = body.mesh_energy
     if body.residual is not None:
         data |= {"residual": body.residual.gram, "reach": np.array([body.residual.shift, body.residual.reach])}
         for i, loads in enumerate(body.residual.places[name] for name in body.interfaces):
@@ -97,7 +101,8 @@ def read_body(path: Path) -> ReducedBody:
             part = data.get(f"participation{i}")
             places[name] = Interface(data[f"position{i}"], part, table, data[f"along{i}"] if table is not None else None)
         surface = BodySurface(data["nodes"], data["triangles"], data["motion"]) if "nodes" in data else None
-        parts = {name: ReducedPart(ElasticNumbers(*data[f"numbers{i}"].tolist()), data[f"stiffness{i}"], data[f"mass{i}"])
+        parts = {name: ReducedPart(ElasticNumbers(*data[f"numbers{i}"].tolist()), data[f"stiffness{i}"], data[f"mass{i}"],
+                                   mesh_energy=data.get(f"mesh{i}"))
                  for i, name in enumerate(data["sets"].tolist())}
         residual = None
         if "residual" in data:
@@ -106,4 +111,4 @@ def read_body(path: Path) -> ReducedBody:
             shift, reach = data["reach"].tolist()
             residual = ResidualForm(data["residual"], shift, reach, loads)
         return ReducedBody(Body(data["mass"], data["stiffness"], data["damping"], places, tuple(data["notes"].tolist()),
-                                surface=surface, residual=residual), parts)
+                                surface=surface, residual=residual, mesh_energy=data.get("mesh")), parts)

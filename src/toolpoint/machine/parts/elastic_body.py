@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -14,6 +14,7 @@ from toolpoint.bodies import Body, Interface
 from toolpoint.bodies.reduced import ElasticNumbers, ReducedBody, ReducedPart
 from toolpoint.bodies.solid import Patch, SolidModel
 from toolpoint.bodies.solid.faces import outer_triangles, thin_triangles
+from toolpoint.bodies.solid.mesh_energy import mesh_energy
 from toolpoint.bodies.surface import BodySurface
 from toolpoint.machine.description.elastic import ElasticDescription, PatchDescription, SolidBody
 from toolpoint.machine.parts.residual_places import PlaceLoads, residual_form, split_sliding
@@ -89,16 +90,20 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
             else _sliding(place, model, reduction, name) for name, place in interfaces.items()}
     nominal = free_body(reduction, rigid.T @ (body.mass @ rigid), notes, interfaces=held, places=places,
                         surface=_surface(model, reduction))
-    return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors])))
+    energies = mesh_energy(model, reduction.vectors)
+    nominal = replace(nominal, mesh_energy=_even(np.sum(list(energies.values()), axis=0)))
+    return ReducedBody(nominal, _parts(model, nominal, np.hstack([rigid, reduction.vectors]), energies))
 
 
-def _parts(model: SolidModel, nominal: Body, motion: FloatArray) -> dict[str, ReducedPart]:
+def _parts(model: SolidModel, nominal: Body, motion: FloatArray, energies: Mapping[str, FloatArray]) -> dict[str, ReducedPart]:
     if len(model.set_names) == 1:
-        return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass) for name in model.set_names}
+        return {name: ReducedPart(_numbers(model, name), nominal.stiffness, nominal.mass, mesh_energy=_even(energies[name]))
+                for name in model.set_names}
     result = {}
     for name in model.set_names:
         stiffness, mass = model.projected(name, motion)
-        result[name] = ReducedPart(_numbers(model, name), _even(stiffness[6:, 6:]), _even(mass))
+        result[name] = ReducedPart(_numbers(model, name), _even(stiffness[6:, 6:]), _even(mass),
+                                   mesh_energy=_even(energies[name]))
     return result
 
 

@@ -32,13 +32,15 @@ class MatrixModes(NotebookText):
     def table(self) -> str:
         """Return mass and frequencies as text; rigid-body modes are named."""
         rows = [[str(i + 1), f"{f:.6f}", "rigid body" if f == 0 else ""] for i, f in enumerate(self.modes.frequency)]
-        mass = ", ".join(f"{m:.9g}" for m in self.matrices.directional_mass)
-        return text_table(f"{self.matrices.size} rows, mass along x, y, z: {mass} kg", ["mode", "frequency Hz", ""], rows)
+        known = ", ".join(f"{m:.9g}" for m in self.matrices.directional_mass)
+        mass = f"mass along x, y, z: {known} kg" if self.matrices.is_labelled else "without labels: their mass is not known"
+        return text_table(f"{self.matrices.size} rows, {mass}", ["mode", "frequency Hz", ""], rows)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return frequencies (Hz), mass by direction (kg) and notes as plain data."""
+        """Return frequencies (Hz), mass by direction (kg; None where rows have no labels) and notes as plain data."""
+        mass = self.matrices.directional_mass.tolist() if self.matrices.is_labelled else None
         return {"frequency_hz": self.modes.frequency.tolist(), "rigid_modes": int(self.modes.is_rigid.sum()),
-                "mass_kg": self.matrices.directional_mass.tolist(), "rows": self.matrices.size, "notes": list(self.notes)}
+                "mass_kg": mass, "rows": self.matrices.size, "notes": list(self.notes)}
 
 
 def solve_matrix_modes(matrices: ImportedMatrices, count: int = 12) -> MatrixModes:

@@ -53,6 +53,9 @@ class MachineModes(NotebookText):
             header.append("reduction error %")
             rows = [[*row, f"{100 * error:.2g}" if sure else "doubt"]
                     for row, error, sure in zip(rows, self.reduction.error, self.reduction.is_sure, strict=True)]
+            if self.reduction.mesh is not None:
+                header.append("mesh error %, about")
+                rows = [[*row, f"{100 * error:.2g}"] for row, error in zip(rows, self.reduction.mesh, strict=True)]
         if self.spread is not None:
             header += ["± Hz (95 %)", "mostly of"]
             rows = [[*row, f"{self.spread.interval[i]:.2g}", self.spread.main_part(i)] for i, row in enumerate(rows)]
@@ -60,13 +63,15 @@ class MachineModes(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the frequencies (Hz) as plain data, with half widths of 95 % intervals (None: not known) and their joints, and
-        how much too high each is at most by reduction, relative (None in the list: not to be believed)."""
+        how much too high each is by reduction at most, relative (None in the list: not to be believed), and about by the mesh.
+        """
         spread, estimate = self.spread, self.reduction
         return {"frequency_hz": self.frequency.tolist(),
                 "interval_hz": None if spread is None else spread.interval.tolist(),
                 "damping_ratio": None if self.damping_ratio is None else self.damping_ratio.tolist(),
                 "reduction_error": None if estimate is None else [
                     float(error) if sure else None for error, sure in zip(estimate.error, estimate.is_sure, strict=True)],
+                "mesh_error": None if estimate is None or estimate.mesh is None else estimate.mesh.tolist(),
                 "doubts": doubts_among(self.notes), "notes": list(self.notes),
                 "interval_mostly_of": None if spread is None else [spread.main_part(i) for i in range(len(self.frequency))]}
 

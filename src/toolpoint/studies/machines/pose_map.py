@@ -160,9 +160,8 @@ def _reduction(machine: Machine, grid: Grid, modes: int) -> tuple[str, ...]:
             continue
         assert estimate is not None
         asked += 1
-        largest = float(np.where(estimate.is_sure, estimate.error, np.inf).max())
-        if worst is None or largest > worst[0]:
-            worst = largest, grid.words(place), estimate
+        if worst is None or estimate.largest > worst[0]:
+            worst = estimate.largest, grid.words(place), estimate
     if worst is None:
         return ()
     _, where, estimate = worst

@@ -39,7 +39,7 @@ def question_reduction(machine: Machine) -> tuple[tuple[Doubt, ...], tuple[str, 
         assert estimate is not None
         if axis:
             doubts += _aside(machine, axis, pose)
-        worst.append((float(np.where(estimate.is_sure, estimate.error, np.inf).max()), pose, estimate))
+        worst.append((estimate.largest, pose, estimate))
     if not worst:
         return tuple(doubts), ()
     _, pose, estimate = max(worst, key=lambda row: row[0])
