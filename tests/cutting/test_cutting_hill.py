@@ -21,6 +21,7 @@ from toolpoint.cutting import (
 from toolpoint.cutting.cut.coefficients import edge_matrix
 from toolpoint.cutting.stability.hill.fourier import hill_cut
 from toolpoint.cutting.stability.hill.method import HillDeterminant
+from toolpoint.cutting.stability.hill.system import _null_vectors
 from toolpoint.vibration import frequency_response
 
 KINDS = ("pitch", "helix", "unequal helix", "both", "damping", "corner", "ball", "helical ball")
@@ -248,3 +249,12 @@ def test_what_it_cannot_do_is_refused() -> None:
         HillDeterminant(reach=0.5)
     with pytest.raises(ToolpointError, match="levels"):
         HillDeterminant(levels=1)
+
+
+@pytest.mark.parametrize("size", [2, 9])
+def test_null_vectors_of_a_root_hit_to_the_last_digit(size: int) -> None:
+    """An exactly singular matrix has a zero pivot: its null vectors are the best of all, not a division by zero."""
+    m = np.eye(size) + np.triu(np.arange(1.0, size**2 + 1).reshape(size, size), 1) * (0.3 + 0.2j)
+    m[-1, -1] = 0  # triangular: the last pivot is zero to the last digit
+    left, right = _null_vectors(m, None)
+    assert np.linalg.norm(m @ right) < 1e-12 * np.abs(m).max() and np.linalg.norm(left.conj() @ m) < 1e-12 * np.abs(m).max()

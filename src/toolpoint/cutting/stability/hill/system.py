@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import lu_factor, lu_solve
+from scipy.linalg.lapack import zgetrf, zgetrs
 
 from toolpoint._check import Array, ComplexArray, FloatArray
 from toolpoint.cutting.cut.problem import MillingProblem
@@ -294,11 +294,16 @@ def _seen(problem: MillingProblem, response: HarmonicResponse) -> Array:
 def _null_vectors(m: ComplexArray, start: tuple[ComplexArray, ComplexArray] | None) -> tuple[ComplexArray, ComplexArray]:
     """Left and right eigenvectors of the eigenvalue nearest zero by inverse iteration."""
     n = m.shape[0]
-    factors = lu_factor(m, check_finite=False)
+    factors, pivots, _ = zgetrf(m)
+    # Newton's iteration may hit a root to the last digit: a zero pivot then stands for one of rounding's size, which gives
+    # the null vectors at once; dividing by zero would lose the best of all roots.
+    least = np.finfo(float).eps * max(float(np.abs(m).max()), np.finfo(float).tiny)
+    at = np.arange(n)
+    factors[at, at] = np.where(factors[at, at] == 0, least, factors[at, at])
     left, right = (np.cos(np.arange(n) * 1.3 + 0.2) + 0j,) * 2 if start is None else start
     for _ in range(2 if start is not None else 6):
-        right = lu_solve(factors, right, check_finite=False)
+        right, _ = zgetrs(factors, pivots, right)
         right = right / np.linalg.norm(right)
-        left = lu_solve(factors, left, trans=2, check_finite=False)
+        left, _ = zgetrs(factors, pivots, left, trans=2)
         left = left / np.linalg.norm(left)
     return left, right
