@@ -14,13 +14,14 @@ from toolpoint._doubt import Doubt, status_of
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients
 from toolpoint.cutting.cut.problem import MillingProblem
-from toolpoint.cutting.force.laws import edge_field
 from toolpoint.cutting.force.phase import record_phases
+from toolpoint.cutting.force.unit_forces import NAMES, forces_per_coefficient, names_of
 from toolpoint.vibration import Record
 
 FINER = 4  # steps of the model's revolution for each sample, where angles are fitted
 UNIT = 10e-6  # m: scale of a run-out component in the fit
-NAMES = ("kt", "kn", "ka", "edge_t", "edge_n", "edge_a")
+SURE_RUNOUT = 0.1  # of UNIT: a deviation up to which a small run-out is told well enough, whatever its share of it
+LEAST_SEEN = 1e-13  # of the largest: eigenvalues of scaled information that rounding leaves
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,19 +73,25 @@ class Calibration(NotebookText):
         return f"Calibration({parts}; residual {self.residual:.3g} N, {self.status})"
 
 
-def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: FloatArray, *, depth: float) -> Calibration:
+def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: FloatArray, *, depth: float,
+                  errors: FloatArray | None = None, freedom: int | None = None) -> Calibration:
     r"""Return coefficients from mean forces at several feeds per tooth (linear regression).
 
     Parameters
     ----------
     problem : MillingProblem
-        Tool and engagement; its coefficients and feed are not used.
+        Tool (with its run-out, where it has one) and engagement; its coefficients and feed are not used.
     feeds : (n,) floats
         Feed per tooth, m; at least two different ones.
     mean_forces : (n, 2 or 3) floats
         Mean force on the tool along x, y (and z) over whole revolutions, N.
     depth : float
         m.
+    errors : (n, 2 or 3) floats, optional
+        Standard deviations of the mean forces, N, from the scatter between revolutions. Without them the residual of the line
+        over the feeds is taken for it; two feeds leave none, and then no interval is known.
+    freedom : int, optional
+        Degrees of freedom of the errors.
 
     A rounded edge (corner radius, ball) is integrated along its meridian, slice by slice.
 
@@ -94,21 +101,32 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
     mean = floats("mean_forces", mean_forces, (f.size, None))
     if np.unique(np.round(f, 12)).size < 2:
         fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", "cut at several feeds")
-    names = NAMES if mean.shape[1] == 3 else ("kt", "kn", "edge_t", "edge_n")
+    names = names_of(mean.shape[1])
     arc, teeth = problem.engagement, problem.tool.teeth
-    if problem.tool.corner_radius > 0:
+    if problem.tool.corner_radius > 0 or problem.tool.runout > 0:
         rows = [_mean_of_slices(problem, float(x), depth, mean.shape[1]) for x in f]
     else:
         rows = [_mean_row(arc.entry, arc.exit, teeth, depth, x, names)[:mean.shape[1]] for x in f]
     matrix, right = np.concatenate(rows), mean.ravel()
-    scale = np.linalg.norm(matrix, axis=0)
-    solution, _, rank, _ = np.linalg.lstsq(matrix / scale, right, rcond=None)
+    weight = np.ones(right.size) if errors is None else 1 / np.maximum(floats("errors", errors, mean.shape).ravel(), 1e-12)
+    scale = np.linalg.norm(matrix * weight[:, None], axis=0)
+    scaled = matrix * weight[:, None] / scale
+    solution, _, rank, _ = np.linalg.lstsq(scaled, right * weight, rcond=None)
     if rank < len(names):
         fail("mean_forces", f"rank {rank}", f"must determine {len(names)} coefficients", "use more feeds or another width")
-    freedom = max(right.size - len(names), 1)
-    sigma2 = float(np.sum((right - matrix / scale @ solution) ** 2)) / freedom
-    covariance = sigma2 * np.linalg.inv((matrix / scale).T @ (matrix / scale)) / np.outer(scale, scale)
-    return Calibration(names, solution / scale, covariance, freedom, float(np.sqrt(sigma2)))
+    rest, left = right - matrix / scale @ solution, right.size - len(names)
+    residual = float(np.sqrt(np.sum(rest**2) / max(left, 1)))
+    covariance, doubts = np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale), []
+    chi2 = float(np.sum((rest * weight)**2)) / max(left, 1)
+    if errors is not None:
+        covariance = covariance * max(chi2, 1.0)
+    elif left > 0:
+        covariance = covariance * chi2
+    else:  # a residual of zero would be an interval of zero
+        covariance = np.diag(np.full(len(names), np.inf))
+        doubts = [Doubt("mean forces", "they are as many as coefficients: no interval is known", "cut at a third feed")]
+    return Calibration(names, solution / scale, covariance, max(left if errors is None else freedom or left, 1), residual,
+                       status_of(doubts, "converged"))
 
 
 def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float, names: tuple[str, ...]) -> FloatArray:
@@ -127,10 +145,9 @@ def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float,
 
 
 def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directions: int) -> FloatArray:
-    """Mean force per unit of each coefficient over a revolution of a tool without run-out, by slices of its edge."""
+    """Mean force per unit of each coefficient over a revolution, by slices of the edge."""
     turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
-    plain = replace(problem, tool=problem.tool.with_runout(0.0), feed_per_tooth=feed)
-    model = _linear_model(plain, depth, turn, directions, 40)
+    model = forces_per_coefficient(replace(problem, feed_per_tooth=feed), depth, turn, directions, 40)
     return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
 
 
@@ -169,7 +186,7 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
     ways = data.shape[-1]
     if ways not in (2, 3):
         fail("forces", f"{ways} directions", "must be x, y or x, y, z")
-    names = list(NAMES if ways == 3 else ("kt", "kn", "edge_t", "edge_n"))
+    names = list(names_of(ways))
     if phase not in (False, True, "each"):
         fail("phase", repr(phase), "must be False, True or 'each'")
     linear, shifts = len(names), f.size if phase == "each" else int(phase)
@@ -218,8 +235,8 @@ class _Courses:
     def at(self, offset: complex, turn: FloatArray) -> FloatArray:
         """Return (n, n_turn, d, p) at these angles."""
         tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
-        parts = [_linear_model(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn, self.directions,
-                               self.slices) for x in self.feeds]
+        parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
+                                        self.directions, self.slices) for x in self.feeds]
         return np.stack(parts).reshape(self.feeds.size, turn.size, self.directions, -1)
 
     def matrix(self, offset: complex, shift: FloatArray) -> FloatArray:
@@ -245,7 +262,7 @@ def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, 
                                     numbers.get("runout_angle", problem.tool.runout_angle), problem.tool.tilt)
     linear = fit.values[:len(NAMES) if directions == 3 else 4]
     common = numbers.get("phase", 0.0)
-    parts = [_linear_model(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
+    parts = [forces_per_coefficient(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
                            np.asarray(angle) + numbers.get(f"phase_{i + 1}", common), directions, slices) @ linear
              for i, x in enumerate(f)]
     return np.stack(parts).reshape(f.size, np.size(angle), directions)
@@ -264,49 +281,51 @@ def _first_runout(matrix: Callable[[complex], FloatArray], data: FloatArray, run
     return [np.array([best.real, best.imag])]
 
 
-def _linear_model(problem: MillingProblem, depth: float, turn: FloatArray, directions: int, slices: int) -> FloatArray:
-    """Forces per unit of each coefficient at given run-out, shape (n_angle * n_directions, n_names)."""
-    phi, h, kappa, _, share = edge_field(problem, depth, turn, slices=slices)
-    s, c, sk, ck = np.sin(phi), np.cos(phi), np.sin(kappa)[:, None], np.cos(kappa)[:, None]
-    chip, edge = np.maximum(h, 0.0) * share, (h > 0) * share
-    zero = np.zeros(turn.size)
-
-    def over(field: FloatArray) -> FloatArray:
-        return field.sum((1, 2))
-
-    columns = []
-    for g in (chip, edge):
-        columns += [np.stack([-over(g * c), over(g * s), zero]),
-                    np.stack([-over(g * s * sk), -over(g * c * sk), over(g * ck)]),
-                    np.stack([over(g * s * ck), over(g * c * ck), over(g * sk)])]
-    every = np.stack(columns)[:, :directions]  # (name, direction, angle)
-    keep = every if directions == 3 else every[[0, 1, 3, 4]]
-    return keep.transpose(2, 1, 0).reshape(-1, keep.shape[0])
-
-
 def _reported(fit: OptimizeResult, names: list[str], scale: FloatArray, runout: bool, shifts: int, size: int) -> Calibration:
-    p, jacobian = fit.x, fit.jac
-    linear, freedom = len(names), size - fit.x.size
+    freedom = size - fit.x.size
     sigma2 = 2 * fit.cost / freedom
-    covariance = sigma2 * np.linalg.pinv(jacobian.T @ jacobian)
+    doubts = [] if fit.success else [Doubt("fit", f"not converged: {fit.message}", "give a nearer start")]
+    return report_fit(fit.x, sigma2 * invert_information(fit.jac.T @ fit.jac), tuple(names), scale=scale, runout=runout,
+                      shifts=shifts, freedom=freedom, residual=float(np.sqrt(sigma2)), doubts=doubts)
+
+
+def invert_information(information: FloatArray) -> FloatArray:
+    """Return the inverse of a normal matrix whose weak directions keep their large variance.
+
+    A pseudo-inverse gives a direction that the data do not tell no variance at all, and so the smallest of intervals.
+    """
+    size = np.sqrt(np.maximum(np.diag(information), 1e-30 * np.diag(information).max()))
+    values, vectors = np.linalg.eigh(information / np.outer(size, size))
+    values = np.maximum(values, LEAST_SEEN)
+    return np.asarray((vectors / values) @ vectors.T / np.outer(size, size))
+
+
+def report_fit(p: FloatArray, covariance: FloatArray, names: tuple[str, ...], *, scale: FloatArray, runout: bool, shifts: int,
+               freedom: int, residual: float, doubts: list[Doubt]) -> Calibration:
+    """Return a Calibration of fitted numbers: coefficients over `scale`, the offset's two components over UNIT, angles.
+
+    p : (p,); covariance : (p, p) of them; doubts : of the fit so far. Offset and direction follow with their covariance.
+    """
+    linear = len(names)
     turn = np.eye(p.size)
     values = p.astype(float).copy()
     values[:linear] *= scale
     turn[range(linear), range(linear)] = scale
     if runout:
         x, y = p[linear], p[linear + 1]
-        r = np.hypot(x, y)
+        r = max(float(np.hypot(x, y)), np.finfo(float).tiny)
         turn[linear:linear + 2, linear:linear + 2] = [[UNIT * x / r, UNIT * y / r], [-y / r**2, x / r**2]]
         values[linear], values[linear + 1] = UNIT * r, np.arctan2(y, x)
-        names = [*names, "runout", "runout_angle"]
-    names = [*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)])]
-    poor = runout and np.sqrt(covariance[linear:linear + 2, linear:linear + 2].trace()) > 0.1 * r
-    doubts = [] if fit.success else [Doubt("fit", f"not converged: {fit.message}", "give a nearer start")]
-    if fit.success and poor:
-        doubts.append(Doubt("run-out", "its two components are poorly determined (two teeth show only one of them), so its "
-                            "interval is too narrow", "cut deeper or use a tool with more teeth"))
-    return Calibration(tuple(names), values, turn @ covariance @ turn.T, freedom, float(np.sqrt(sigma2)),
-                       status_of(doubts, "converged"))
+        names = (*names, "runout", "runout_angle")
+    names = (*names, *(["phase"] if shifts == 1 else [f"phase_{i + 1}" for i in range(shifts)]))
+    reported = turn @ covariance @ turn.T
+    if runout and (weak := float(covariance[linear:linear + 2, linear:linear + 2].trace())) > max(0.1 * r, SURE_RUNOUT)**2:
+        # To first order the offset does not know its component across: its interval is that of the weaker one.
+        reported[linear, linear] = UNIT**2 * weak
+        reported[linear + 1, linear + 1] = weak / r**2 if weak < r**2 else np.inf
+        doubts = doubts or [Doubt("run-out", "its two components are poorly determined: two teeth show only one of them",
+                                  "cut deeper or use a tool with more teeth")]
+    return Calibration(names, values, reported, freedom, residual, status_of(doubts, "converged"))
 
 
 def revolution(record: Record, speed: float, revolutions: int | None = None) -> tuple[FloatArray, FloatArray]:

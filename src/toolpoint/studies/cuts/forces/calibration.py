@@ -16,15 +16,13 @@ from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.cutting.force.calibration import Calibration, average_force, forces_of_fit, instantaneous
+from toolpoint.cutting.force.turned_fit import TurnedForces, fit_turns, turn_forces
 from toolpoint.studies.cuts.forces.force_doubts import (
     MISFIT,
+    SMALL,
     better_tool,
-    interpolation_error,
-    mean_scatter,
-    misfit_of,
     resample_courses,
     speed_doubts,
-    split_turns,
     widen_intervals,
 )
 from toolpoint.studies.cuts.forces.force_records import by_feed, fold, unsteady
@@ -37,10 +35,12 @@ SHOWN = {"kt": ("K_t", 1e-6, "N/mm^2"), "kn": ("K_n", 1e-6, "N/mm^2"), "ka": ("K
          "runout": ("run-out", 1e6, "µm"), "runout_angle": ("run-out angle", 180 / np.pi, "deg")}
 FIELDS = {"kt": "tangential", "kn": "normal", "ka": "axial", "edge_t": "edge_tangential", "edge_n": "edge_normal",
           "edge_a": "edge_axial"}
-BLIND = "Mean forces know no run-out: where it lifts an edge out of the work, they are off by more than their intervals."
+BLIND = ("Mean forces know no run-out, which lifts thin ends of the chip out of the work: what the fitted run-out would change "
+         "is in their intervals.")
 NAMED = "Tooth 0 is named by the fit: the run-out angle is known up to whole pitches of the teeth."
 SLICES = 40
 COARSE, COARSE_SLICES = 90, 12  # angles and slices of trial fits
+STARTING = 120  # angles of the first fit of a helical tool
 LEAST = 2e7  # Pa, of K_t
 
 
@@ -77,7 +77,7 @@ class CalibrationStudy(NotebookText):
         """Return values and 95 % intervals in SI, for JSON."""
         def numbers(fit: Calibration | None) -> dict[str, Any] | None:
             return None if fit is None else {
-                "parameters": {name: {"value": float(v), "interval": list(map(float, ends))}
+                "parameters": {name: {"value": float(v), "interval": ends.tolist() if np.isfinite(ends).all() else None}
                                for name, v, ends in zip(fit.names, fit.values, fit.interval, strict=True)},
                 "residual_n": fit.residual, "status": fit.status}
         return {"instantaneous": numbers(self.fit), "average": numbers(self.average), "feeds_m": self.feeds.tolist(),
@@ -96,7 +96,7 @@ class CalibrationStudy(NotebookText):
             lines.append(f"note: {NAMED}")
         if self.average is None:
             return "\n".join([*lines, "note: one feed only: no fit of average forces"])
-        rest = f"residual {self.average.residual:.4g} N, {self.average.freedom} degrees of freedom"
+        rest = f"residual {self.average.residual:.4g} N, {self.average.status}"
         return "\n".join([*lines, text_table("Average forces", HEADER, fit_rows(self.average)), rest, f"note: {BLIND}"])
 
 
@@ -107,24 +107,26 @@ def calibrate(records: Sequence[tuple[str, Record]], test: CuttingTest) -> Calib
     """
     check_test(test)
     problem, cut = _problem(test)
-    forces = by_feed(records, test.feeds)
+    forces = [(feed, part if test.force_on == "tool" else _opposite(part), name)
+              for feed, part, name in by_feed(records, test.feeds)]
     doubts = unsteady(forces, test.speed, problem.tool.teeth)
     drifting = [] if doubts else speed_doubts(forces, test.speed, problem.tool.teeth)
-    result = _fitted(problem, cut, test, forces)
-    return _judged(replace(result, doubts=(*doubts, *drifting, *_negative(result.fit))), forces, bool(drifting))
+    result, misfit = _fitted(problem, cut, test, forces)
+    return _judged(replace(result, doubts=(*doubts, *drifting, *_negative(result.fit))), misfit, bool(drifting))
 
 
-def _judged(result: CalibrationStudy, records: Sequence[tuple[float, Record, str]], drifting: bool) -> CalibrationStudy:
+def _opposite(part: Record) -> Record:
+    """Return the forces on the tool from those on the work."""
+    return Record(-part.samples, part.sample_rate, part.channels, part.quantities, part.units)
+
+
+def _judged(result: CalibrationStudy, misfit: float, drifting: bool) -> CalibrationStudy:
     """Return the study with its fit marked and widened where the forces do not fit what is said of the cut."""
-    scatters = [mean_scatter(split_turns(part, result.test.speed)) for _, part, _ in records]
-    scatter = float(np.sqrt(np.mean(np.square(scatters))))
-    error = float(np.hypot(scatter, interpolation_error(result.measured)))
-    misfit = misfit_of(result.fit, error, float(np.sqrt(np.mean(result.measured**2))))
-    if np.isnan(scatter):
-        few = Doubt("residual", "a record holds fewer than three revolutions: without a scatter between turns it cannot be "
-                    "judged")
-        result = replace(result, doubts=(*result.doubts, few))
-    if not drifting and misfit <= MISFIT:
+    if np.isnan(misfit):
+        few = Doubt("residual", "too few revolutions: without a scatter between turns it cannot be judged")
+        return replace(result, doubts=(*result.doubts, few))
+    small = result.fit.residual < SMALL * float(np.sqrt(np.mean(result.measured**2)))
+    if not drifting and (misfit <= MISFIT or small):
         return result
     widened = "the intervals are widened, and may still be too narrow"
     doubt = Doubt("spindle speed", "the records say another one", widened, figure=misfit)
@@ -165,23 +167,50 @@ def _problem(test: CuttingTest) -> tuple[MillingProblem, CuttingDescription]:
 
 
 def _fitted(problem: MillingProblem, cut: CuttingDescription, test: CuttingTest,
-            records: Sequence[tuple[float, Record, str]]) -> CalibrationStudy:
+            records: Sequence[tuple[float, Record, str]]) -> tuple[CalibrationStudy, float]:
+    """Return both fits and the misfit: a first fit of the mean revolution, then one of every sample at its own angle."""
     feeds, angle, forces = fold(records, test.speed)
-    forces = -forces if test.force_on == "work" else forces
-    average = average_force(problem, feeds, forces.mean(1), depth=test.depth) if np.unique(feeds).size > 1 else None
-    _check_sign(average)
-    begin = angle if test.angle is None else angle + np.radians(test.angle)
-    fit = instantaneous(problem, feeds, begin, forces=forces, depth=test.depth, runout=test.runout,
-                        phase="each" if test.angle is None else False, slices=SLICES)
-    _check_sign(fit)
-    fitted = forces_of_fit(problem, fit, feeds, angle=begin, depth=test.depth, directions=forces.shape[2], slices=SLICES)
+    turned = [turn_forces(part, test.speed) for _, part, _ in records]
+    known = None if test.angle is None else float(np.radians(test.angle))
+    # A straight edge enters and leaves in jumps, which a coarse revolution would misplace; a helical one does not.
+    coarse, courses = resample_courses(angle, forces, STARTING if problem.tool.has_helix else angle.size)
+    start = instantaneous(problem, feeds, coarse + (known or 0.0), forces=courses, depth=test.depth, runout=test.runout,
+                          phase="each" if known is None else False, slices=COARSE_SLICES)
+    _check_sign(start)
+    fit, misfit = fit_turns(problem, feeds, turned, depth=test.depth, start=start, angle=known, slices=SLICES)
+    average = _fit_means(problem, test, feeds, turned, fit)
+    for each in (average, fit):
+        _check_sign(each)
+    fitted = forces_of_fit(problem, fit, feeds, angle=angle + (known or 0.0), depth=test.depth, directions=forces.shape[2],
+                           slices=SLICES)
     k, values_of = fit.coefficients, dict(zip(fit.names, fit.values.tolist(), strict=True))
     values: dict[str, Any] = {FIELDS[name]: getattr(k, name) for name in FIELDS if name in values_of}
     if "runout" in values_of:
         values |= {"runout": values_of["runout"], "runout_angle": values_of["runout_angle"]}
     words = f"calibrated from {feeds.size} force records, residual {fit.residual:.3g} N"
     described = cut.replaced(**values, source=words)
-    return CalibrationStudy(test, described, average, fit, feeds, angle, forces, fitted, tuple(name for _, _, name in records))
+    names = tuple(name for _, _, name in records)
+    return CalibrationStudy(test, described, average, fit, feeds, angle, forces, fitted, names), misfit
+
+
+def _fit_means(problem: MillingProblem, test: CuttingTest, feeds: FloatArray, turned: Sequence[TurnedForces],
+               fit: Calibration) -> Calibration | None:
+    """Return the fit of mean forces of a tool without run-out; what the fitted run-out would change is in its intervals."""
+    if np.unique(feeds).size < 2:
+        return None
+    means = np.array([each.mean_turn()[0] for each in turned])
+    errors = np.array([each.mean_turn()[1] for each in turned])
+    known: dict[str, Any] = {"errors": errors, "freedom": sum(each.turns - 1 for each in turned)}
+    if not np.isfinite(errors).all():
+        known = {}
+    plain = replace(problem, tool=problem.tool.with_runout(0.0))
+    average = average_force(plain, feeds, means, depth=test.depth, **known)
+    offset = dict(zip(fit.names, fit.values.tolist(), strict=True))
+    if "runout" not in offset:
+        return average
+    thrown = replace(problem, tool=problem.tool.with_runout(offset["runout"], offset["runout_angle"]))
+    apart = average_force(thrown, feeds, means, depth=test.depth, **known).values - average.values
+    return replace(average, covariance=average.covariance + np.diag(apart**2))
 
 
 def _check_sign(fit: Calibration | None) -> None:
@@ -205,5 +234,6 @@ def fit_rows(fit: Calibration) -> list[list[str]]:
     for name, value, (low, high) in zip(fit.names, fit.values, fit.interval, strict=True):
         if name in SHOWN:
             label, factor, unit = SHOWN[name]
-            result.append([label, f"{factor * value:.5g}", f"{factor * low:.5g} .. {factor * high:.5g}", unit])
+            ends = f"{factor * low:.5g} .. {factor * high:.5g}" if np.isfinite(high - low) else "not known"
+            result.append([label, f"{factor * value:.5g}", ends, unit])
     return result

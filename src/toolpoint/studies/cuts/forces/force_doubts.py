@@ -17,7 +17,7 @@ from toolpoint.vibration import Record
 HARMONICS = 3  # of the tooth passing
 LEAST_TURNS = 3
 SURE, SMEARED = 5.0, 0.05  # errors of the speed; drift of the tooth passing over the record, rad
-MISFIT, SMALL = 1.5, 0.01  # residual over scatter between turns and error of interpolation; over the size of the forces
+MISFIT, SMALL = 1.5, 0.01  # residual over what the scatter between turns explains; over the size of the forces
 BETTER = 0.7  # residual over that of the stated tool, from which another tool is named
 HELICES = (0, 10, 20, 30, 40, 50)  # degrees
 
@@ -43,19 +43,6 @@ def split_turns(record: Record, speed: float) -> FloatArray:
     at = (np.arange(n)[None, :] / n + np.arange(whole)[:, None]) * per
     index = np.arange(record.samples.shape[0])
     return np.stack([np.interp(at, index, column) for column in record.samples.T], axis=-1)
-
-
-def mean_scatter(turns: FloatArray) -> float:
-    """Return the standard error of the mean revolution, N, from the scatter between turns; NaN for fewer than three."""
-    if len(turns) < LEAST_TURNS:
-        return float("nan")
-    return float(np.sqrt(np.mean(np.var(turns, axis=0, ddof=1)) / len(turns)))
-
-
-def interpolation_error(courses: FloatArray) -> float:
-    """Return the error of mean revolutions (n, n_angle, d) from lines between samples, N: an eighth of the second difference,
-    which is large where edges enter and leave."""
-    return float(np.sqrt(np.mean((np.roll(courses, 1, axis=1) - 2 * courses + np.roll(courses, -1, axis=1))**2))) / 8
 
 
 def record_speed(turns: FloatArray, speed: float, teeth: int) -> RecordSpeed | None:
@@ -98,14 +85,11 @@ def speed_doubts(records: Sequence[tuple[float, Record, str]], speed: float, tee
     return lines
 
 
-def misfit_of(fit: Calibration, scatter: float, size: float) -> float:
-    """Return residual over the error of the mean revolution (scatter between turns, interpolation); 0 where the
-    scatter is unknown or the residual small against the forces (`size`, N)."""
-    return 0.0 if not scatter > 0 or fit.residual < SMALL * size else fit.residual / scatter
-
-
 def widen_intervals(fit: Calibration, average: Calibration | None, misfit: float, *, cause: Doubt) -> Calibration:
-    """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise."""
+    """Return the fit marked doubtful, its intervals widened by the misfit and by what the average forces say otherwise.
+
+    The intervals hold the misfit once, as if it were noise of single samples; what all samples share does not average out.
+    """
     covariance = fit.covariance * max(misfit, 1.0)**2
     if average is not None:
         other = dict(zip(average.names, average.values.tolist(), strict=True))

@@ -1,0 +1,396 @@
+r"""Coefficients from every sample of force records, where it stands on the revolution.
+
+Laid on equal angles by lines between samples, the jumps of edges that enter and leave are rounded and neighbours share their
+noise: coefficients of such a mean revolution are off by several of its intervals. Here samples keep their own angle (means of
+narrow bins), and two errors are told apart:
+
+- noise, from the scatter of samples that share a bin, turn by turn: :math:`\Sigma = H^{-1} (\sum_t g_t g_t^T) H^{-1}` with
+  the gradients g of single turns, so that noise which neighbouring samples share is in it;
+- what a sample beside a jump can tell: the model's second difference over a sample's spacing, as an error of its own in the
+  weight. Where the edge stood between two samples is then told by the course of the forces, not by one lucky sample.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from toolpoint._check import Array, FloatArray, fail, floats
+from toolpoint._doubt import Doubt
+from toolpoint.cutting.cut.problem import MillingProblem
+from toolpoint.cutting.force.calibration import UNIT, Calibration, invert_information, report_fit
+from toolpoint.cutting.force.unit_forces import forces_per_coefficient, names_of
+from toolpoint.vibration import Record
+
+MOST_BINS = 720  # of a revolution
+FINE = 1440  # angles of the model's table
+CALM = 0.7  # quantile of the jumps below which bins tell the noise
+JUMP = 0.5  # deviation of a sample beside a jump, over the jump
+WIDE = 5.0  # deviation of a run-out component before anything is measured, over UNIT: 50 um
+STEP = 0.1  # of UNIT, for the slope along the run-out: slices leave the cut one by one, less would see single ones
+ROUNDS, SMALL = 40, 0.01  # steps of the fit; change of chi-squared that ends it
+LEAST_ROUNDS, LOOSE = 2, 8  # rounds at least; rounds after which the weights stay as they are
+SURER = 0.2  # share by which a record's chi-squared must fall for its teeth to be named otherwise
+POOR = 1.3  # misfit from which another offset is looked for
+OFFSETS = np.outer([0.3, 1.0], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()  # guesses, over UNIT
+LEAST_TURNS = 3  # whose means say how much they scatter
+LEAST_FREEDOM = 4  # turns beyond the first of each record, from which their scatter gives the covariance
+
+
+@dataclass(frozen=True, eq=False)
+class TurnedForces:
+    """Samples of whole revolutions of one record, and their means in narrow bins of the rotation.
+
+    Parameters
+    ----------
+    angle : (n,) floats
+        Mean rotation from the first sample of the samples in each bin that holds any, rad.
+    force : (n, d) floats
+        Their mean force, N.
+    count : (n,) floats
+        Their number.
+    per : float
+        Samples of a revolution.
+    spacing : float
+        Rotation from one sample to the next, or the width of a bin where that is more, rad.
+    samples : (m, d) floats
+        Every sample, N; `bin` (m,) and `turn` (m,) say where it belongs.
+    """
+
+    angle: FloatArray
+    force: FloatArray
+    count: FloatArray
+    per: float
+    spacing: float
+    samples: FloatArray
+    bin: Array
+    turn: Array
+
+    @property
+    def turns(self) -> int:
+        """Whole revolutions."""
+        return int(self.turn[-1]) + 1
+
+    def mean_turn(self) -> tuple[FloatArray, FloatArray]:
+        """Return the mean force over all revolutions (d,) and its standard deviation (d,), N: by their scatter, and by jumps.
+
+        A turn holds a sample more or less than the next: turns are weighed by the angle that each sample stands for. Where
+        every turn is sampled at the same angles, a jump of height J lies anywhere between two of n: J / (n sqrt(12)).
+        """
+        at = np.arange(self.samples.shape[0] + 1.0)
+        total = np.concatenate([np.zeros((1, self.samples.shape[1])), np.cumsum(self.samples, axis=0)])
+        ends = np.linspace(0.0, min(self.turns * self.per, at[-1]), self.turns + 1)
+        courses = np.stack([np.diff(np.interp(ends, at, column)) for column in total.T], axis=1) / np.diff(ends)[:, None]
+        if self.turns < LEAST_TURNS:
+            return courses.mean(axis=0), np.full(courses.shape[1], np.nan)
+        return courses.mean(axis=0), np.sqrt(courses.var(axis=0, ddof=1) / self.turns + self._placed())
+
+    def _placed(self) -> FloatArray:
+        """Variance (d,) of the mean because jumps lie somewhere between samples; a jump shows in two second differences."""
+        second = self.force - (np.roll(self.force, 1, axis=0) + np.roll(self.force, -1, axis=0)) / 2
+        within = self.mean((self.samples - self.force[self.bin])**2) / np.maximum(self.count - 1, 1)[:, None]
+        jumps = np.sum(4 * second**2 - 6 * within, axis=0)
+        return np.asarray(np.maximum(jumps, 0.0) / (24 * self.angle.size**2))
+
+    def mean(self, values: Array) -> FloatArray:
+        """Return the means (n, k) over each bin of values (m, k) of the samples."""
+        sums = [np.bincount(self.bin, column, self.angle.size) for column in values.T]
+        return np.asarray(np.stack(sums, axis=1) / self.count[:, None], float)
+
+
+def turn_forces(record: Record, speed: float) -> TurnedForces:
+    """Return the samples of a force record by the rotation at which they were taken, at a constant speed in rev/min."""
+    per = record.sample_rate * 60 / speed
+    whole = int(record.samples.shape[0] / per + 1e-9)
+    if whole < 1:
+        fail("record", f"{record.samples.shape[0]} samples", f"must hold a revolution ({per:.0f} samples)")
+    size = min(int(np.ceil(whole * per - 1e-9)), record.samples.shape[0])
+    turned = np.arange(size) / per
+    turn = np.minimum((turned + 1e-9).astype(int), whole - 1)
+    angle = 2 * np.pi * np.maximum(turned - turn, 0.0)
+    bins = int(min(MOST_BINS, max(per, size // 4)))
+    place = np.minimum((angle / (2 * np.pi) * bins + 1e-6).astype(int), bins - 1)
+    count = np.bincount(place, minlength=bins)
+    held = count > 0
+    index = (np.cumsum(held) - 1)[place]
+    values = np.column_stack([angle, record.samples[:size]])
+    sums = np.stack([np.bincount(index, column, int(held.sum())) for column in values.T], axis=1)
+    means = sums / count[held][:, None]
+    return TurnedForces(means[:, 0], means[:, 1:], count[held].astype(float), per,
+                        2 * np.pi / min(per, bins), np.asarray(record.samples[:size], float), index, turn)
+
+
+def fit_turns(problem: MillingProblem, feeds: FloatArray, records: Sequence[TurnedForces], *, depth: float,
+              start: Calibration, angle: float | None = None, slices: int = 40) -> tuple[Calibration, float]:
+    """Return coefficients, run-out and phases from all samples of records, and the misfit.
+
+    Parameters
+    ----------
+    problem : MillingProblem
+        Tool and engagement.
+    feeds : (n,) floats
+        Feed per tooth of each record, m.
+    records : sequence of TurnedForces
+    depth : float
+        m.
+    start : Calibration
+        A fit of the mean revolution (`instantaneous`); says whether run-out and a phase of each record are fitted.
+    angle : float, optional
+        Rotation of tooth 0 at the first sample, rad, where `start` has no phases; otherwise they are fitted.
+    slices : int
+        Axial slices of a helical tool.
+
+    Returns
+    -------
+    fit : Calibration
+    misfit : float
+        Residual of the bins over what the scatter of the samples explains: 1 where the model is right, NaN where no bin holds
+        two samples. The intervals grow with it.
+    """
+    fit = _TurnsFit(problem, floats("feeds", np.atleast_1d(feeds)), records, depth, start, angle or 0.0, slices)
+    result, converged = fit.converge_named(fit.first)
+    if fit.misfit(result) > POOR and fit.runout:
+        other = fit.converge_named(fit.guess_offset(result))
+        result, converged = min((result, converged), other, key=lambda each: fit.misfit(each[0]))
+    return fit.reported(result, converged)
+
+
+class _TurnsFit:
+    """Weighted Gauss-Newton steps; numbers are coefficients over their scale, offset over UNIT, phases."""
+
+    def __init__(self, problem: MillingProblem, feeds: FloatArray, records: Sequence[TurnedForces], depth: float,
+                 start: Calibration, angle: float, slices: int) -> None:
+        self.problem, self.feeds, self.records, self.depth, self.slices = problem, feeds, records, depth, slices
+        self.ways = records[0].force.shape[1]
+        self.names = names_of(self.ways)
+        numbers = dict(zip(start.names, start.values.tolist(), strict=True))
+        self.linear, self.runout = len(self.names), "runout" in numbers
+        self.shifts = len(records) if "phase_1" in numbers else 0
+        self.begin = np.full(len(records), angle)
+        values = np.array([numbers[name] for name in self.names])
+        self.scale = np.maximum(np.abs(values), 1e-3 * np.abs(values).max())
+        offset = numbers["runout"] * np.exp(1j * numbers["runout_angle"]) / UNIT if self.runout else 0j
+        phases = [numbers[f"phase_{i + 1}"] for i in range(self.shifts)]
+        self.first = np.array([*values / self.scale, *([offset.real, offset.imag] if self.runout else []), *phases])
+        self.noise = np.full(self.ways, np.nan)
+        self._tables: dict[complex, FloatArray] = {}
+
+    def converge_named(self, first: FloatArray) -> tuple[FloatArray, bool]:
+        """Return the converged numbers, their teeth named as they fit best."""
+        result, converged = self.converge(first)
+        for _ in self.records:
+            named = self._name_teeth(result, self._weights(result), SURER)
+            if np.array_equal(named, result):
+                break
+            result, converged = self.converge(named)
+        return result, converged
+
+    def guess_offset(self, p: FloatArray) -> FloatArray:
+        """Return the numbers with another offset, of a few, with which they fit best; its teeth named anew."""
+        weights, guesses = self._weights(p), []
+        for offset in OFFSETS:
+            guess = p.copy()
+            guess[self.linear:self.linear + 2] = offset.real, offset.imag
+            guesses.append(self._name_teeth(guess, weights, 0.0))
+        return min(guesses, key=lambda guess: self._cost(guess, weights))
+
+    def misfit(self, p: FloatArray) -> float:
+        """Residual over what noise and jumps explain."""
+        weights = self._weights(p)
+        return float(np.sqrt(np.sum((self._residual(p) * weights)**2) / max(weights.size - p.size, 1)))
+
+    def _name_teeth(self, p: FloatArray, weights: FloatArray, surer: float) -> FloatArray:
+        """Return the numbers with each record's phase moved by the whole pitches that fit its forces best.
+
+        Teeth of a regular tool differ by run-out alone: which of them is tooth 0 in a record is easily taken wrongly at first.
+        """
+        tool = self.problem.tool
+        if not (self.shifts and self.runout and tool.is_regular):
+            return p
+        named = p.copy()
+        ends = np.cumsum([record.angle.size * self.ways for record in self.records])[:-1]
+        costs = np.empty((tool.teeth, len(self.records)))
+        for k in range(tool.teeth):
+            moved = p.copy()
+            moved[p.size - self.shifts:] += 2 * np.pi * k / tool.teeth
+            costs[k] = [float(np.sum(part**2)) for part in np.split(self._residual(moved) * weights, ends)]
+        better = costs.argmin(axis=0)
+        better[costs[0] - costs.min(axis=0) <= surer * costs.min(axis=0)] = 0
+        named[p.size - self.shifts:] += 2 * np.pi * better / tool.teeth
+        return named
+
+    def converge(self, first: FloatArray) -> tuple[FloatArray, bool]:
+        """Return the numbers, and whether the last step changed chi-squared by next to nothing."""
+        p, weights = first, self._weights(first)
+        for turn in range(ROUNDS):
+            if turn < LOOSE:
+                weights = self._weights(p)
+            jacobian, residual = self._jacobian(p) * weights[:, None], self._residual(p) * weights
+            information, pull = self._with_prior(jacobian.T @ jacobian, jacobian.T @ residual, p)
+            inverse = invert_information(information)
+            step = -inverse @ pull
+            cost = lower = self._cost(p, weights)
+            for _ in range(6):
+                lower = self._cost(p + step, weights)
+                if lower <= cost:
+                    break
+                step = step / 2
+            # Less change of chi-squared is samples beside jumps that change sides, which says nothing any more.
+            if cost - lower < SMALL and turn >= LEAST_ROUNDS:
+                return (p + step if lower < cost else p), True
+            p = p + step if lower < cost else p
+        return p, False
+
+    def reported(self, p: FloatArray, converged: bool) -> tuple[Calibration, float]:
+        """Return the Calibration of fitted numbers and the misfit."""
+        weights = self._weights(p)
+        jacobian, residual = self._jacobian(p), self._residual(p)
+        inner = jacobian * weights[:, None]
+        inverse = invert_information(self._with_prior(inner.T @ inner, np.zeros(p.size), p)[0])
+        freedom, misfit = weights.size - p.size, self.misfit(p)
+        turns = sum(record.turns - 1 for record in self.records)
+        judged = bool(np.isfinite(self._scatter(p)).all())
+        covariance = inverse
+        if turns >= LEAST_FREEDOM:
+            spread = self._spread(p, jacobian, weights)
+            covariance, freedom = inverse @ spread @ inverse + self._prior_share(inverse), turns
+        doubts = [] if converged else [Doubt("fit", f"not converged in {ROUNDS} steps", "check tool, arc and angles")]
+        count = np.concatenate([np.repeat(record.count, self.ways) for record in self.records])
+        rms = float(np.sqrt(np.sum(count * residual**2) / np.sum(count)))
+        factor = max(misfit, 1.0)**2 if judged else misfit**2
+        covariance = covariance * factor + np.diag(self._sliced(p, weights, inverse @ inner.T)**2)
+        return report_fit(p, covariance, self.names, scale=self.scale, runout=self.runout, shifts=self.shifts,
+                          freedom=max(freedom, 1), residual=rms, doubts=doubts), misfit if judged else float("nan")
+
+    def _sliced(self, p: FloatArray, weights: FloatArray, gain: FloatArray) -> FloatArray:
+        """Change of the numbers (p,) when the edge is cut in half as many slices: what slices leave is at most as much."""
+        fine, tables, here = self.slices, self._tables, self._residual(p)
+        self.slices, self._tables = max(fine // 2, 1), {}
+        coarse = self._residual(p)
+        self.slices, self._tables = fine, tables
+        return np.asarray(gain @ ((coarse - here) * weights))
+
+    def _offset(self, p: FloatArray) -> complex:
+        return complex(p[self.linear], p[self.linear + 1]) * UNIT if self.runout else 0j
+
+    def _table(self, offset: complex) -> FloatArray:
+        """Forces per unit of each coefficient (n, FINE, d, p) over the revolution; the latest few are kept."""
+        if offset not in self._tables:
+            if len(self._tables) > 6:
+                self._tables.clear()
+            tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
+            turn = 2 * np.pi * np.arange(FINE) / FINE
+            parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
+                                            self.ways, self.slices) for x in self.feeds]
+            self._tables[offset] = np.stack(parts).reshape(self.feeds.size, FINE, self.ways, -1)
+        return self._tables[offset]
+
+    def _at(self, p: FloatArray, record: int, ahead: float = 0.0) -> FloatArray:
+        """Forces per unit (n, d, p) at the angles of a record's bins, or so much ahead of them (rad)."""
+        shift = p[p.size - self.shifts + record] if self.shifts else self.begin[record]
+        place = (self.records[record].angle + shift + ahead) / (2 * np.pi) * FINE
+        low = np.floor(place).astype(int)
+        part, table = (place - low)[:, None, None], self._table(self._offset(p))[record]
+        return np.asarray(table[low % FINE] * (1 - part) + table[(low + 1) % FINE] * part)
+
+    def _forces(self, p: FloatArray, ahead: float = 0.0) -> list[FloatArray]:
+        """Forces (n, d) of every record's bins; `ahead` in sample spacings."""
+        values = p[:self.linear] * self.scale
+        return [self._at(p, i, ahead * record.spacing) @ values for i, record in enumerate(self.records)]
+
+    def _residual(self, p: FloatArray) -> FloatArray:
+        return np.concatenate([(force - record.force).ravel() for force, record in zip(self._forces(p), self.records)])
+
+    def _cost(self, p: FloatArray, weights: FloatArray) -> float:
+        offset = p[self.linear:self.linear + 2] if self.runout else np.zeros(2)
+        return float(np.sum((self._residual(p) * weights)**2) + np.sum((offset / WIDE)**2))
+
+    def _with_prior(self, information: FloatArray, pull: FloatArray, p: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Add that an offset is some tens of micrometres at most: two teeth do not show the component across them."""
+        if self.runout:
+            at = [self.linear, self.linear + 1]
+            information[at, at] += 1 / WIDE**2
+            pull[at] += p[at] / WIDE**2
+        return information, pull
+
+    def _prior_share(self, inverse: FloatArray) -> FloatArray:
+        """Covariance that comes from what is assumed of the offset, and not from the samples."""
+        if not self.runout:
+            return np.zeros_like(inverse)
+        columns = inverse[:, self.linear:self.linear + 2]
+        return np.asarray(columns @ columns.T / WIDE**2)
+
+    def _jacobian(self, p: FloatArray) -> FloatArray:
+        """Slopes (rows, p) of the forces by the numbers; by a phase over a sample's spacing, as jumps are weighed."""
+        rows = []
+        for i, record in enumerate(self.records):
+            part = np.zeros((record.angle.size, self.ways, p.size))
+            part[..., :self.linear] = self._at(p, i) * self.scale
+            if self.shifts:
+                h, values = record.spacing / 2, p[:self.linear] * self.scale
+                part[..., p.size - self.shifts + i] = (self._at(p, i, h) - self._at(p, i, -h)) @ values / (2 * h)
+            rows.append(part.reshape(-1, p.size))
+        whole = np.concatenate(rows)
+        for k in range(self.linear, self.linear + 2 * self.runout):
+            ahead, back = p.copy(), p.copy()
+            ahead[k], back[k] = p[k] + STEP, p[k] - STEP
+            whole[:, k] = (self._residual(ahead) - self._residual(back)) / (2 * STEP)
+        return whole
+
+    def _jumps(self, p: FloatArray) -> list[FloatArray]:
+        """Second differences (n, d) of the forces within a sample's spacing: the height of a jump that lies in it.
+
+        Three of quarter steps and one of half a step: a jump right at a sample has none about the sample itself.
+        """
+        courses = [np.stack(parts) for parts in zip(*(self._forces(p, ahead) for ahead in (-0.5, -0.25, 0.0, 0.25, 0.5)))]
+        every = [np.concatenate([np.diff(each, 2, axis=0), np.diff(each[::2], 2, axis=0)]) for each in courses]
+        return [np.abs(each).max(axis=0) for each in every]
+
+    def _weights(self, p: FloatArray) -> FloatArray:
+        """One over the deviation of every bin's force: noise over its samples, and what a jump beside it hides."""
+        noise = self._scatter(p)
+        if not np.isfinite(noise).all():
+            noise = self._own_noise(p)
+        noise = np.maximum(noise, 1e-9 * max(float(np.abs(r.force).max()) for r in self.records))
+        return np.concatenate([(1 / np.sqrt(noise**2 / record.count[:, None] + (JUMP * jump)**2)).ravel()
+                               for record, jump in zip(self.records, self._jumps(p))])
+
+    def _calm(self, p: FloatArray) -> list[Array]:
+        """Bins (n,) of every record that lie beside no jump."""
+        sizes = [jump.max(axis=1) for jump in self._jumps(p)]
+        return [size <= np.quantile(size, CALM) for size in sizes]
+
+    def _scatter(self, p: FloatArray) -> FloatArray:
+        """Deviation (d,) of a sample's noise from samples that share a calm bin, N; NaN where too few do."""
+        total, freedom = np.zeros(self.ways), 0.0
+        for record, force, calm in zip(self.records, self._forces(p), self._calm(p)):
+            rest = record.samples - force[record.bin]
+            rest = rest - record.mean(rest)[record.bin]
+            within = calm[record.bin]
+            total += (rest[within]**2).sum(axis=0)
+            freedom += float(np.sum(record.count[calm] - 1))
+        return np.sqrt(total / freedom) if freedom >= 20 else np.full(self.ways, np.nan)
+
+    def _own_noise(self, p: FloatArray) -> FloatArray:
+        """The same from the residual itself, where no two samples share a bin."""
+        rest = np.concatenate([(np.sqrt(record.count)[:, None] * (force - record.force))[calm]
+                               for record, force, calm in zip(self.records, self._forces(p), self._calm(p))])
+        return np.asarray(np.sqrt(np.mean(rest**2, axis=0)))
+
+    def _spread(self, p: FloatArray, jacobian: FloatArray, weights: FloatArray) -> FloatArray:
+        """Covariance (p, p) of the gradient from its scatter between turns."""
+        total, first = np.zeros((p.size, p.size)), 0
+        for record, force in zip(self.records, self._forces(p)):
+            rows = slice(first, first + record.angle.size * self.ways)
+            first = rows.stop
+            if record.turns < 2:
+                continue
+            slope = (jacobian[rows] * weights[rows, None]**2).reshape(record.angle.size, self.ways, -1)
+            slope = slope / record.count[:, None, None]
+            score = np.einsum("md,mdp->mp", force[record.bin] - record.samples, slope[record.bin])
+            turns = np.stack([np.bincount(record.turn, column, record.turns) for column in score.T], axis=1)
+            turns = turns - turns.mean(axis=0)
+            total += turns.T @ turns * record.turns / (record.turns - 1)
+        return total
