@@ -30,3 +30,16 @@ def test_a_column_of_any_name_is_read_in_its_unit(tmp_path):
     path.write_text("time [ms],Pos (mm),Angle [deg],Current [A]\n0,1,180,2\n1,2,90,3\n2,3,0,4\n")
     record = record_table.read(path)
     np.testing.assert_allclose(record.samples, [[1e-3, np.pi, 2], [2e-3, np.pi / 2, 3], [3e-3, 0, 4]], rtol=1e-12)
+
+
+@pytest.mark.parametrize(("text", "encoding"), [
+    ("Time [s],Fx [N],Fy [N]\n0,1.5,-2\n0.001,2.5,-3\n0.002,3.5,-4\n", "utf-8"),
+    ("Zeit [ms];Fx [kN];Fy [kN]\n0;0,0015;-0,002\n1;0,0025;-0,003\n2;0,0035;-0,004\n", "latin-1"),
+    ("Dynamometer\nTime\tFx\tFy\ns\tN\tN\n0\t1,5\t-2\n0,001\t2,5\t-3\n0,002\t3,5\t-4\n", "utf-16"),
+    ("time;Fx;Fy\n[ms];[kN];[N]\n0;0.0015;-2\n1;0.0025;-3\n2;0.0035;-4\n", "utf-8")])
+def test_one_record_written_in_the_ways_of_programs_is_one_record(tmp_path, text, encoding):
+    """Semicolons with decimal commas, a line of units, UTF-16: what spreadsheets and acquisition programs write."""
+    (tmp_path / "r.txt").write_bytes(text.encode(encoding))
+    record = record_table.read(tmp_path / "r.txt")
+    np.testing.assert_allclose(record.samples, [[1.5, -2], [2.5, -3], [3.5, -4]], rtol=1e-12)
+    assert record.sample_rate == pytest.approx(1000) and record.quantities == ("force", "force")

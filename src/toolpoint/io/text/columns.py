@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ TIMES = ("t", "time", "zeit", "x_value", "timestamp", "time stamp", "date", "dat
 EXPECTED = "records are read from universal files, text, LVM, WAV, TDMS, MATLAB, NumPy and HDF5"
 DAY = 86400.0  # s
 _CLOCK = re.compile(r"(?:[\d./-]+[T ])?\s*(\d{1,2}):(\d{2}):(\d{2}(?:[.,]\d+)?)(?:Z|[+-]\d{2}:?\d{2})?")
+_DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 STEADY = 0.01  # largest deviation of a time step from the mean one
 _HEAD = re.compile(r"^\s*\"?([^\[\](\"]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\"?\s*$")
 _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-6}
@@ -24,13 +25,15 @@ _TIME_UNITS = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1e-
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """Samples (n, n_channels) in the file's own units; `sample_rate` in Hz, None where the file does not say it."""
+    """Samples (n, n_channels) in the file's own units; `sample_rate` in Hz, None where the file does not say it; `line` of a
+    text that names them, 0 where none does."""
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     samples: FloatArray
     sample_rate: float | None
     start: float = 0.0
+    line: int = 0
 
 
 @door("table of numbers")
@@ -38,21 +41,23 @@ def read_columns(path: str | Path) -> Columns:
     """Return the columns of a text file: a first column named time gives the rate, the line before the numbers the names.
 
     Separators may be commas, semicolons, tabs or blanks; decimal commas are read where semicolons or tabs separate. Columns
-    without names are ``channel 1`` .. Times may be those of a clock (10:00:00.125, with a date before it). Raises FileFaults
-    with every faulty line.
+    without names are ``channel 1`` .. Units stand in brackets behind the names or in a line of their own below. Times may be
+    those of a clock (10:00:00.125, with a date before it). Raises FileFaults with every faulty line.
     """
     path = Path(path)
     text = read_text(path, EXPECTED)
     lines = text.splitlines()
     separator, comma = _style(lines)
-    head, rows, numbers, faults = "", list[list[float]](), list[int](), list[Fault]()
+    head, rows, numbers, faults = ["", ""], list[list[float]](), list[int](), list[Fault]()
+    named = 0
     for number, line in enumerate(lines, start=1):
         row = split_numbers(line, separator, comma)
         if row is None:
             if rows and line.strip() and line.lstrip()[:1] not in "#%":
-                faults.append(Fault(number, 1, "", f"{line.strip()[:60]!r} is not a line of numbers"))
+                hint = "decimal comma; write decimal points" if _DECIMAL_COMMA.match(line) else ""
+                faults.append(Fault(number, 1, "", hint or f"{line.strip()[:60]!r} is not a line of numbers"))
             elif not rows and line.strip():
-                head = line.strip().lstrip("#% ")
+                head, named = [head[1], line.strip().lstrip("#% ")], number
             continue
         rows.append(row)
         numbers.append(number)
@@ -63,8 +68,12 @@ def read_columns(path: str | Path) -> Columns:
     table = np.array(rows)
     bad = np.flatnonzero(~np.isfinite(table).all(axis=1))
     if bad.size:
-        raise FileFaults(str(path), text, [Fault(numbers[i], 1, "", "a value that is not finite") for i in bad[:50]])
-    return _with_time(path, *_names(head, separator, table.shape[1]), table, is_clock=":" in lines[numbers[0] - 1])
+        words = "a value that is not finite; remove the line or measure again"
+        raise FileFaults(str(path), text, [Fault(numbers[i], 1, "", words) for i in bad[:50]])
+    cells = _names(head, separator, table.shape[1])
+    result = _with_time(path, *(cells or ([f"channel {k + 1}" for k in range(table.shape[1])], [""] * table.shape[1])), table,
+                        is_clock=":" in lines[numbers[0] - 1])
+    return replace(result, line=named if cells else 0)
 
 
 def split_numbers(line: str, separator: str | None, comma: bool) -> list[float] | None:
@@ -95,13 +104,20 @@ def _style(lines: list[str]) -> tuple[str | None, bool]:
     return ("," if "," in body else None), False
 
 
-def _names(head: str, separator: str | None, count: int) -> tuple[list[str], list[str]]:
-    """Return name and unit of every column from the header line; numbered names where it does not fit the columns."""
-    cells = re.split(r"\s{2,}|\s(?![\[(])", head) if separator is None else head.split(separator)
-    matches = [_HEAD.match(cell) for cell in cells]
-    if len(cells) != count or not all(matches):
-        return [f"channel {k + 1}" for k in range(count)], [""] * count
+def _names(head: list[str], separator: str | None, count: int) -> tuple[list[str], list[str]] | None:
+    """Return name and unit of every column from the last two lines before the numbers; None where they do not fit them."""
+    before, last = ([part.strip().strip('"') for part in _cells(line, separator)] for line in head)
+    unit = last[0].strip("[]()").lower()
+    if len(before) == len(last) == count and before[0].lower() in TIMES and unit and unit in _TIME_UNITS:
+        return before, [cell.strip("[]()") for cell in last]
+    matches = [_HEAD.match(cell) for cell in _cells(head[1], separator)]
+    if len(matches) != count or not all(matches):
+        return None
     return [match[1].strip() for match in matches if match], [(match[2] or "").strip() for match in matches if match]
+
+
+def _cells(line: str, separator: str | None) -> list[str]:
+    return re.split(r"\s{2,}|\s(?![\[(])", line) if separator is None else line.split(separator)
 
 
 def _with_time(path: Path, names: list[str], units: list[str], table: FloatArray, *, is_clock: bool) -> Columns:

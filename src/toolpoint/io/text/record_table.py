@@ -5,19 +5,17 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from typing import NoReturn
 
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
 from toolpoint.io.decoding import read_text
-from toolpoint.io.door import door
 from toolpoint.io.faults import Fault, FileFaults
 from toolpoint.io.quantities import units
+from toolpoint.io.text.columns import EXPECTED, read_columns
 from toolpoint.vibration import Dof, Record
 
-_SPLIT = re.compile(r"\s*[,;\t]\s*|\s+")
-_HEAD = re.compile(r"^\s*([^\[\](]+?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*$")
-_DECIMAL_COMMA = re.compile(r"^\s*[-+]?\d+,\d+\s*[;\t]")
 _FORCE = re.compile(r"f(?:orce)?[ _-]?([xyz])", re.IGNORECASE)
 TIMES = ("t", "time")
 GRAVITY = 9.80665
@@ -34,26 +32,29 @@ def channel_of(name: str) -> tuple[Dof, str]:
     return Dof(name.strip(), "+x"), name.strip().lower()
 
 
-@door("table of numbers")
 def read(path: str | Path) -> Record:
-    """Return the time histories of a text file.
+    """Return the time histories of a text file, SI.
 
     The last line before the numbers names the columns, with a unit in brackets where it is not the SI one: ``time [ms]``,
-    ``Fx [kN]``, ``feed [mm]``. Separators may be commas, semicolons, tabs or blanks.
+    ``Fx [kN]``, ``feed [mm]``, or in a line of their own below; separators and decimal commas as in `columns.read_columns`.
 
     Raises
     ------
     FileFaults
-        With every faulty line: no number, too few columns, not finite, a time that does not run evenly, a decimal comma.
+        With every faulty line: no number, too few columns, not finite; no names, no time, a unit of another kind.
     """
     path = Path(path)
-    text = read_text(path, "expected text with columns of time and samples")
-    names, at, table = _table(path, text)
-    scale = [_factor(path, text, at, name, unit) for name, unit in names]
-    if names[0][0].lower() not in TIMES:
-        raise FileFaults(str(path), text, [Fault(at, 1, "", f"the first column is {names[0][0]!r}; must be 'time' in s, "
-                                                 "or with its unit, for example 'time [ms]'")])
-    return of_columns(path, [name for name, _ in names[1:]], table[:, 0] * scale[0], values=table[:, 1:] * np.array(scale[1:]))
+    table = read_columns(path)
+    if not table.line:
+        _refuse(path, 1, "", f"0 names for {table.samples.shape[1]} columns; the line before the numbers must name them, "
+                "for example time,Fx,Fy,Fz")
+    if table.sample_rate is None:
+        _refuse(path, table.line, "", f"the first column is {table.names[0]!r}; must be 'time' in s, or with its unit, for "
+                "example 'time [ms]'")
+    labels = [channel_of(name) for name in table.names]
+    scale = [_factor(path, table.line, name, unit) for name, unit in zip(table.names, table.units, strict=True)]
+    return Record(table.samples * np.array(scale), table.sample_rate, tuple(dof for dof, _ in labels),
+                  tuple(kind for _, kind in labels), start=table.start, name=path.name)
 
 
 def of_columns(path: Path, names: Sequence[str], time: FloatArray, *, values: FloatArray) -> Record:
@@ -77,42 +78,13 @@ def write(record: Record, path: str | Path) -> None:
     Path(path).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
-def _table(path: Path, text: str) -> tuple[list[tuple[str, str]], int, FloatArray]:
-    """Return (name, unit) of every column, the header's line, and the numbers."""
-    head, at, rows, faults = "", 0, list[list[float]](), list[Fault]()
-    for number, line in enumerate(text.splitlines(), start=1):
-        if not line.strip():
-            continue
-        if _DECIMAL_COMMA.match(line):
-            faults.append(Fault(number, 1, "", "decimal comma; write decimal points"))
-            continue
-        try:
-            row = [float(part) for part in _SPLIT.split(line.strip().rstrip(",;"))]
-        except ValueError:
-            if rows:
-                faults.append(Fault(number, 1, "", f"{line.strip()[:60]!r} is not a line of numbers"))
-            else:
-                head, at = line.lstrip("#% "), number
-            continue
-        if rows and len(row) != len(rows[0]):
-            faults.append(Fault(number, 1, "", f"{len(row)} numbers; must be {len(rows[0])} as in the lines before"))
-        elif not np.isfinite(row).all():
-            faults.append(Fault(number, 1, "", "a value that is not finite; remove the line or measure again"))
-        else:
-            rows.append(row)
-    separator = next((s for s in (";", "\t", ",") if s in head), None)
-    names = [_HEAD.match(cell) for cell in (head.split(separator) if separator else re.findall(r"\S+(?:\s*\[[^\]]*\])?", head))]
-    if not faults and (not rows or not head or None in names or len(names) != len(rows[0])):
-        counts = f"{len(names) if head else 0} names for {len(rows[0]) if rows else 0} columns"
-        faults.append(Fault(max(at, 1), 1, "", f"{counts}; the line before the numbers must name them, "
-                            "for example time,Fx,Fy,Fz"))
-    if faults:
-        raise FileFaults(str(path), text, faults[:50])
-    return [(m[1], m[2] or "") for m in names if m], at, np.array(rows)
+def _refuse(path: Path, line: int, column: str, message: str) -> NoReturn:
+    raise FileFaults(str(path), read_text(path, EXPECTED), [Fault(line, 1, column, message)])
 
 
-def _factor(path: Path, text: str, at: int, name: str, unit: str) -> float:
-    quantity = "time" if name.lower() in TIMES else channel_of(name)[1]
+def _factor(path: Path, at: int, name: str, unit: str) -> float:
+    """Return what one unit of a column is in SI."""
+    quantity = channel_of(name)[1]
     if not unit:
         return 1.0
     if quantity not in KINDS:  # a name of the user's: its unit says what it is, and an unknown unit (A, V) stays as it is
@@ -123,7 +95,7 @@ def _factor(path: Path, text: str, at: int, name: str, unit: str) -> float:
     try:
         return units.quantity(f"1 {unit}", KINDS[quantity])
     except units.UnitError as error:
-        raise FileFaults(str(path), text, [Fault(at, 1, name, str(error))]) from None
+        _refuse(path, at, name, str(error))
 
 
 def _si(unit: str, kind: units.Kind) -> float | None:
