@@ -249,8 +249,11 @@ def test_program_becomes_sides(tmp_path):
                              cut=CuttingDescription.of(diameter=0.006, teeth=2, direction="slot")), "oefficient"),
     (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, loads=("wind",))),
      "must be of cutting"),
-    (lambda robot: along_points([[0, 0, 0], [1e-3, 0, 0], [2e-3, 0, 0], [3e-3, 0, 0], [4e-3, 0, 0], [0.5, 0, 0]]), "a jump of"),
-    (lambda robot: along_points([[0, 0, 0], [0, 0, 0]]), "repeats"),
+    (lambda robot: along_points([[0, 0, 0], [1e-3, 0, 0], [2e-3, 0, 0], [3e-3, 0, 0], [4e-3, 0, 0], [0.5, 0, 0]]),
+     "a jump of 496 mm from point 5 to 6"),
+    (lambda robot: along_points([[0, 0, 0], [0, 0, 0]]), "point 2 repeats"),
+    (lambda robot: mill_path(robot, line([0.65, 0, 0.1], [0.65, 0.1, 0.1]), replace(SETUP, window=0.0)),
+     "window: 0; must be above"),
     (lambda robot: mill_path(robot, square(0.2, centre=(0.69, 0, 0.1)), replace(
         SETUP, stance=ToolStance(branch="front sideways"))), "not on branch"),
 ])

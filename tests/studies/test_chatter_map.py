@@ -1,6 +1,7 @@
 """Chatter limits over a grid: those of single charts, warm in chains, the worst place, resumed, on workers, with poses that
 fail or kill their worker."""
 
+import importlib
 import itertools
 from dataclasses import dataclass, field
 
@@ -225,3 +226,14 @@ def test_a_list_of_poses_has_the_limits_of_the_grid(found, vertical_drives):
     assert f"Worst: {found.worst()}" in found.table() and "60°" in found.table()
     described = chatter_map(vertical_drives, speeds=SPEEDS[:2], method=ZeroOrder())
     assert described.poses == tuple(map(dict, vertical_drives.description.poses))
+
+
+def test_a_map_without_limits_looks_deeper(vertical_drives, monkeypatch):
+    """The first depth is that of the softest mode; where teeth pass too fast for it, stiffer modes limit, and deeper."""
+    options = {"speeds": SPEEDS, "feed_angles": ANGLES, "method": ZeroOrder()}
+    whole = chatter_map(vertical_drives, {"Z": [0.0]}, **options)
+    module = importlib.import_module("toolpoint.studies.cuts.chatter_map")
+    monkeypatch.setattr(module, "depth_limit", lambda problem: 0.4 * float(whole.lowest.min()))
+    deeper = chatter_map(vertical_drives, {"Z": [0.0]}, **options)
+    assert np.isfinite(deeper.lowest).all() and deeper.depth_max[0] > float(whole.lowest.min())
+    np.testing.assert_allclose(deeper.lowest, whole.lowest, rtol=1e-3)

@@ -153,6 +153,8 @@ def mill_path(machine: Machine, sides: tuple[PathSide, ...], setup: MillingSetup
     judged : bool
         Whether it is asked of every side if its cut chatters, which becomes a doubt.
     """
+    if setup.window is not None:
+        positive("window", setup.window)
     bed = None if setup.work is None else setup.work.bed()
     total = sum(_duration(side, setup) for side in sides)
     results, before = [], 0.0

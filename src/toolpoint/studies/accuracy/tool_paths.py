@@ -100,11 +100,12 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
         fail("points", f"{len(at)}", "must be at least two")
     step = np.linalg.norm(np.diff(at, axis=0), axis=1)
     if step.min() < 1e-9:
-        fail("points", f"point {int(step.argmin()) + 1} repeats the one before", "must move")
+        fail("points", f"point {int(step.argmin()) + 2} repeats the one before", "must move")
     if len(step) > 4 and step.max() > _JUMP * np.median(step):
         k = int(step.argmax())
         fail("points",
-             f"a jump of {1e3 * step[k]:.4g} mm from point {k} to {k + 1}, the others are {1e3 * np.median(step):.4g} mm apart",
+             f"a jump of {1e3 * step[k]:.4g} mm from point {k + 1} to {k + 2}, the others are {1e3 * np.median(step):.4g} mm "
+             "apart",
              "a path must be followed", "add the points between, or give the parts as paths of their own")
     n = len(step)
     path = Path(np.full(n, LINE), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),

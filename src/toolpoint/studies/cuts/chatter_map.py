@@ -29,6 +29,8 @@ from toolpoint.studies.cuts.chatter_limits import ChatterMap
 from toolpoint.studies.cuts.limit_spread import sample_limits
 from toolpoint.studies.execute import Engine, Outcome, Progress, execute
 from toolpoint.studies.machines.tool_point import (
+    DEEPER,
+    DEEPEST,
     FEED_ANGLE,
     batch_of,
     deepest,
@@ -153,14 +155,24 @@ class _ChainLimits:
         method = method_for(studies[0].modes, self.method)
         first_only = isinstance(method, PanelArnoldi) and method.first_only
         depth = max((deepest if first_only else depth_limit)(problem) for problem in problems)
-        rows = chart_poses(problems[0], [problem.dynamics for problem in problems], np.array(self.speeds),
-                           feed_angles=self.feed_angles, method=method, depth_max=depth)
+        rows: tuple[ChartRow, ...] = ()
+        for _ in range(1 if first_only else DEEPER + 1):
+            rows = chart_poses(problems[0], [problem.dynamics for problem in problems], np.array(self.speeds),
+                               feed_angles=self.feed_angles, method=method, depth_max=depth)
+            if depth >= DEEPEST or not any(_is_unlimited(chart) for row in rows for chart in row):
+                break
+            depth = min(2 * depth, DEEPEST)  # the softest mode is too slow for these teeth: stiffer ones limit, and deeper
         empty = np.full(len(self.speeds), np.nan)
         return {"limit": limits_of(rows, len(self.speeds)),
                 "frequency": np.array([[empty if isinstance(c, str) else _chatter_frequency(c) for c in row] for row in rows]),
                 "error": np.array([[empty if isinstance(c, str) else c.limit_error for c in row] for row in rows]),
                 "depth_max": np.full(len(chain), depth), "notes": np.array([_notes(row) for row in rows]),
                 "reasons": np.array([[c if isinstance(c, str) else "" for c in row] for row in rows])}
+
+
+def _is_unlimited(chart: StabilityChart | str) -> bool:
+    """Whether a chart shows no limit at any speed."""
+    return not isinstance(chart, str) and not np.isfinite(chart.limit).any()
 
 
 def _notes(row: ChartRow) -> str:
