@@ -141,6 +141,7 @@ def test_probability_and_advice_of_uncertain_cuts(folder, tmp_path, capsys):
     assert "damping ratios: 10 % (assumed)" in page and found["contradictions"] == []
 
 
+@pytest.mark.slow
 def test_no_cut_is_certain_while_a_tried_cut_contradicts_the_model(folder, tmp_path, capsys):
     common = ["lobes", "--modes", str(folder / "modes.h5"), *CUT, *TRIED, "--probability", "40", "--uncertainty", "1,-,5,10",
               "--tried", "16000:0.5:stable", "--tried", "13000:2:chatter", "-o", str(tmp_path)]

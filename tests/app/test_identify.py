@@ -145,6 +145,7 @@ def test_what_a_matlab_file_does_not_say_is_told(tmp_path, capsys):
     assert "names no points" in (tmp_path / "index.html").read_text()
 
 
+@pytest.mark.slow
 def test_poles_added_and_removed_by_hand_are_brought_again_by_the_command_of_the_page(tmp_path, capsys):
     """Options and choice file are the same choice; the page's command is that of the run without it."""
     rng = np.random.default_rng(4)

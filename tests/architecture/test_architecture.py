@@ -1,6 +1,7 @@
 """The house rules that a program can hold: floors, forbidden libraries, light import, size of modules, no drawers."""
 
 import ast
+import gc
 import json
 import re
 import subprocess
@@ -26,7 +27,19 @@ def tree_of(path):
 @cache
 def nodes_of(path):
     """All nodes of a module's syntax tree."""
-    return list(ast.walk(tree_of(path)))
+    gc.disable()  # a million nodes, none of them garbage: looking for it takes longer than parsing
+    try:
+        return list(ast.walk(tree_of(path)))
+    finally:
+        gc.enable()
+
+
+@pytest.fixture(autouse=True, scope="module")
+def _trees():
+    """Syntax trees are let go of when the rules are through."""
+    yield
+    for kept in (tree_of, nodes_of, imports):
+        kept.cache_clear()
 
 
 def in_modules(faults_of, paths=MODULES):

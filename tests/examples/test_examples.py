@@ -26,6 +26,7 @@ def test_lobes_of_one_mode():
     assert run("draw_stability_lobes_of_one_mode.py") == pytest.approx(0.0475, rel=0.1)
 
 
+@pytest.mark.slow
 def test_modes_from_hammer_blows():
     # The bar for the full test (131 points, 1 % noise) is 0.1 %.
     assert run("identify_a_machine_from_hammer_blows.py") < 0.1
@@ -54,17 +55,17 @@ COMMANDS = [
     pytest.param("find_the_best_place_to_mill.py", 0.0, 0, "the inverse is a closed form: to rounding", marks=pytest.mark.slow),
     ("mill_a_square_with_a_robot.py", 0.01, 1e-9, "half the step changes the mean error by less than a per cent"),
     ("screen_changes_of_a_robot.py", 2**0.5, 1e-9, "twice all springs: all frequencies times the root of two"),
-    ("find_the_cheapest_change.py", 1.0, 1e-3, "the goal that was set"),
+    pytest.param("find_the_cheapest_change.py", 1.0, 1e-3, "the goal that was set", marks=pytest.mark.slow),
     ("write_a_machine_for_other_programs.py", 18, 0, "three springs at each of six joints"),
     ("check_a_machine_file.py", 6, 0, "three feet turn, a column, and a magazine that turns two ways"),
     ("report_a_machine.py", 21.5, 0.005, "the model of the paper, table 5"),
     pytest.param("report_measured_responses.py", 900.0, 2e-3, "the mode that was put in", marks=pytest.mark.slow),
-    ("chart_lobes_of_modes.py", 0.0475, 0.1, "the converged depths of this slot"),
+    pytest.param("chart_lobes_of_modes.py", 0.0475, 0.1, "the converged depths of this slot", marks=pytest.mark.slow),
     ("chart_turning.py", 1.0, 0.01, "one mode by hand: 2 k zeta (1 + zeta) / K_f"),
     ("calibrate_cutting_coefficients.py", 1.0, 0.01, "the coefficient that was put in"),
     ("couple_a_tool_to_a_spindle.py", 1.0, 2e-3, "spindle and beam by hand, far below all modes"),
     ("find_speeds_against_chatter.py", 12750.0, 1e-9, "60 f / N"),
-    ("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches"),
+    pytest.param("drive_a_circle.py", 70.0, 0.1, "the published quadrant glitches", marks=pytest.mark.slow),
     ("judge_a_controllers_record.py", 25.0, 1e-4, "the gain that was put in"),
     pytest.param("weigh_uncertain_cuts.py", 1.0, 1e-9, "no cut is so shallow that it could chatter", marks=pytest.mark.slow),
     ("correlate_a_machine_with_a_test.py", 1.0, 1e-6, "a machine beside itself"),
@@ -134,6 +135,7 @@ def test_modes_from_a_file():
     assert run("identify_modes_from_files.py") < 1e-3
 
 
+@pytest.mark.slow
 def test_lobes_of_responses_are_those_of_their_modes():
     assert run("chart_lobes_of_two_responses.py") < 5e-3
 
@@ -142,6 +144,7 @@ def test_cuts_below_and_above_the_limit():
     assert run("simulate_a_cut.py") == ("stable", "chatter")
 
 
+@pytest.mark.slow
 def test_the_published_machine_has_the_frequencies_of_its_paper():
     assert run("show_the_published_machine.py") < 0.1
 
@@ -152,6 +155,7 @@ def test_hammer_records_to_joints():
     assert run("hammer_records_to_joints.py") == pytest.approx(1.0, rel=0.02)
 
 
+@pytest.mark.slow
 def test_servo_over_the_workspace():
     # Every pose keeps the margin for which velocity loops are tuned.
     assert 45.0 < run("map_a_servo_over_the_workspace.py") < 90.0
@@ -182,6 +186,7 @@ def test_inertia_goes_with_the_square_of_the_ratio():
     assert run("swap_a_reducer.py") == pytest.approx(1.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_reduced_casting_has_the_modes_of_the_whole():
     assert run("reduce_a_casting.py") < 1e-6  # the bar of reductions by the acting loads
 

@@ -129,7 +129,8 @@ def test_derivatives_of_a_beam_are_its_differences(path):
     assert relative(slopes(machine, whole), differences(machine, whole)) < 1e-6
 
 
-@pytest.mark.parametrize("path", ["rear.diameter", "rotor.sleeve.diameter", "front.bore"])
+@pytest.mark.parametrize("path", [*(pytest.param(path, marks=pytest.mark.slow) for path in ("rear.diameter", "front.bore")),
+                                  "rotor.sleeve.diameter"])
 def test_derivatives_of_sections_are_those_of_beams_reduced_anew(path):
     machine, whole = spindle_machine(), f"bodies.shaft.beam.segments.{path}"
     assert relative(slopes(machine, whole), differences(machine, whole)) < 2e-4  # shapes kept against shapes of each beam
@@ -306,6 +307,7 @@ def test_modes_above_the_band_of_a_beam_are_doubted(speed):
     assert not any("2500 Hz" in note for note in lower.notes)
 
 
+@pytest.mark.slow
 def test_sensitivity_of_a_spinning_shaft_is_that_at_standstill():
     spinning, still = (study_sensitivity(spindle_machine(speed=speed), modes=4) for speed in (2000.0, 0.0))
     at = [spinning.paths.index(path) for path in still.paths]

@@ -72,6 +72,7 @@ def test_too_few_points_and_no_mode_are_refused():
         plan_test(read_machine(MACHINE), 12, highest=5.0, rng=np.random.default_rng(0))
 
 
+@pytest.mark.slow
 def test_twelve_points_of_the_demo_machine_find_what_131_find():
     plan = plan_test(read_machine(MACHINE), 12, rng=np.random.default_rng(1))
     assert plan.expected.seen == plan.modes.count == 6 and len(plan.points) == 12
