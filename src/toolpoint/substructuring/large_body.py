@@ -16,6 +16,7 @@ from toolpoint.vibration.sparse.node_matrix import NodeMatrix, SymmetricMatrix
 from toolpoint.vibration.sparse.pencil import Pencil
 
 STRAINED = 1e-8
+MANY, SHARE = 500, 8  # more modes than both so many and that part of all are those of single elements
 CHUNK = 48  # answers that are held at once where only their products are kept
 
 
@@ -162,7 +163,7 @@ class Preparation:
 
     def elastic_modes(self, below: float) -> EigenPairs:
         """Return the free modes below a frequency (Hz), counted, without the rigid ones."""
-        pairs = modes_of(self.pencil, below=below)
+        pairs = modes_of(self.pencil, below=below, most=max(MANY, self.body.size // SHARE))
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
                  "a part that hangs loose, a mechanism, or a body that is held after all")

@@ -15,7 +15,7 @@ from toolpoint.machine.frequencies.closed import solve_closed
 from toolpoint.machine.frequencies.tree_arrays import tree_arrays
 from toolpoint.machine.parts.model import Machine
 from toolpoint.machine.pose.placement import place_machine
-from toolpoint.vibration.eigen import mass_normalised, natural_omega
+from toolpoint.vibration.eigen import natural_omega, natural_squares
 from toolpoint.vibration.gyroscopic import whirl_omega
 
 _CHUNK = 4096
@@ -93,8 +93,7 @@ def _constant(machine: Machine, poses: Pose, number: int, factor: FloatArray) ->
 
 def _general(machine: Machine, poses: Pose, number: int) -> FloatArray:
     mass, stiffness, *_ = equations(place_machine(machine, poses))
-    squares, _ = mass_normalised(mass, stiffness)
-    return natural_omega(squares, mass, stiffness)[..., :number] / (2 * np.pi)
+    return natural_omega(natural_squares(mass, stiffness), mass, stiffness)[..., :number] / (2 * np.pi)
 
 
 def _inverse_factor(machine: Machine) -> FloatArray | None:

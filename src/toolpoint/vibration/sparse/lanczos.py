@@ -67,11 +67,14 @@ def modes(
 
 
 def modes_of(pencil: Pencil, number: int | None = None, *, below: float | None = None, is_counted: bool = True,
-             is_kept: bool = True) -> EigenPairs:
-    """Return the lowest modes as `modes` does, with the factors of a pencil; they are let go after use unless `is_kept`."""
+             is_kept: bool = True, most: int | None = None) -> EigenPairs:
+    """Return the lowest modes as `modes` does, with the factors of a pencil; they are let go after use unless `is_kept`.
+
+    most : of a band; more are refused as soon as they are counted.
+    """
     search = _Search(pencil, is_kept)
     if below is not None:
-        return search.band((2 * np.pi * positive("below", below)) ** 2)
+        return search.band((2 * np.pi * positive("below", below)) ** 2, most)
     most = min(count("number", number or 0), search.rank())
     if _DENSE_SHARE * most > search.rank() and pencil.mass.shape[0] <= _DENSE_ROWS:
         return _dense_modes(search, most)
@@ -158,8 +161,12 @@ class _Search:
         return self._pairs(basis, number, 0.0, f"{missing} modes below {np.sqrt(mu) / 2 / np.pi:.6g} Hz were counted and not "
                                                "found: give another shift")
 
-    def band(self, top: float) -> EigenPairs:
+    def band(self, top: float, most: int | None = None) -> EigenPairs:
         number = self._count(top)
+        if most is not None and number > most:
+            fail("band", f"{number} of {self.rank()} modes lie below {np.sqrt(top) / (2 * np.pi):.4g} Hz",
+                 f"must be at most {most}", "the mesh carries no more: write a lower band or a finer "
+                 "mesh; are the units of band and modulus right?")
         basis = _Basis(self, max(number, 1))
         for _ in range(4):
             basis.grow_to(max(number, 1))
