@@ -1,6 +1,7 @@
 """Screening: designs, effects against closed forms, resuming, workers, confidence, the fast path; and wrong input."""
 
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from study_functions import DeadlyMetric
 
 from toolpoint import ToolpointError
 from toolpoint.io.yaml import machine_file
+from toolpoint.machine.description.screening_plan import MilledSquare
 from toolpoint.machine.description.variation import Factor, Option, Swap, resting_shares, vary
 from toolpoint.machine.frequencies import natural_frequencies
 from toolpoint.studies.execute import Dask
@@ -24,6 +26,7 @@ from toolpoint.studies.screening.designs import (
 from toolpoint.studies.screening.effects import rank_changes
 from toolpoint.studies.screening.fast import screen_frequencies
 from toolpoint.studies.screening.metrics import NamedMetrics
+from toolpoint.studies.screening.planned import accuracy_of
 from toolpoint.studies.screening.screen import screen
 
 MACHINES = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines"
@@ -178,3 +181,12 @@ def test_a_killed_worker_leaves_the_same_table(robot, tmp_path, monkeypatch):
     assert (tmp_path / "died").exists()
     again = screen(robot, design, DeadlyMetric(str(tmp_path / "died")), folder=tmp_path / "kept")
     assert plain.table() == shared.table() == again.table() and plain.to_dict() == shared.to_dict() == again.to_dict()
+
+
+def test_a_screening_of_a_cut_that_chatters_is_doubted():
+    """Its errors are those of a chip that does not feed back: only the stability of the cut says what they are worth."""
+    path = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
+    robot = machine_file.read(path)
+    part = MilledSquare(0.05, 2000.0, 5e-3, (0.77, 0.0, 0.26), (0, 1, 0), (0, 0, 1), window=0.1, sides=(1,))
+    deep, shallow = (accuracy_of(replace(part, depth=depth)).judge(robot) for depth in (5e-3, 1e-6))
+    assert shallow == () and len(deep) == 1 and "chatters at 3 of 3 poses" in deep[0]

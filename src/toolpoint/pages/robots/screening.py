@@ -35,8 +35,8 @@ def screening_page(result: PlannedScreening, name: str, warnings: Sequence[str] 
         report = report.with_section(ranking.metric.capitalize(), Chart(chart), *doubt)
     rows = [[i, label, *map(float, row)] for i, (label, row) in enumerate(zip(labels[:_MOST], screening.stated, strict=False))]
     report = report.with_section("All variants", Table(["number", "variant", *screening.metrics], rows, digits=6))
-    return with_remarks(report, [screening.status, "Effects are those of the file's numbers, with its doubts drawn at random "
-                                                   "where it states any."], [*screening.failures.values(), *warnings])
+    drawn = "Effects are those of the file's numbers, with its doubts drawn at random where it states any."
+    return with_remarks(report, [*result.remarks, screening.status, drawn], [*screening.failures.values(), *warnings])
 
 
 def _answer(result: PlannedScreening) -> str:

@@ -7,7 +7,11 @@ from dataclasses import dataclass, replace
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, load_words, mill_path
+from toolpoint.studies.accuracy.moving_structure import structure_along
+from toolpoint.studies.accuracy.side_stability import judge_cut
 from toolpoint.studies.accuracy.tool_paths import PathSide
+
+NODES = 8  # of a side where its cut is judged
 
 
 @dataclass(frozen=True)
@@ -33,6 +37,17 @@ class AccuracyMetric:
     def on_branch(self, branch: str) -> AccuracyMetric:
         """Return the metric with the arm on another branch."""
         return replace(self, setup=replace(self.setup, stance=replace(self.setup.stance, branch=branch)))
+
+    def judge(self, machine: Machine) -> tuple[str, ...]:
+        """Return the doubts that the cut chatters along the sides, see `judge_cut`; what could not be judged too."""
+        cut = self.cut or machine.description.cutting
+        if cut is None:
+            return ()
+        lines: list[str] = []
+        for side in self.sides:
+            structure = structure_along(machine, side, self.setup.stance, spacing=side.length / NODES)
+            lines += judge_cut(machine, structure, self.setup, cut=cut)
+        return tuple(dict.fromkeys(lines))
 
     def __call__(self, machine: Machine) -> dict[str, float]:
         """Return the errors of a machine."""

@@ -33,7 +33,9 @@ _MARGIN = 2e-4
 
 
 SHOWN = {"depth limit": ("mm", 1e3), "position error": ("µm", 1e6)}  # unit in which a goal is typed and shown, by answer
-
+# What an answer is, where its name says too little.
+BASIS = {"depth limit": "depth limit: the least over all speeds by the single-frequency solution; the exact chart (lobes) "
+                        "differs by some per cent, at flip lobes by more, and the least of a range of speeds lies above it"}
 
 @dataclass(frozen=True, eq=False)
 class Improvement(NotebookText):
@@ -76,7 +78,8 @@ class Improvement(NotebookText):
             text_table(f"To bring the {self.answer} from {scale * self.before:.4g} to {scale * self.goal:.4g} {unit}",
                        ["factor", "change", "cost", f"slope {unit} per range"], rows),
             f"the full model gives {scale * self.value:.6g} {unit} at a cost of {self.cost:.4g}{sure}",
-            f"best single change of that cost: {self.best_single[0]}, {scale * self.best_single[1]:.4g} {unit}", self.status])
+            f"best single change of that cost: {self.best_single[0]}, {scale * self.best_single[1]:.4g} {unit}",
+            *([BASIS[self.answer]] if self.answer in BASIS else []), self.status])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the improvement as plain data."""
@@ -84,7 +87,7 @@ class Improvement(NotebookText):
                 "error": self.error, "interval": [None if np.isnan(v) else float(v) for v in self.interval], "cost": self.cost,
                 "shares": {f.name: float(s) for f, s in zip(self.factors, self.shares, strict=True)}, "changes": self.changes(),
                 "slopes": {f.name: float(g) for f, g in zip(self.factors, self.slopes, strict=True)},
-                "best_single": list(self.best_single), "status": self.status}
+                "best_single": list(self.best_single), "basis": BASIS.get(self.answer, ""), "status": self.status}
 
 
 def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal: float, poses: Sequence[Pose] = ({},),

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import fail, one_of
+from toolpoint._doubt import mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.description.screening_plan import MilledSquare, ScreeningPlan
 from toolpoint.machine.parts.model import Machine
@@ -60,19 +61,22 @@ class JoinedMetrics:
 
 @dataclass(frozen=True, eq=False)
 class PlannedScreening(NotebookText):
-    """A screening with the rankings of its first metrics."""
+    """A screening with the rankings of its first metrics; remarks : doubts of the cut that is milled, as the machine stands."""
 
     plan: ScreeningPlan
     screening: Screening
     rankings: tuple[Ranking, ...]
+    remarks: tuple[str, ...] = ()
 
     def table(self) -> str:
         """Return the screening and its rankings as text."""
-        return "\n".join([self.screening.table(), *(ranking.table() for ranking in self.rankings)])
+        return "\n".join([self.screening.table(), *(ranking.table() for ranking in self.rankings),
+                          *mark_notes(self.remarks)])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the screening and its rankings as plain data."""
-        return {"screening": self.screening.to_dict(), "rankings": [ranking.to_dict() for ranking in self.rankings]}
+        return {"screening": self.screening.to_dict(), "rankings": [ranking.to_dict() for ranking in self.rankings],
+                "remarks": list(self.remarks)}
 
 
 def accuracy_of(part: MilledSquare) -> AccuracyMetric:
@@ -105,7 +109,8 @@ def run_plan(plan: ScreeningPlan, machine: Machine, *, engine: Engine | None = N
     result = screen(machine, design_of(plan), metric, doubts=plan.doubts, draws=plan.draws,
                     rng=np.random.default_rng(plan.seed + 1) if plan.draws else None, engine=engine, folder=folder,
                     progress=progress)
-    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]))
+    remarks = () if metric.accuracy is None else metric.accuracy.judge(machine)
+    return PlannedScreening(plan, result, tuple(rank_changes(result, name) for name in result.metrics[:_RANKED]), remarks)
 
 
 def improve_by_plan(plan: ScreeningPlan, machine: Machine, answer: str, *, goal: float) -> Improvement:
