@@ -66,8 +66,8 @@ def _patches(model: SolidModel, blocks: list[ElementBlock]) -> tuple[FloatArray,
         places.append(np.einsum("pn,end->epd", kind.values(best_points(kind)), model.nodes[block.nodes]).reshape(-1, 3))
         shape = (len(block), kind.corner_count, number)
         corners.append(np.broadcast_to(block.nodes[:, :kind.corner_count, None], shape).ravel())
-        own = count + np.arange(len(block) * number).reshape(len(block), 1, number)
-        owners.append(np.broadcast_to(own, shape).ravel())
+        points = count + np.arange(len(block) * number).reshape(len(block), 1, number)
+        owners.append(np.broadcast_to(points, shape).ravel())
         ends = np.sort(block.nodes[:, kind.sides], axis=2)
         sides.append(np.concatenate([block.nodes[:, kind.corner_count:, None], ends], axis=2).reshape(-1, 3))
         count += len(block) * number

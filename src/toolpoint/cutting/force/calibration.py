@@ -147,7 +147,7 @@ def _mean_row(entry: float, leave: float, teeth: int, depth: float, feed: float,
 def _mean_of_slices(problem: MillingProblem, feed: float, depth: float, directions: int) -> FloatArray:
     """Mean force per unit of each coefficient over a revolution, by slices of the edge."""
     turn = np.linspace(0, 2 * np.pi, 1440, endpoint=False)
-    model = forces_per_coefficient(replace(problem, feed_per_tooth=feed), depth, turn, directions, 40)
+    model = forces_per_coefficient(replace(problem, feed_per_tooth=feed), depth, turn, directions=directions, slices=40)
     return np.asarray(model.reshape(turn.size, directions, -1).mean(0))
 
 
@@ -236,7 +236,7 @@ class _Courses:
         """Return (n, n_turn, d, p) at these angles."""
         tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
         parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
-                                        self.directions, self.slices) for x in self.feeds]
+                                        directions=self.directions, slices=self.slices) for x in self.feeds]
         return np.stack(parts).reshape(self.feeds.size, turn.size, self.directions, -1)
 
     def matrix(self, offset: complex, shift: FloatArray) -> FloatArray:
@@ -263,7 +263,8 @@ def forces_of_fit(problem: MillingProblem, fit: Calibration, feeds: FloatArray, 
     linear = fit.values[:len(NAMES) if directions == 3 else 4]
     common = numbers.get("phase", 0.0)
     parts = [forces_per_coefficient(replace(problem, tool=tool, feed_per_tooth=float(x)), depth,
-                           np.asarray(angle) + numbers.get(f"phase_{i + 1}", common), directions, slices) @ linear
+                                    np.asarray(angle) + numbers.get(f"phase_{i + 1}", common), directions=directions,
+                                    slices=slices) @ linear
              for i, x in enumerate(f)]
     return np.stack(parts).reshape(f.size, np.size(angle), directions)
 

@@ -283,7 +283,7 @@ class _TurnsFit:
             tool = self.problem.tool.with_runout(abs(offset), float(np.angle(offset)), self.problem.tool.tilt)
             turn = 2 * np.pi * np.arange(FINE) / FINE
             parts = [forces_per_coefficient(replace(self.problem, tool=tool, feed_per_tooth=float(x)), self.depth, turn,
-                                            self.ways, self.slices) for x in self.feeds]
+                                            directions=self.ways, slices=self.slices) for x in self.feeds]
             self._tables[offset] = np.stack(parts).reshape(self.feeds.size, FINE, self.ways, -1)
         return self._tables[offset]
 

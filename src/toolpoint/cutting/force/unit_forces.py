@@ -16,7 +16,7 @@ def names_of(directions: int) -> tuple[str, ...]:
     return NAMES if directions == 3 else ("kt", "kn", "edge_t", "edge_n")
 
 
-def forces_per_coefficient(problem: MillingProblem, depth: float, turn: FloatArray, directions: int,
+def forces_per_coefficient(problem: MillingProblem, depth: float, turn: FloatArray, *, directions: int,
                            slices: int) -> FloatArray:
     """Return forces per unit of each coefficient at the run-out of the problem, shape (n_angle * n_directions, n_names).
 

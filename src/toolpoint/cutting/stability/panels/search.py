@@ -80,7 +80,7 @@ class PeriodMap:
         system = self.system
         time, rate = self._times(panels.angle)
         border = self._times(panels.ends)[0]
-        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, panels.rising.shape[2]
+        p, d, m, n = panels.count.size, self.problem.plane.size, system.poles.size, panels.rising.shape[-1]
         force = (p, n * d, n * d)
         waves = ModalWaves(np.zeros(force), np.zeros(force), np.zeros((p, n * d, m), complex), np.zeros((p, n * d, m), complex),
                            np.zeros((p, 2 * m, n * d)), np.zeros((p, m), complex))
