@@ -1,5 +1,6 @@
 """Places and poses: reached exactly, branches, maps, the most even segment, the redundant turn; and what cannot be."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -216,3 +217,11 @@ def test_a_straight_wrist_stays_at_its_place(robot):
         assert np.allclose(natural_frequencies(robot, straight, 4)[0], expected, rtol=1e-12)
     with pytest.raises(ToolpointError, match="places: 1 of 2; must be reached"):
         straight_wrist(robot, np.array([[0.34, 0, 0.16], [2.0, 0, 0.16]]))
+
+
+def test_what_is_not_computed_of_a_pose_is_said(robot):
+    """Bodies of finite elements have no rigid dynamics along the axes here: two empty columns said nothing."""
+    study = study_reach(robot, [0.69, 0.02, 0.1], modes=1)
+    assert "not computed" not in study.table()
+    bare = replace(study, poses=tuple(replace(each, holding=np.zeros(0), inertia=np.zeros(0)) for each in study.poses))
+    assert "not computed with bodies of finite elements" in bare.table()

@@ -62,6 +62,9 @@ class ReachStudy(NotebookText):
                  " ".join(f"{f:.2f}" for f in each.frequency)] for i, each in enumerate(self.poses)]
         header = ["branch", "axes", "condition", "nearest singular pose", "holds N, N m", "inertia kg, kg m^2", "Hz"]
         extra = [] if self.rates is None else [f"largest axis speed per tool speed: {self.rates:.4g}"]
+        if not self.poses[0].holding.size:
+            extra.append("what axes hold and their inertia are not computed with bodies of finite elements: "
+                         "take rigid members or beams")
         return "\n".join([text_table(title, header, rows), *extra])
 
     def to_dict(self) -> dict[str, Any]:
