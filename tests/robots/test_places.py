@@ -21,7 +21,7 @@ from toolpoint.studies.machines.tool_point import lobes, tool_point
 from toolpoint.studies.robots import place_map
 from toolpoint.studies.robots.place_map import PlaceQuantity, map_places, place_grid
 from toolpoint.studies.robots.reach_study import study_reach
-from toolpoint.studies.robots.regions import plane_directions, search_regions
+from toolpoint.studies.robots.regions import plane_directions, search_regions, study_region
 from toolpoint.studies.robots.turns import choose_turns, compare_branches
 from toolpoint.studies.screening.robot_demo import straight_wrist
 
@@ -157,6 +157,14 @@ def test_paths_out_of_reach_and_through_a_singular_pose_are_named(robot):
     up = reach_places(robot, through, branch="front up no flip", follow=True)
     faults = path_faults(robot, up, np.linspace(0, 0.004, 9))
     assert any("singular" in fault for fault in faults)
+
+
+def test_a_map_stays_where_no_segment_can_be_judged(robot):
+    grid = place_grid({"x": [0.4, 0.5], "z": [0.1, 0.2]})
+    result = study_region(robot, grid, length=3.0, point="wrist")
+    assert result.search is None and np.isfinite(result.map.values).any()
+    assert "doubt: segments" in result.table() and "reached whole" in result.table()
+    assert "shorter length" in result.map.to_dict()["notes"][0]
 
 
 @pytest.mark.slow

@@ -10,14 +10,14 @@ are.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from toolpoint._check import Array, FloatArray, count, fail, floats, positive
-from toolpoint._doubt import mark_notes
+from toolpoint._check import Array, FloatArray, ToolpointError, count, fail, floats, positive
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.machines.reach import reach_places
@@ -155,7 +155,8 @@ def _notes(seen: PoseValues) -> tuple[str, ...]:
 
 @dataclass(frozen=True, eq=False)
 class RegionStudy(NotebookText):
-    """A quantity over places, and the segments over which it is most even (None where they were not searched)."""
+    """A quantity over places, and the segments over which it is most even (None where they were not searched, or none could be
+    judged: the notes of the map say which)."""
 
     map: PlaceMap
     search: RegionSearch | None = None
@@ -194,5 +195,9 @@ def study_region(machine: Machine, grid: PlaceGrid, quantity: PlaceQuantity | No
     units = dict(zip("xyz", np.eye(3), strict=True))
     first, second = (list(grid.names) * 2)[:2]
     ways = units[first][None] if len(grid.names) == 1 else plane_directions(units[first], units[second], directions)
-    return RegionStudy(shown, search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=asked,
-                                             direction=direction, turn=turn, branch=branch, point=point))
+    try:
+        search = search_regions(machine, grid.places.reshape(-1, 3), ways, length=length, quantity=asked, direction=direction,
+                                turn=turn, branch=branch, point=point)
+    except ToolpointError as error:  # the map took its time and stays
+        return RegionStudy(replace(shown, notes=(Doubt("segments", str(error)), *shown.notes)))
+    return RegionStudy(shown, search)
