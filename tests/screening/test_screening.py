@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from study_functions import DeadlyMetric
 
-from toolpoint import ToolpointError
+from toolpoint import ToolpointError, io
 from toolpoint.io.yaml import machine_file
 from toolpoint.machine.description.screening_plan import MilledSquare
 from toolpoint.machine.description.variation import Factor, Option, Swap, resting_shares, vary
@@ -190,3 +190,17 @@ def test_a_screening_of_a_cut_that_chatters_is_doubted():
     part = MilledSquare(0.05, 2000.0, 5e-3, (0.77, 0.0, 0.26), (0, 1, 0), (0, 0, 1), window=0.1, sides=(1,))
     deep, shallow = (accuracy_of(replace(part, depth=depth)).judge(robot) for depth in (5e-3, 1e-6))
     assert shallow == () and len(deep) == 1 and "chatters at 3 of 3 poses" in deep[0]
+
+
+@pytest.mark.slow
+def test_sides_along_which_axes_turn_fast_are_judged_as_they_are_run():
+    """Nodes farther apart than those of the runs took such a side for a singular one, and the screening was lost."""
+    path = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
+    square = io.read_plan(path.with_name("milling_robot_screening.yaml")).square
+    assert square is not None and not any("not judged" in line for line in accuracy_of(square).judge(machine_file.read(path)))
+
+
+def test_a_side_that_cannot_be_judged_loses_no_screening():
+    path = Path(__file__).resolve().parents[2] / "src/toolpoint/app/machines/milling_robot.yaml"
+    part = MilledSquare(0.05, 2000.0, 5e-3, (3.0, 0.0, 0.26), (0, 1, 0), (0, 0, 1), window=0.1, sides=(1,))
+    assert "not judged" in accuracy_of(part).judge(machine_file.read(path))[0]

@@ -85,7 +85,7 @@ class Axis:
 
     def words(self, position: float) -> str:
         """Return a position with its unit: ``30 deg``, ``0.2 m``."""
-        return f"{float(self.shown(np.asarray(position))):.6g} {self.unit}"
+        return f"{round(float(self.shown(np.asarray(position))), 9) + 0.0:.6g} {self.unit}"  # rounding's 1e-14 is zero
 
     @property
     def span(self) -> str:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+from toolpoint._check import ToolpointError
 from toolpoint.cutting.description import CuttingDescription
 from toolpoint.machine.parts.model import Machine
 from toolpoint.studies.accuracy.milling_accuracy import MillingSetup, load_words, mill_path
 from toolpoint.studies.accuracy.moving_structure import structure_along
 from toolpoint.studies.accuracy.side_stability import judge_cut
 from toolpoint.studies.accuracy.tool_paths import PathSide
-
-NODES = 8  # of a side where its cut is judged
 
 
 @dataclass(frozen=True)
@@ -45,7 +44,11 @@ class AccuracyMetric:
             return ()
         lines: list[str] = []
         for side in self.sides:
-            structure = structure_along(machine, side, self.setup.stance, spacing=side.length / NODES)
+            try:  # with the spacing of the runs: farther apart, axes that turn fast look like a jump
+                structure = structure_along(machine, side, self.setup.stance, spacing=self.setup.spacing)
+            except ToolpointError as error:
+                lines.append(f"whether the cut chatters was not judged: {error}")
+                continue
             lines += judge_cut(machine, structure, self.setup, cut=cut)
         return tuple(dict.fromkeys(lines))
 
