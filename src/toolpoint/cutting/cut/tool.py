@@ -133,7 +133,7 @@ class Tool(NotebookText):
         if np.ptp(self.pitch) > 1e-12:
             parts.append("pitch " + "/".join(f"{np.degrees(p):g}" for p in self.pitch) + " deg")
         if self.runout or self.tilt:
-            parts.append(f"run-out {1e6 * self.runout:g} µm")
+            parts.append(f"run-out {1e6 * self.runout:.3g} µm")
         return f"Tool({', '.join(parts)})"
 
 

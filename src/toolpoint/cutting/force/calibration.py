@@ -51,9 +51,13 @@ class Calibration(NotebookText):
 
     @property
     def interval(self) -> FloatArray:
-        """95 % confidence interval of every parameter, shape (p, 2)."""
+        """95 % confidence interval of every parameter, shape (p, 2); an offset is not below zero."""
         half = stdtrit(self.freedom, 0.975) * np.sqrt(np.diag(self.covariance))
-        return np.stack([self.values - half, self.values + half], axis=1)
+        ends = np.stack([self.values - half, self.values + half], axis=1)
+        if "runout" in self.names:
+            at = self.names.index("runout")
+            ends[at, 0] = max(ends[at, 0], 0.0)
+        return ends
 
     @property
     def coefficients(self) -> CuttingCoefficients:

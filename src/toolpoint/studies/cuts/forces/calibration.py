@@ -11,6 +11,7 @@ import numpy as np
 from toolpoint._check import FloatArray, ToolpointError, positive
 from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
+from toolpoint._rounding import number_text
 from toolpoint.cutting import CuttingCoefficients, MillingProblem
 from toolpoint.cutting.build import engagement_of, tool_of
 from toolpoint.cutting.cut.plane import PlaneDynamics
@@ -234,6 +235,7 @@ def fit_rows(fit: Calibration) -> list[list[str]]:
     for name, value, (low, high) in zip(fit.names, fit.values, fit.interval, strict=True):
         if name in SHOWN:
             label, factor, unit = SHOWN[name]
-            ends = f"{factor * low:.5g} .. {factor * high:.5g}" if np.isfinite(high - low) else "not known"
-            result.append([label, f"{factor * value:.5g}", ends, unit])
+            half = factor * (high - low) / 2
+            ends = f"{number_text(factor * low, half)} .. {number_text(factor * high, half)}"
+            result.append([label, number_text(factor * value, half), ends if np.isfinite(half) else "not known", unit])
     return result
