@@ -92,6 +92,18 @@ def test_a_failed_chart_is_no_depth_and_a_bound_is_no_limit(robot, monkeypatch):
                        point="wrist")
 
 
+def test_a_segment_over_a_place_without_a_limit_is_not_called_even(robot, monkeypatch):
+    """A bound from below would stand there as a depth."""
+    limit = np.array([[[1e-3, 2e-3]], [[1e-3, 2e-3]], [[np.inf, np.inf]]])
+    poses = ({"q1": 0.0}, {"q1": 0.1}, {"q1": 0.2})
+    charted = ChatterMap({}, np.zeros(1), np.array([3000.0, 4000.0]), limit, limit, np.full(3, 5e-3), robot.description.cutting,
+                         {}, (), poses)
+    monkeypatch.setattr(place_map, "chatter_map", lambda *args, **options: charted)
+    with pytest.raises(ToolpointError, match="speeds that have a limit"):
+        search_regions(robot, [[0.4, 0, 0.2]], [[1.0, 0, 0]], length=0.1, samples=3, quantity=PlaceQuantity("depth"),
+                       point="wrist")
+
+
 def test_first_mode_is_higher_folded_than_stretched(robot):
     # The source's figure 25.
     result = map_places(robot, place_grid({"x": [0.3, 0.6]}, [0, 0, 0.2]), point="wrist")
