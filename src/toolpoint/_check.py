@@ -39,7 +39,7 @@ class ToolpointWarning(UserWarning):
     """A doubtful input or result; what it marks is also written in the result."""
 
 
-def fail(name: str, value: str, limit: str, remedy: str = "") -> NoReturn:
+def fail(name: str, value: str, limit: str, *, remedy: str = "") -> NoReturn:
     """Raise a ToolpointError in the one form that every message of the package has."""
     raise ToolpointError(f"{name}: {value}; {limit}" + (f" ({remedy})" if remedy else ""), argument=name)
 
@@ -73,7 +73,7 @@ def _array(name: str, value: ArrayLike, kind: Any, shape: Sequence[int | None] |
     try:
         source = np.asarray(value)
         if kind is np.float64 and np.iscomplexobj(source):
-            fail(name, "complex numbers", "must be real", "take .real or .imag, whichever is meant")
+            fail(name, "complex numbers", "must be real", remedy="take .real or .imag, whichever is meant")
         array = np.array(source, dtype=kind, order="C")
     except ToolpointError:
         raise
@@ -85,7 +85,7 @@ def _array(name: str, value: ArrayLike, kind: Any, shape: Sequence[int | None] |
         where = tuple(int(i) for i in np.argwhere(~np.isfinite(array))[0])
         count = int((~np.isfinite(array)).sum())
         fail(name, f"{count} of {array.size} values are not finite, the first at index {where}", "must be finite",
-             "remove or replace the faulty lines before the call")
+             remedy="remove or replace the faulty lines before the call")
     return frozen(array)
 
 
@@ -104,7 +104,7 @@ def increasing(name: str, array: FloatArray) -> FloatArray:
     if (step <= 0).any():
         at = int(np.argmax(step <= 0))
         fail(name, f"value {array[at + 1]:g} at index {at + 1} follows {array[at]:g}", "must increase strictly",
-             "sort the lines and remove repeated ones")
+             remedy="sort the lines and remove repeated ones")
     return array
 
 
@@ -123,7 +123,7 @@ def symmetric(name: str, matrix: Array, tolerance: float = 1e-8) -> Array:
     error = float(np.abs(matrix - np.swapaxes(matrix, -1, -2)).max())
     if error > tolerance * scale:
         fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",
-             "average the matrix with its transpose if the difference is measurement error")
+             remedy="average the matrix with its transpose if the difference is measurement error")
     return matrix
 
 
@@ -166,7 +166,7 @@ def one_of(name: str, value: str, allowed: Iterable[str]) -> str:
     """Check that a word is one of the allowed ones; suggest the nearest."""
     words = list(allowed)
     if value not in words:
-        fail(name, repr(value), "must be one of " + ", ".join(words), suggestion(str(value), words))
+        fail(name, repr(value), "must be one of " + ", ".join(words), remedy=suggestion(str(value), words))
     return value
 
 

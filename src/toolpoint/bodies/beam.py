@@ -64,7 +64,7 @@ class BeamSection:
             nonnegative(f"BeamSection.{name}", floats(f"BeamSection.{name}", getattr(self, name)))
         for name in ("shear_y", "shear_z"):
             if not getattr(self, name) > 0:
-                fail(f"BeamSection.{name}", getattr(self, name), "must be above zero", "infinite for a slender beam")
+                fail(f"BeamSection.{name}", getattr(self, name), "must be above zero", remedy="infinite for a slender beam")
 
     def __add__(self, other: BeamSection) -> BeamSection:
         """Return the section of both, bonded to each other about the same axis."""

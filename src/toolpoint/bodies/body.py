@@ -150,7 +150,8 @@ class Body(NotebookText):
             known = ", ".join(self.interfaces) or "none"
             fail("interface", repr(interface), f"an elastic body needs one of its interfaces ({known})")
         if self.interfaces[interface].slide is not None:
-            fail("interface", repr(interface), "slides: it can be held by a joint only", "a joint's place says where it is")
+            fail("interface", repr(interface), "slides: it can be held by a joint only",
+                 remedy="a joint's place says where it is")
         value = self.interfaces[interface].participation
         return np.zeros((6, self.modal_count)) if value is None else value
 

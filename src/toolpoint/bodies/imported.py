@@ -57,7 +57,7 @@ class ImportedMatrices(NotebookText):
         negative = np.flatnonzero(self.mass.diagonal() < 0)
         if negative.size:
             fail("ImportedMatrices.mass", f"{self.mass.diagonal()[negative[0]]:g} on the diagonal of row {negative[0] + 1} "
-                 f"({negative.size} rows in all)", "must not be negative", "is it the mass, and of this model?")
+                 f"({negative.size} rows in all)", "must not be negative", remedy="is it the mass, and of this model?")
         put(self, "dofs", check_labels("ImportedMatrices.dofs", self.dofs, self.stiffness.shape[0]))
         put(self, "notes", (*self.notes, *self._doubts()))
 

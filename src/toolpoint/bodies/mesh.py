@@ -37,7 +37,8 @@ def mass_properties(nodes: ArrayLike, triangles: ArrayLike, density: float) -> M
     volumes = np.einsum("ij,ij->i", a, np.cross(b, c)) / 6
     volume = float(volumes.sum())
     if volume <= 0:
-        fail("triangles", f"enclosed volume {volume:g} m^3", "must be positive", "the mesh is inside out: swap two corners")
+        fail("triangles", f"enclosed volume {volume:g} m^3", "must be positive",
+             remedy="the mesh is inside out: swap two corners")
     offset = (volumes[:, None] * (a + b + c) / 4).sum(axis=0) / volume
     total = a + b + c
     second = (np.einsum("t,ti,tj->ij", volumes, total, total)
@@ -62,13 +63,13 @@ def check_triangles(nodes: ArrayLike, triangles: ArrayLike) -> np.ndarray:
     if (repeats > 1).any():
         at = divmod(int(unique[repeats > 1][0]), count)
         fail("triangles", f"edge {at[0]}-{at[1]} {_where(nodes, at)} is run through twice in the same direction",
-             "neighbours must be turned the same way", "turn the triangles consistently, or remove doubled ones")
+             "neighbours must be turned the same way", remedy="turn the triangles consistently, or remove doubled ones")
     open_edges = np.setdiff1d(back, code)
     if open_edges.size:
         at = divmod(int(open_edges[0]), count)
         fail("triangles", f"{open_edges.size} open edges, the first {at[1]}-{at[0]} {_where(nodes, at)}",
              "must close around a solid",
-             "merge equal nodes, or fill the holes in the CAD program")
+             remedy="merge equal nodes, or fill the holes in the CAD program")
     return faces
 
 

@@ -29,7 +29,7 @@ def tool_of(cut: CuttingDescription) -> Tool:
         fail("Tool.pitch", f"{len(tool.pitch)} angles", f"must be one for each of the {tool.teeth} teeth")
     if tool.pitch and abs(sum(tool.pitch) - 2 * np.pi) > 1e-6:
         fail("Tool.pitch", f"angles that add up to {np.degrees(sum(tool.pitch)):.6g} degrees",
-             "must add up to 360 degrees (2 pi rad)", "the last closes the circle")
+             "must add up to 360 degrees (2 pi rad)", remedy="the last closes the circle")
     return Tool(tool.diameter, tool.teeth, np.asarray(tool.helix, float), np.asarray(tool.pitch) if tool.pitch else LEFT_OUT,
                 tool.runout, tool.runout_angle, tool.tilt, tool.corner_radius)
 
@@ -39,10 +39,11 @@ def engagement_of(cut: CuttingDescription) -> Engagement:
     arc = cut.engagement
     if arc.entry is not None or arc.exit is not None:
         if arc.entry is None or arc.exit is None:
-            fail("exit" if arc.exit is None else "entry", "missing", "entry and exit belong together", "give both angles")
+            fail("exit" if arc.exit is None else "entry", "missing", "entry and exit belong together",
+                 remedy="give both angles")
         if arc.immersion is not None:
             fail("immersion", f"{arc.immersion:g} beside entry and exit", "must be left out then",
-                 "the angles say the arc of cut already")
+                 remedy="the angles say the arc of cut already")
         return Engagement(arc.entry, arc.exit)
     kinds = {"up": Engagement.up, "down": Engagement.down, "centred": Engagement.centred}
     kind = one_of("direction", arc.direction, ("up", "down", "slot", "centred"))
@@ -50,7 +51,7 @@ def engagement_of(cut: CuttingDescription) -> Engagement:
         return Engagement.slot()
     if arc.immersion is None:
         fail("immersion", "missing", f"{kind}-milling needs the radial immersion a/D, above 0 to 1",
-             "or give entry and exit angles, or direction: slot")
+             remedy="or give entry and exit angles, or direction: slot")
     return kinds[kind](arc.immersion)
 
 
@@ -67,7 +68,7 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
         for name in ("tangential", "normal"):
             if _GIVEN[name] not in given:
                 fail(name, "missing", "must be the coefficient in Pa (the command line: N/mm^2), unless a material is named",
-                     "materials: " + ", ".join(materials()))
+                     remedy="materials: " + ", ".join(materials()))
         return CuttingCoefficients(**given)
     material, number = find_material(described.material)
     count = len(material.sets) + len(material.kienzle)
@@ -78,7 +79,7 @@ def coefficients_of(cut: CuttingDescription) -> CuttingCoefficients:
     else:
         if "kn" not in given:
             fail("normal", "missing", f"the source for {material.material} gives the tangential force only",
-                 "give the normal coefficient too")
+                 remedy="give the normal coefficient too")
         base = material.kienzle[number - 1].linearised(mean_chip(cut))
         which += f", {base.source}"
     return replace(base, **given, source=f"{material.material}, {which}, {material.source}" + (", changed" if given else ""))
@@ -92,13 +93,13 @@ def find_material(name: str) -> tuple[Range, int]:
     near = [label for label, word in plain.items() if word == letters]
     near = near or [label for label, word in plain.items() if letters and letters in word]
     if len(near) > 1:
-        fail("material", repr(text), "fits several: " + ", ".join(near), "write the whole name")
+        fail("material", repr(text), "fits several: " + ", ".join(near), remedy="write the whole name")
     material = literature(near[0] if near else text)
     count = len(material.sets) + len(material.kienzle)
     number = int(digits) if digits.strip().isdigit() else (1 if not colon else 0)
     if not 1 <= number <= count:
         fail("material", repr(name), f"{material.material} has {count} set{'s' if count > 1 else ''}",
-             f"write {material.material}:1" + (f" to {material.material}:{count}" if count > 1 else ""))
+             remedy=f"write {material.material}:1" + (f" to {material.material}:{count}" if count > 1 else ""))
     return material, number
 
 
@@ -109,7 +110,7 @@ def mean_chip(cut: CuttingDescription) -> float:
     """
     if not cut.feed_per_tooth > 0:
         fail("feed_per_tooth", "missing", "Kienzle's law is taken at the mean chip thickness and needs it",
-             "for example 0.1 mm")
+             remedy="for example 0.1 mm")
     arc = engagement_of(cut)
     return float(cut.feed_per_tooth * (np.cos(arc.entry) - np.cos(arc.exit)) / arc.arc)
 

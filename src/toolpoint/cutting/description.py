@@ -62,7 +62,7 @@ class CutParameter:
         scale = SI_VALUE.get(self.unit, 1.0)
         for number in value if isinstance(value, tuple) else (value,):
             if isinstance(number, float | int) and not (isfinite(number) and self._allows(number)):
-                fail(name, f"{number / scale:g} {self.unit}".strip(), self._range(scale), self.meaning)
+                fail(name, f"{number / scale:g} {self.unit}".strip(), self._range(scale), remedy=self.meaning)
 
     def _allows(self, number: float) -> bool:
         return all(WORDS[kind][1](number, limit) for kind, limit in self.limits.items())
@@ -193,7 +193,7 @@ class CuttingDescription:
         changes: dict[str, dict[str, Any]] = {}
         for key, value in values.items():
             if key not in PLACES:
-                fail("CuttingDescription", repr(key), "is not a key of a cut", suggestion(key, PLACES))
+                fail("CuttingDescription", repr(key), "is not a key of a cut", remedy=suggestion(key, PLACES))
             *group, name = PLACES[key]
             changes.setdefault(group[0] if group else "", {})[name] = value
         top = changes.pop("", {})
@@ -261,4 +261,4 @@ def check_cut(values: Mapping[str, Any], speed: float, depth: float) -> None:
     if not 0 < depth <= DEEPEST:
         fail("`depth`", f"{1e3 * depth:g} mm", f"must be above zero and at most {1e3 * DEEPEST:g} mm")
     if values.get("feed_per_tooth") is not None and not values["feed_per_tooth"] > 0:
-        fail("`feed`", f"{1e3 * values['feed_per_tooth']:g} mm", "must be above zero", "without feed there is no cut")
+        fail("`feed`", f"{1e3 * values['feed_per_tooth']:g} mm", "must be above zero", remedy="without feed there is no cut")

@@ -272,7 +272,7 @@ def _check_masses(parts: Mapping[str, Component], joints: Sequence[JointEstimate
     if missing:
         fail("masses", f"none for {missing}", "must be given for every component")
     if all(joint.parent != "ground" for joint in joints):
-        fail("chain", "without ground", "must start at ground for a stiffness", "start the chain with 'ground'")
+        fail("chain", "without ground", "must start at ground for a stiffness", remedy="start the chain with 'ground'")
 
 
 def _with_coordinates(part: Component, deviation: float) -> Component:
@@ -315,7 +315,7 @@ def _independent(modes: Modes, parts: Mapping[str, Component]) -> tuple[int, lis
             which = f"modes {j + 1} and {i + 1} ({modes.frequency[j]:.4g} and {modes.frequency[i]:.4g} Hz)"
             same = f"have the same shape (MAC {alike[i, j]:.4f})"
             if near or alike[i, j] > 1 - 1e-9:
-                fail("modes", f"{which} {same}", "every mode must be given once", "leave one out with modes.selected")
+                fail("modes", f"{which} {same}", "every mode must be given once", remedy="leave one out with modes.selected")
             repeated.add(i)
             doubts.append(Doubt(which, f"{same}: they tell one motion only", figure=float(alike[i, j])))
     if modes.count - len(repeated) < 2:

@@ -78,7 +78,7 @@ class BearingDescription:
             fail("directions", f"{self.directions} for {len(self.at)} places", "must be +1 or -1 for every bearing")
         if self.preload_by == "distance" and sum(self.directions) != 0:
             fail("directions", f"{self.directions} with preload_by: distance", "must be as many +1 as -1",
-                 "spacers hold bearings against each other; a bearing that a spring pushes is preload_by: force")
+                 remedy="spacers hold bearings against each other; a bearing that a spring pushes is preload_by: force")
         n, single = AXES[self.along], self.single
         total = np.zeros((6, 6))
         for place, way in zip(self.at, self.directions, strict=True):
@@ -106,7 +106,7 @@ def _balance(bearing: BearingDescription, axial: float, speed: float) -> tuple[F
     outer, inner, error = _angles(bearing, axial, speed)
     if error > 1e-6:
         fail("bearing", f"no balance at {speed:g} rev/min with {axial:g} N", "must hold its balls between both races",
-             "raise the preload or lower the speed")
+             remedy="raise the preload or lower the speed")
     share = axial / bearing.balls
     return np.array([inner, outer]), np.array([share / np.sin(inner), share / np.sin(outer)])
 
@@ -173,5 +173,5 @@ def _force_of_distance(bearing: BearingDescription) -> float:
     force = float(np.exp(0.5 * (low + high)))
     if abs(_distance(bearing, force, bearing.speed) / kept - 1) > 1e-6:
         fail("bearing", f"no balance at {bearing.speed:g} rev/min between rings at a fixed distance",
-             "must hold its balls between both races", "raise the preload or lower the speed")
+             "must hold its balls between both races", remedy="raise the preload or lower the speed")
     return force

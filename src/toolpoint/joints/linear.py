@@ -58,7 +58,7 @@ class LinearJoint(NotebookText):
             if np.any(matrix[idle]):
                 i = idle[int(np.argmax(np.abs(matrix[idle]).max(axis=1) > 0))]
                 fail(f"LinearJoint.{name}", f"a value in direction {DIRECTIONS[i]}, which is {states[i]}",
-                     f"must be zero there", f"make the direction {' or '.join(allowed)}")  # noqa: F541
+                     f"must be zero there", remedy=f"make the direction {' or '.join(allowed)}")  # noqa: F541
             if matrix.size and np.linalg.eigvalsh(matrix).min() < -1e-9 * max(np.abs(matrix).max(), 1e-300):
                 fail(f"LinearJoint.{name}", "a negative eigenvalue", "must be positive semidefinite")
             put(self, name, matrix)
@@ -119,7 +119,7 @@ def linear(
     idle = [DIRECTIONS[i] for i in sorted(damped) if states[i] == "locked"]
     if idle:
         fail("damping", f"direction {idle[0]} is locked", "only elastic or free directions can be damped",
-             f"give stiffness.{idle[0]} or list {idle[0]} under free")
+             remedy=f"give stiffness.{idle[0]} or list {idle[0]} under free")
     eta = np.zeros(6)
     if isinstance(loss_factor, Mapping):
         for name, value in loss_factor.items():
@@ -149,7 +149,7 @@ def screws(twists: ArrayLike, stiffness: ArrayLike, damping: ArrayLike | None = 
     f = len(rows)
     if not 1 <= f <= 6 or np.linalg.matrix_rank(rows, tol=1e-9) < f:
         fail("screws", f"{f} rows of rank {np.linalg.matrix_rank(rows, tol=1e-9)}", "must be one to six independent twists",
-             "leave out what others hold")
+             remedy="leave out what others hold")
     if loss_factor < 0:
         fail("loss_factor", f"{loss_factor:g}", "must not be negative")
     matrix = symmetric("stiffness_matrix", floats("stiffness_matrix", stiffness, (f, f)))

@@ -62,16 +62,16 @@ class Reducer(NotebookText):
         if not self.torsion or self.bending is None:
             fail("Reducer." + ("torsion" if not self.torsion else "bending"), "missing",
                  "a reducer needs its stiffness, N m/rad",
-                 "take it from the catalogue, or choose the next one that states it")
+                 remedy="take it from the catalogue, or choose the next one that states it")
         for key, text in limit_faults(self):
             fail("Reducer." + ".".join(map(str, key)), text, "see the catalogue")
         if len(self.torques) != len(self.torsion) - 1 or (np.diff(self.torques) <= 0).any():
             fail("Reducer.torques", f"{len(self.torques)} for {len(self.torsion)} slopes", "must be one fewer, increasing",
-                 "T_1 is where K_1 gives way to K_2")
+                 remedy="T_1 is where K_1 gives way to K_2")
         if (self.lost_motion > 0) != (self.lost_motion_torque > 0):
             fail("Reducer.lost_motion", f"{self.lost_motion:g} rad at {self.lost_motion_torque:g} N m",
                  "both or neither are given",
-                 "catalogues state the twist between plus and minus a few per cent of the rated torque")
+                 remedy="catalogues state the twist between plus and minus a few per cent of the rated torque")
         if self.lost_motion_torque and self.torques and self.lost_motion_torque >= self.torques[0]:
             fail("Reducer.lost_motion_torque", f"{self.lost_motion_torque:g} N m",
                  f"must be below T_1 = {self.torques[0]:g} N m")
@@ -189,7 +189,7 @@ def choose_reducer(catalogue: Mapping[str, Reducer], ratio: float, *, largest_di
     if not fits:
         fail("catalogue", f"no reducer of {1e3 * smallest_diameter:g} .. {1e3 * largest_diameter:g} mm",
              "must hold one that fits",
-             "add rows, or allow another size")
+             remedy="add rows, or allow another size")
     away: Array = np.abs(np.log([part.ratio / ratio for part in fits.values()]))
     return list(fits)[int(away.argmin())]
 
@@ -205,5 +205,5 @@ def reducer_of(catalogue: Mapping[str, Reducer], name: str) -> Reducer:
     """Return a reducer of a catalogue by name; raises ToolpointError with the nearest name where there is none."""
     if name not in catalogue:
         fail("reducer", f"no {name!r} in the catalogue", f"must be of {', '.join(catalogue) or 'none'}",
-             suggestion(name, catalogue))
+             remedy=suggestion(name, catalogue))
     return catalogue[name]

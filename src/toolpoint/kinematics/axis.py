@@ -26,7 +26,7 @@ class Drive:
     def __post_init__(self) -> None:
         one_of("Drive.direction", self.direction, DIRECTIONS)
         if scalar("Drive.factor", self.factor) == 0:
-            fail("Drive.factor", "0", "must not be zero", "leave the drive out")
+            fail("Drive.factor", "0", "must not be zero", remedy="leave the drive out")
 
     @property
     def way(self) -> int:
@@ -98,7 +98,7 @@ class Axis:
         slack = 1e-9 * max(1.0, abs(self.lower) if np.isfinite(self.lower) else 1.0)
         for value in (float(np.min(position)), float(np.max(position))):
             if not self.lower - slack <= scalar(f"pose {self.name}", value) <= self.upper + slack:
-                fail(f"pose {self.name}", self.words(value), f"must be within {self.span}", self._meant(value))
+                fail(f"pose {self.name}", self.words(value), f"must be within {self.span}", remedy=self._meant(value))
         return position
 
     def _meant(self, value: float) -> str:

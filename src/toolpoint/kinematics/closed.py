@@ -72,7 +72,7 @@ class ClosedChain(TreeChain):
             return values
         if self.mode not in self.modes:
             fail("assembly mode", repr(self.mode), f"must be of {', '.join(self.modes) or 'none'}",
-                 suggestion(self.mode, self.modes))
+                 remedy=suggestion(self.mode, self.modes))
         for step, value in self.modes[self.mode].items():
             values[0, step] = value
         return self.closure.settle(values, self.mode)
@@ -91,7 +91,7 @@ class ClosedChain(TreeChain):
         both = [name for name in pose if name in self.task.axes]
         if named and both:
             fail("pose", f"{', '.join(named)} and {', '.join(both)}", "must not be given together",
-                 f"{', '.join(self.task.coordinates)} stand in place of {', '.join(self.task.axes)}")
+                 remedy=f"{', '.join(self.task.coordinates)} stand in place of {', '.join(self.task.axes)}")
         return bool(named)
 
     def solve(self, pose: Pose, *, start: FloatArray | None = None) -> Solution:
@@ -152,7 +152,7 @@ class ClosedChain(TreeChain):
         """
         task = self.task
         if task is None:
-            fail("task", "none", "must be given", "describe the coordinates of the tool under 'task'")
+            fail("task", "none", "must be given", remedy="describe the coordinates of the tool under 'task'")
         values = self.step_values(pose)
         moved = self.displacements_of(self.motions_of(values))
         names = [axis.name for axis in self.driven_axes]

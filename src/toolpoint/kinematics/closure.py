@@ -188,7 +188,7 @@ class Closure:
                 break
         if float(np.abs(residual).max(initial=0.0)) > 1e-8:
             fail("assembly mode", repr(mode), "does not close from its start values at the reference pose",
-                 "give start values nearer to that way of assembling the loops")
+                 remedy="give start values nearer to that way of assembling the loops")
         return values
 
 

@@ -61,7 +61,7 @@ class Task:
             fail("task", f"coordinates {', '.join(kinds)}", "must differ")
         if self.equations != len(self.axes):
             fail("task", f"{self.equations} coordinates for {len(self.axes)} axes", "must be as many as axes",
-                 "name the axes that are solved under `axes`, and a coordinate for each")
+                 remedy="name the axes that are solved under `axes`, and a coordinate for each")
 
     @cached_property
     def kinds(self) -> frozenset[str]:

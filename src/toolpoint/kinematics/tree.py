@@ -47,7 +47,7 @@ class TreeChain(NotebookText):
                 fail("parents", f"link {i} hangs on {parent}", "must hang on the ground (-1) or an earlier link")
         if self.driven_axes and np.linalg.matrix_rank(self.coupling) < len(self.driven_axes):
             fail("axes", _clash(self.driven_axes), "must not move the same joint directions alike",
-                 "remove one of the axes, or let each drive a direction of its own")
+                 remedy="remove one of the axes, or let each drive a direction of its own")
 
     @cached_property
     def steps(self) -> tuple[Step, ...]:
@@ -86,7 +86,7 @@ class TreeChain(NotebookText):
         known = {axis.name: axis for axis in self.axes}
         for name in check_pose(pose):
             if name not in known:
-                fail("pose", f"no axis {name!r}", f"must be of {', '.join(known) or 'none'}", suggestion(name, known))
+                fail("pose", f"no axis {name!r}", f"must be of {', '.join(known) or 'none'}", remedy=suggestion(name, known))
         values = {name: known[name].checked(floats(f"pose {name}", np.atleast_1d(value))) for name, value in pose.items()}
         lengths = {v.size for v in values.values() if v.size != 1} or {1}
         if len(lengths) > 1 or any(v.ndim != 1 for v in values.values()):
@@ -212,14 +212,14 @@ class TreeChain(NotebookText):
         target = floats("position", position, (3,))
         if any(axis.is_rotary for axis in self.axes) or self.passive:
             fail("inverse", "a rotary axis or a passive joint", "this closed form needs linear axes only",
-                 "use kinematics.inverse.solve_inverse")
+                 remedy="use kinematics.inverse.solve_inverse")
         rest: Mapping[str, float] = {}
         start = self.relative_position(rest, tool, table)[0]
         columns = (self.axis_twists(rest, tool[0]) - self.axis_twists(rest, table[0]))[0, :, :3].T
         values, *_ = np.linalg.lstsq(columns, target - start, rcond=None)
         error = float(np.linalg.norm(start + columns @ values - target))
         if error > 1e-9:
-            fail("position", f"{target}", "cannot be reached with these axes", f"nearest is {error:.3g} m away")
+            fail("position", f"{target}", "cannot be reached with these axes", remedy=f"nearest is {error:.3g} m away")
         return {axis.name: float(axis.checked(np.atleast_1d(v + axis.rest))[0])
                 for axis, v in zip(self.driven_axes, values, strict=True)}
 

@@ -56,7 +56,7 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
     names = tuple(paths)
     description = machine.description
     if description.gravity is not None or description.loads:
-        fail("machine", "gravity or loads", "exact derivatives leave preload out", "take the machine without them")
+        fail("machine", "gravity or loads", "exact derivatives leave preload out", remedy="take the machine without them")
     place = place_machine(machine, poses)
     basis = loop_basis(place) if machine.loops else None
     size = machine.size if basis is None else basis.shape[-1]
@@ -97,7 +97,7 @@ def _one(place: Placement, path: str) -> dict[str, FloatArray]:
     if room == "joints" and kind in _JOINT_FIELDS:
         return _joint(place, path, name, value)
     known = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
-    fail("path", repr(path), "has no exact derivative", f"known: {', '.join(known[:4])} ...")
+    fail("path", repr(path), "has no exact derivative", remedy=f"known: {', '.join(known[:4])} ...")
 
 
 def _motion_terms(place: Placement, name: str, slope: BodySlope) -> dict[str, FloatArray]:
@@ -123,7 +123,7 @@ def elastic_slope(machine: Machine, path: str) -> BodySlope:
         return kept.reduced.slope(part, number, kept.part.numbers[part])
     if kept.basis is None or number not in SECTION:
         fail("path", repr(path), f"has no exact derivative: {number} moves nodes, or enters them otherwise",
-             "vary it by `screen`, or by machine.with_values")
+             remedy="vary it by `screen`, or by machine.with_values")
     from toolpoint.machine.parts.beam_body import beam_part  # only where a body is a beam
 
     basis, segment = kept.basis, inner[0]

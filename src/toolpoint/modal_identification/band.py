@@ -42,16 +42,16 @@ def cut(frf: Frf, band: tuple[float, float] | None, lines: int = MINIMUM_LINES) 
         For several poses, a band without order or outside the data, too few lines, or responses that are all zero.
     """
     if frf.values.ndim != 3:
-        fail("frf", repr(frf), "must be one pose", "use frf.at_pose(i)")
+        fail("frf", repr(frf), "must be one pose", remedy="use frf.at_pose(i)")
     limits = band_limits(frf, band)
     if limits.high <= 0 or frf.frequency[-1] <= 0:
         fail("band", f"{frf.frequency.size} lines within {limits}", f"must hold at least {lines} above 0 Hz")
     inside = frf.between(max(limits.low, np.nextafter(0.0, 1.0)), limits.high)
     if inside.frequency.size < lines:
         fail("band", f"{inside.frequency.size} lines within {limits}", f"must hold at least {lines}",
-             "widen the band or measure with a finer line spacing")
+             remedy="widen the band or measure with a finer line spacing")
     if not np.any(inside.values):
-        fail("frf", "all responses are zero within the band", "must hold a measurement", "check the channel assignment")
+        fail("frf", "all responses are zero within the band", "must hold a measurement", remedy="check the channel assignment")
     return inside
 
 
@@ -78,7 +78,7 @@ def line_spacing(frf: Frf) -> float:
     if np.abs(step - mean).max() > 1e-3 * mean:
         at = int(np.argmax(np.abs(step - mean)))
         fail("frf.frequency", f"a step of {step[at]:g} Hz at {frf.frequency[at]:g} Hz beside a mean of {mean:g} Hz",
-             "must be evenly spaced for this method", "use frf.interpolated(...), or quadrature or circle fit")
+             "must be evenly spaced for this method", remedy="use frf.interpolated(...), or quadrature or circle fit")
     return mean
 
 

@@ -194,7 +194,7 @@ def _identified(inside: Frf, chosen: PoleMethod, dead: list[str]) -> Identificat
     start = chosen.start(inside)
     if start.poles.size == 0:
         fail("frf", f"no mode found within {inside.frequency[0]:g} .. {inside.frequency[-1]:g} Hz by {chosen.name}",
-             "at least one resonance must stand out of the noise", "widen the band, raise the order or average more")
+             "at least one resonance must stand out of the noise", remedy="widen the band, raise the order or average more")
     fitted = _estimate.estimate(inside, start.poles + inside.decay, start.participation, refine=chosen.refine)
     return _conclude(inside, fitted, chosen, dead, start)
 

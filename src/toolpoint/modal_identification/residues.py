@@ -34,7 +34,7 @@ def residues(frf: Frf, poles: ComplexArray, lower: bool = True, *, upper: bool =
     size = np.abs(poles)
     near = np.abs(poles[:, None] - poles) + np.eye(poles.size) * size.max(initial=1.0)
     if poles.size > 1 and near.min() < 1e-6 * size.min():
-        fail("poles", "two poles coincide", "must differ", "use method='refined', which parts them by their references")
+        fail("poles", "two poles coincide", "must differ", remedy="use method='refined', which parts them by their references")
     p = laplace(frf)
     terms = [pole_terms(p, poles).reshape(p.size, -1)]
     terms += [(1 / p**2)[:, None]] if lower else []

@@ -75,7 +75,7 @@ class Report:
             if not isinstance(part, Part):
                 fail("with_section", f"part {number} is a {type(part).__name__}",
                      "must be Text, Table, Notes, Listing, Lookup, Picture, Chart or ShapeView",
-                     "wrap a plotly figure as Chart(figure)")
+                     remedy="wrap a plotly figure as Chart(figure)")
         return replace(self, sections=(*self.sections, Section(str(title), shown)))
 
     def with_doubts(self, *doubts: str) -> Report:
@@ -146,7 +146,7 @@ class Report:
                 if isinstance(part, (Chart, ShapeView)):
                     key = f"{type(part).__name__} {part.name!r}"
                     if key in seen:
-                        fail("Report", f"{key} appears twice", "names must differ", "give one of them another name")
+                        fail("Report", f"{key} appears twice", "names must differ", remedy="give one of them another name")
                     seen.add(key)
                 if isinstance(part, ShapeView):
                     views.add(part.name)

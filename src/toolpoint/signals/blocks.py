@@ -25,7 +25,7 @@ def fit_block(records: Sequence[Record], force_at: int, rules: HitRules) -> tupl
     for record in records:
         rooms += _rooms(record, force_at, rules)
     if not rooms:
-        fail("records", "no force pulse", "must hold hits", "check the channel assignment")
+        fail("records", "no force pulse", "must hold hits", remedy="check the channel assignment")
     typical = float(np.median(rooms))
     usual = [room for room in rooms if room >= SHORT_RECORD * typical]
     block = int(scipy.fft.prev_fast_len(max(int(min(usual)), 8), real=True))

@@ -60,17 +60,17 @@ def responses(spectra: Spectra, estimator: str = "H1") -> ComplexArray:
 def _usable(spectra: Spectra) -> None:
     inputs = spectra.force.shape[-1]
     if spectra.blocks < inputs:
-        fail("blocks", f"{spectra.blocks:g} for {inputs} inputs", "must be at least one for each input", "average more")
+        fail("blocks", f"{spectra.blocks:g} for {inputs} inputs", "must be at least one for each input", remedy="average more")
     power = np.einsum("fii->fi", spectra.force).real
     if (power.max(axis=0) <= 0).any():
         fail("force", f"input {int(np.argmin(power.max(axis=0)))} is zero", "must excite",
-             "check the channel assignment")
+             remedy="check the channel assignment")
     if inputs > 1:
         size = np.linalg.eigvalsh(spectra.force / np.sqrt(power[:, :, None] * power[:, None, :] + 1e-300))
         worst = float(np.median(size[:, 0]))
         if worst < 1e-6:
             fail("force", "the inputs are correlated (they move together on most lines)", "must be independent",
-                 "use independent random signals, or more blocks than inputs")
+                 remedy="use independent random signals, or more blocks than inputs")
 
 
 def _h2(spectra: Spectra) -> ComplexArray:
@@ -80,7 +80,7 @@ def _h2(spectra: Spectra) -> ComplexArray:
         return np.where(np.abs(spectra.cross) > 0, ratio, 0.0)
     if spectra.responses is None or spectra.cross.shape[-2] < spectra.cross.shape[-1]:
         fail("estimator", f"H2 with {spectra.cross.shape[-2]} outputs and {spectra.cross.shape[-1]} inputs",
-             "must have at least as many outputs as inputs", "use H1 or Hv")
+             "must have at least as many outputs as inputs", remedy="use H1 or Hv")
     cross = spectra.cross  # G_FX = cross^H
     return spectra.responses @ cross @ np.linalg.inv(np.swapaxes(cross.conj(), -1, -2) @ cross)
 

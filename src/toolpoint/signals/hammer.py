@@ -183,7 +183,7 @@ def _found(records: Sequence[Record], force_at: int, block: int, rules: HitRules
     if pulse >= block:
         rate = records[0].sample_rate
         fail("duration", f"{block / rate:.2g} s", f"must exceed the {pulse / rate:.2g} s of the force pulse by far",
-             "take one over the line spacing that is wanted")
+             remedy="take one over the line spacing that is wanted")
     return hits
 
 
@@ -220,7 +220,7 @@ def _check_any(hits: Sequence[Hit]) -> None:
         reasons = "; ".join(f"hit {i}: {', '.join(hit.reasons)}" for i, hit in enumerate(hits, 1) if i <= MOST_LISTED)
         more = f"; and {len(hits) - MOST_LISTED} more" if len(hits) > MOST_LISTED else ""
         fail("records", f"none of {len(hits)} hits is usable ({reasons}{more})", "must hold at least one good hit",
-             "measure again, or relax the rules (HitRules)")
+             remedy="measure again, or relax the rules (HitRules)")
 
 
 @dataclass(frozen=True)
@@ -288,12 +288,12 @@ def _channels(records: Sequence[Record]) -> tuple[int, list[int], str]:
         if (record.channels, record.quantities, record.sample_rate) != (
                 first.channels, first.quantities, first.sample_rate):
             fail("records", f"{record!r} beside {first!r}", "must share channels, quantities and sample rate",
-                 "assemble different set-ups with signals.setups")
+                 remedy="assemble different set-ups with signals.setups")
     forces = [i for i, quantity in enumerate(first.quantities) if quantity == "force"]
     others = [i for i in range(len(first.quantities)) if i not in forces]
     if len(forces) != 1 or not others:
         fail("records", f"{len(forces)} force channels and {len(others)} others", "must have one force and some "
-             "responses", "select channels with record.selected, or name their quantities")
+             "responses", remedy="select channels with record.selected, or name their quantities")
     kinds = {first.quantities[i] for i in others}
     if len(kinds) > 1 or not kinds <= QUANTITY.keys():
         fail("records", f"responses of quantity {', '.join(sorted(kinds))}", f"must be one of {', '.join(QUANTITY)}")
@@ -304,7 +304,7 @@ def _alive(records: Sequence[Record], others: list[int]) -> tuple[list[int], lis
     """Return the response channels that show anything, and a note on each that does not."""
     dead = [i for i in others if all(np.ptp(record.samples[:, i]) == 0 for record in records)]
     if len(dead) == len(others):
-        fail("records", "all response channels are dead (constant)", "must show a response", "check cables and sensors")
+        fail("records", "all response channels are dead (constant)", "must show a response", remedy="check cables and sensors")
     names = records[0].channels
     return [i for i in others if i not in dead], [f"dead channel {names[i]} left out: its samples never change"
                                                   for i in dead]

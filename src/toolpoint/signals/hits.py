@@ -84,12 +84,12 @@ def find_hits(force: FloatArray, block: int, rules: HitRules, *, record: int = 0
     size = np.abs(force - _quiet_level(force))
     top = float(size.max())
     if top == 0:
-        fail("force", "all samples are equal", "must hold hits", "check the channel assignment")
+        fail("force", "all samples are equal", "must hold hits", remedy="check the channel assignment")
     noise = 1.4826 * float(np.median(size))
     level = max(rules.trigger * top, 6 * noise)
     if level >= top:
         fail("force", f"largest value {top:.3g} against a noise of {noise:.3g}", "must stand out of the noise",
-             "the force channel may be wrong, or the hammer range too large")
+             remedy="the force channel may be wrong, or the hammer range too large")
     before = round(positive("pretrigger", rules.pretrigger + 1e-12, 0.5) * block)
     hits: list[Hit] = []
     free_from = 0

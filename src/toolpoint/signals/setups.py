@@ -75,7 +75,7 @@ def _along_lines(group: list[Frf]) -> list[Frf]:
         if len(group) > 1 and any(low.size != high.size or not np.allclose(low, high) for low, high in pairwise(lines)):
             spans = ", ".join(f"{part[0]:g} .. {part[-1]:g} Hz" for part in lines)
             fail("join_bands", f"bands {spans} of {group[0].outputs[0]} / {group[0].inputs[0]} overlap",
-                 "must follow one another", "cut them first: frf.between(low, high)")
+                 "must follow one another", remedy="cut them first: frf.between(low, high)")
         return group
     first = ordered[0]
     for frf in ordered[1:]:
@@ -104,7 +104,7 @@ def _alike(number: int, frf: Frf, first: Frf) -> None:
         fail("join_setups", f"set-up {number} of several poses", "must be one pose")
     if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
         fail("join_setups", f"set-up {number} has other frequency lines ({frf!r})", f"must be those of {first!r}",
-             "interpolate it first: frf.interpolated(frequency)")
+             remedy="interpolate it first: frf.interpolated(frequency)")
     if frf.quantity != first.quantity or abs(frf.decay - first.decay) > 1e-9 * max(abs(first.decay), 1):
         fail("join_setups", f"set-up {number} is {frf.quantity} with decay {frf.decay:g}",
              f"must be {first.quantity} with decay {first.decay:g}")

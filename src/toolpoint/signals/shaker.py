@@ -53,7 +53,7 @@ def shaker_test(
              f"must not exceed the record of {record.duration:g} s less {settle} blocks")
     if starts.size < len(forces):
         fail("record", f"{starts.size} blocks for {len(forces)} forces", "must be at least one block for each",
-             "measure longer or choose a coarser resolution")
+             remedy="measure longer or choose a coarser resolution")
     frequency = np.asarray(np.arange(block // 2 + 1) * (record.sample_rate / block), float)
     low, high = (0.0, record.sample_rate / 2.56) if band is None else band
     keep = (frequency >= low - 1e-9) & (frequency <= high + 1e-9)

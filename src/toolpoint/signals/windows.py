@@ -14,7 +14,7 @@ def exponential(n: int, sample_rate: float, final: float) -> tuple[FloatArray, f
     takes it back from `Frf.decay`. Source: Ewins, Modal Testing, 2nd ed., section 3.7; Fladung, Rost, MSSP 11 (1997) 789.
     """
     if not 0 < final <= 1:
-        fail("final", f"{final:g}", "must be above 0 and at most 1", "0.01 .. 0.1 is usual; 1 is no window")
+        fail("final", f"{final:g}", "must be above 0 and at most 1", remedy="0.01 .. 0.1 is usual; 1 is no window")
     decay = -np.log(final) / (n / positive("sample_rate", sample_rate))
     return np.exp(-decay * np.arange(n) / sample_rate), float(decay)
 

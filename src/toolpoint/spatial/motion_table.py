@@ -38,7 +38,7 @@ class MotionTable:
         put(self, "positions", increasing("positions", floats("positions", self.positions)))
         put(self, "values", floats("values", self.values, (self.positions.size, None, None)))
         if self.positions.size < 4:
-            fail("positions", f"{self.positions.size}", "must be at least 4 for a smooth table", "make the step smaller")
+            fail("positions", f"{self.positions.size}", "must be at least 4 for a smooth table", remedy="make the step smaller")
         from scipy.interpolate import CubicSpline  # scipy loads when a body slides, not with the room
 
         put(self, "_spline", CubicSpline(self.positions, self.values, axis=0, extrapolate=False))
@@ -61,7 +61,7 @@ class MotionTable:
         if place.size and (place.min() < low - slack or place.max() > high + slack):
             worst = place.min() if place.min() < low else place.max()
             fail(self.name, f"position {worst:.6g} m", f"must be within its way, {low:.6g} .. {high:.6g} m",
-                 "a carriage would leave its rail there: narrow the limits of the axis, or lengthen the rail")
+                 remedy="a carriage would leave its rail there: narrow the limits of the axis, or lengthen the rail")
         return np.asarray(self._spline(np.clip(place, low, high), order))
 
     def _at_one(self, place: float, order: int) -> FloatArray:

@@ -66,7 +66,7 @@ def _spread(points: FloatArray, weights: FloatArray) -> None:
         fail("source", f"{len(used)} points with weight", "must be at least 3")
     singular = np.linalg.svd(used - used.mean(axis=0), compute_uv=False)
     if singular[1] <= 1e-9 * max(singular[0], 1e-300):
-        fail("source", "points on one line", "must span a plane", "add a point off the line")
+        fail("source", "points on one line", "must span a plane", remedy="add a point off the line")
 
 
 def iterative_closest_point(

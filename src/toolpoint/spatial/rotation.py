@@ -91,7 +91,7 @@ def check_rotation(rotation: ArrayLike) -> FloatArray:
     error = float(np.abs(r @ np.swapaxes(r, -1, -2) - np.eye(3)).max())
     if error > 1e-6:
         fail("rotation", f"orthogonal only within {error:.2g}", "must be within 1e-6",
-             "project it onto a rotation with spatial.rotation.nearest")
+             remedy="project it onto a rotation with spatial.rotation.nearest")
     if (np.linalg.det(r) < 0).any():
         fail("rotation", "a left-handed matrix (determinant -1)", "must be right-handed")
     return r

@@ -100,7 +100,7 @@ class Dask:
             import dask
             from distributed import Client, LocalCluster
         except ImportError:
-            fail("engine", "Dask is not installed", "this engine needs it", "pip install 'toolpoint[cluster]'")
+            fail("engine", "Dask is not installed", "this engine needs it", remedy="pip install 'toolpoint[cluster]'")
         if self.address is not None:
             return Client(self.address), None
         # The default trim threshold returns memory after every small solve, which then takes twice as long; and one

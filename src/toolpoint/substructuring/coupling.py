@@ -38,7 +38,7 @@ def couple(parts: Mapping[str, SecondOrderSystem], links: Iterable[Link]) -> Sec
     constraint = _constraint(apart, list(links))
     basis = null_space(constraint / np.linalg.norm(constraint, axis=1, keepdims=True), rcond=REPEATED)
     if basis.shape[1] == 0:
-        fail("links", f"{len(constraint)} links", "must leave a motion", "give parts more coordinates")
+        fail("links", f"{len(constraint)} links", "must leave a motion", remedy="give parts more coordinates")
 
     def projected(matrix: FloatArray | None) -> FloatArray | None:
         return None if matrix is None else basis.T @ matrix @ basis
@@ -99,7 +99,7 @@ class DualAssembly:
         try:
             solution = np.linalg.solve(system, np.broadcast_to(right, (f.size, *right.shape)))
         except np.linalg.LinAlgError:
-            fail("frequency", "a singular line", "must hold no undamped resonance", "move the lines")
+            fail("frequency", "a singular line", "must hold no undamped resonance", remedy="move the lines")
         frf = Frf(f, np.matmul(seen.output_map + 0j, solution[:, :n]), seen.outputs, seen.inputs, notes=seen.notes)
         return frf, -solution[:, n:]
 
@@ -125,7 +125,7 @@ def _constraint(apart: SecondOrderSystem, links: Sequence[Link]) -> FloatArray:
     rank = np.linalg.matrix_rank(rows / size[:, None], tol=REPEATED)
     if rank < len(rows):
         fail("links", f"{len(rows)} links of rank {rank}", "must hold different motions",
-             "leave out links that follow from others (a part with few coordinates cannot follow many links)")
+             remedy="leave out links that follow from others (a part with few coordinates cannot follow many links)")
     return rows
 
 

@@ -150,10 +150,10 @@ def choose_size(shapes: ShapeSpan, surroundings: Surroundings, modes: int, *, er
     best = shapes.reduced(high)
     solved = couple_reduced(best, surroundings, modes)
     if not solved.is_sure:
-        fail("shapes", solved.status, "must reach 1.4 times the band", "span the body with a wider band")
+        fail("shapes", solved.status, "must reach 1.4 times the band", remedy="span the body with a wider band")
     if solved.error.max() > error:
         fail("error", f"{error:g}", f"all {high} shapes give {solved.error.max():.2g}",
-             "span the body with a wider band or responses of a higher order")
+             remedy="span the body with a wider band or responses of a higher order")
     while low < high:
         middle = (low + high) // 2
         reduction = shapes.reduced(middle)
@@ -183,4 +183,4 @@ def reduce_automatically(body: LargeBody, surroundings: Surroundings, modes: int
             return choose_size(shapes, surroundings, modes, error=error)
     fail("error", f"{error:g}",
          f"{shapes.largest} shapes to {shapes.reach:.5g} Hz give {solved.error.max():.2g}; {solved.status}",
-         "ask for fewer modes or a larger error")
+         remedy="ask for fewer modes or a larger error")

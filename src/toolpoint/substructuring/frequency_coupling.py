@@ -135,7 +135,7 @@ def _scaled(interface: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArr
     worst = singular[..., 0] / np.maximum(singular[..., -1], 1e-300)
     if not (worst < WORST).all():
         fail("links", f"an interface of condition {float(worst.max()):.2g} at some line", f"must be below {WORST:.0e}",
-             "leave out labels that follow from others, or lines at which the parts do not answer")
+             remedy="leave out labels that follow from others, or lines at which the parts do not answer")
     return scaled, left, right
 
 

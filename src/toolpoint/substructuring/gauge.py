@@ -62,7 +62,8 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws:
     drawn = None
     if draws and (pairs.variance is not None or _uncertain_gauge(gauge)):
         if generator is None:
-            fail("generator", "None", "draws need a numpy Generator", "for example numpy.random.default_rng(1); or draws=0")
+            fail("generator", "None", "draws need a numpy Generator",
+                 remedy="for example numpy.random.default_rng(1); or draws=0")
         drawn = _drawn_bases(pairs, gauge, lines.frequency, draws, generator)
     elif draws:
         notes.append("the measured responses state no variance: no interval of the tool-point response can be given")
@@ -73,7 +74,7 @@ def _measured_pairs(frf: Frf, gauge: ShaftDescription, plane: str) -> _Pairs:
     names = list(gauge.stations)
     if len(names) < 2:
         fail("gauge.stations", f"{len(names)}", "must be at least two, apart along the gauge",
-             "rotations are seen by the difference of deflections")
+             remedy="rotations are seen by the difference of deflections")
     outputs = [k for k, dof in enumerate(frf.outputs) if _station(dof, plane) in names]
     inputs = [k for k, dof in enumerate(frf.inputs) if _station(dof, plane) in names]
     first, second = (np.array([names.index(str(labels[k].point)) for k in at], int)
@@ -97,7 +98,7 @@ def _check_forces(outputs: IndexArray, inputs: IndexArray, names: list[str]) -> 
     driven = {i for pair in pairs for i in pair if (i, i) in pairs}
     if len(driven) < 2:
         fail("frf", f"driving points at {', '.join(names[i] for i in sorted(driven)) or 'no station'}", "must be two stations",
-             "a force at one station only leaves open how the base tilts under a moment; strike the other station too")
+             remedy="a force at one station only leaves open how the base tilts under a moment; strike the other station too")
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,7 +192,8 @@ def _check_geometry(design: ComplexArray, length: float) -> None:
     scale = np.array([1.0, 1 / length, 1 / length**2])
     singular = np.linalg.svd(design[0] * scale[::-1][::-1], compute_uv=False)
     if singular[-1] < WEAKEST * singular[0]:
-        fail("gauge.stations", "stations that lie together", "must be apart along the gauge", "spread them over its length")
+        fail("gauge.stations", "stations that lie together", "must be apart along the gauge",
+             remedy="spread them over its length")
 
 
 def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, draws: int, generator: np.random.Generator

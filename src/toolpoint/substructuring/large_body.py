@@ -63,7 +63,8 @@ class LargeBody:
             fail("mass", f"shape {self.mass.shape}", f"must be that of the stiffness, {self.stiffness.shape}")
         put(self, "loads", floats("loads", csc_array(self.loads).toarray()))
         if self.loads.ndim != 2 or self.loads.shape[0] != n or not self.loads.shape[1]:
-            fail("loads", f"shape {self.loads.shape}", f"must be ({n}, any)", "columns of every place that carries force")
+            fail("loads", f"shape {self.loads.shape}", f"must be ({n}, any)",
+                 remedy="columns of every place that carries force")
         if self.weights is not None:
             put(self, "weights", floats("weights", self.weights, (self.loads.shape[1],)))
         if self.repeats is not None:
@@ -85,7 +86,7 @@ class LargeBody:
         size = largest * float(np.abs(rigid).max())
         if force > STRAINED * size:
             fail("rigid", f"motions that strain the body (force {force / size:.2g} of the largest)", "must be rigid motions",
-                 "a body that is held in its matrices has none")
+                 remedy="a body that is held in its matrices has none")
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,7 +111,7 @@ class Preparation:
         inverse = self.pencil.inverse
         if inverse.negative_pivots:
             fail("stiffness", f"{inverse.negative_pivots} negative eigenvalues", "must be positive semidefinite",
-                 "an element of negative stiffness, or a load beyond buckling?")
+                 remedy="an element of negative stiffness, or a load beyond buckling?")
         return inverse
 
     @property
@@ -166,9 +167,9 @@ class Preparation:
         pairs = modes_of(self.pencil, below=below, most=max(MANY, self.body.size // SHARE))
         if pairs.rigid_count != self.rigid.shape[1]:
             fail("rigid", f"{self.rigid.shape[1]} motions given, {pairs.rigid_count} modes at 0 Hz", "must be all of them",
-                 "a part that hangs loose, a mechanism, or a body that is held after all")
+                 remedy="a part that hangs loose, a mechanism, or a body that is held after all")
         if not pairs.is_complete:
-            fail("modes", pairs.status, "must all be known", "give another shift")
+            fail("modes", pairs.status, "must all be known", remedy="give another shift")
         keep = pairs.squares > 0
         return replace(pairs, squares=pairs.squares[keep], vectors=pairs.vectors[:, keep], residual=pairs.residual[keep])
 

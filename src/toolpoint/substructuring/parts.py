@@ -32,7 +32,7 @@ def link_rows(links: Iterable[Link], labels: Sequence[Dof], name: str = "links")
     """
     pairs = [dofs(link) for link in links]
     if not pairs:
-        fail(name, "none", "must be at least one pair of labels", "for example ('spindle.nose:+x', 'holder.flange:+x')")
+        fail(name, "none", "must be at least one pair of labels", remedy="for example ('spindle.nose:+x', 'holder.flange:+x')")
     rows = np.zeros((len(pairs), len(labels)))
     for row, (first, second) in enumerate(pairs):
         if first.is_rotation != second.is_rotation:
@@ -43,7 +43,7 @@ def link_rows(links: Iterable[Link], labels: Sequence[Dof], name: str = "links")
         rows[row, at[0]], rows[row, at[1]] = 1.0, -1.0
     if np.linalg.matrix_rank(rows) < len(rows):
         fail(name, f"{len(rows)} links of rank {np.linalg.matrix_rank(rows)}", "must not repeat each other",
-             "leave out links that follow from others")
+             remedy="leave out links that follow from others")
     return rows
 
 

@@ -59,7 +59,8 @@ class PlaneReceptance(NotebookText):
         """Return the lower and upper ends, real and imaginary part each, of the interval that holds the deflection per force
         with probability `share`: median and spread of the draws about the value, shape (n_f,)."""
         if self.draws is None:
-            fail("band", "no draws", "the uncertainty of the base must be known", "give measured responses with their variance")
+            fail("band", "no draws", "the uncertainty of the base must be known",
+                 remedy="give measured responses with their variance")
         at = [50 * (1 - share), 50 * (1 + share)]
         values = self.draws[:, :, 0, 0]
         low, high = _quantiles(values.real, at) + 1j * _quantiles(values.imag, at)
@@ -97,7 +98,8 @@ def plane_receptance(frf: Frf, point: str, plane: str = "x", *, draws: int = 0,
     for label in labels:
         if label not in frf.outputs or label not in frf.inputs:
             fail("frf", f"no response and force at {label}", "coupling needs deflections, rotations, forces and moments",
-                 "measure a gauge of known size in the spindle in place of the tool and give its responses at two stations")
+                 remedy="measure a gauge of known size in the spindle in place of the tool and give its responses at two "
+                        "stations")
     sign = np.array([1.0, -1.0 if turn[0] == "-" else 1.0])
     part = frf.converted_to("receptance").selected(labels, labels)
     values = sign[:, None] * part.values * sign
@@ -133,7 +135,7 @@ def couple_tool(base: PlaneReceptance, shaft: ShaftDescription, *, generator: np
     uncertain = uncertain_shaft(shaft)
     if uncertain and generator is None:
         fail("generator", "None", "a shaft with deviations needs a numpy Generator to draw them",
-             "for example numpy.random.default_rng(1)")
+             remedy="for example numpy.random.default_rng(1)")
     draws = base.draws
     if draws is None and uncertain:
         draws = np.broadcast_to(base.values, (DRAWS, *base.values.shape))
@@ -171,5 +173,6 @@ def carry(frequency: FloatArray, shaft: ShaftDescription, base: ComplexArray) ->
     segment_kernel.carry_receptances(2 * np.pi * frequency, shaft.rows, start, tip, sway)
     if not np.isfinite(tip).all():
         line = frequency[int(np.argwhere(~np.isfinite(tip))[0, 0])]
-        fail("frequency", f"{line:g} Hz, an undamped resonance", "must not be a line", "give base or shaft a loss factor")
+        fail("frequency", f"{line:g} Hz, an undamped resonance", "must not be a line",
+             remedy="give base or shaft a loss factor")
     return tip, sway

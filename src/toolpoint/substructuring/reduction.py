@@ -155,7 +155,7 @@ class ShapeSpan:
         most = self.largest
         number = most if size is None else count("size", size, 0)
         if not self.kept <= number <= most:
-            fail("size", f"{number}", f"must be {self.kept} .. {most}", "the kept shapes, and responses to the loads")
+            fail("size", f"{number}", f"must be {self.kept} .. {most}", remedy="the kept shapes, and responses to the loads")
         basis, k, m = (matrix[:, :number] for matrix in self._basis)
         squares, mix = _stiff_modes(k[:number], m[:number])
         shapes = basis @ mix

@@ -88,7 +88,7 @@ def shear_coefficient(poisson: float, ratio: float = 0.0, source: str = "cowper"
     nu, m = poisson, ratio**2
     if source == "hutchinson":
         if ratio > 0:
-            fail("shear", "'hutchinson' for a bored segment", "is for solid sections", "use cowper")
+            fail("shear", "'hutchinson' for a bored segment", "is for solid sections", remedy="use cowper")
         return 6 * (1 + nu) ** 2 / (7 + 12 * nu + 4 * nu**2)
     return 6 * (1 + nu) * (1 + m) ** 2 / ((7 + 6 * nu) * (1 + m) ** 2 + (20 + 12 * nu) * m)
 
@@ -141,7 +141,7 @@ class ShaftDescription(NotebookText):
     def with_length(self, name: str, length: float) -> ShaftDescription:
         """Return the shaft with another length (m) of one segment: another stick-out."""
         if name not in self.segments:
-            fail("segment", f"no {name!r}", f"must be of {', '.join(self.segments)}", suggestion(name, self.segments))
+            fail("segment", f"no {name!r}", f"must be of {', '.join(self.segments)}", remedy=suggestion(name, self.segments))
         return replace(self, segments={**self.segments, name: replace(self.segments[name], length=length)})
 
     def drawn(self, generator: np.random.Generator) -> ShaftDescription:

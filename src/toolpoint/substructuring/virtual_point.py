@@ -57,7 +57,8 @@ class VirtualPoint:
         for label in labels:
             dof = label if isinstance(label, Dof) else Dof.parse(label)
             if dof.point not in self.places:
-                fail(what, f"no place of point {dof.point}", "every sensor and blow needs its position", "add it to `places`")
+                fail(what, f"no place of point {dof.point}", "every sensor and blow needs its position",
+                     remedy="add it to `places`")
             arm = floats(f"places[{dof.point!r}]", self.places[dof.point], (3,)) - origin
             carry = np.block([[np.eye(3), -skew(arm)], [np.zeros((3, 3)), np.eye(3)]])
             rows.append(dof.unit @ carry)
@@ -68,7 +69,7 @@ class VirtualPoint:
         if len(matrix) < matrix.shape[1] or singular[-1] < WEAKEST * singular[0]:
             fail(what, f"{len(matrix)} labels that span {int((singular > WEAKEST * singular[0]).sum())} directions",
                  f"must tell {matrix.shape[1]} apart ({', '.join(self.ways)})",
-                 "add places off the line of the others, or ask for fewer `ways`")
+                 remedy="add places off the line of the others, or ask for fewer `ways`")
         return matrix
 
 

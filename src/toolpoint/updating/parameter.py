@@ -54,12 +54,12 @@ class Parameter:
             positive(f"Parameter {self.name!r}: prior_sd", self.prior_sd)
         if self.log and self.value <= 0:
             fail(f"Parameter {self.name!r}: value", f"{self.value:g}", "must be above zero on a logarithmic scale",
-                 "use log=False, or start from a small positive value")
+                 remedy="use log=False, or start from a small positive value")
         if self.log and self.low < 0:
             object.__setattr__(self, "low", 0.0)
         if not self.low <= self.value <= self.high or self.low >= self.high:
             fail(f"Parameter {self.name!r}: value", f"{self.value:g}", f"must lie within {self.low:g} .. {self.high:g}",
-                 "widen the bounds or start inside them")
+                 remedy="widen the bounds or start inside them")
         for name, factor in self.links.items():
             scalar(f"Parameter {self.name!r}: link {name!r}", factor)
         if not self.group:
@@ -110,7 +110,7 @@ def check_parameters(parameters: Sequence[Parameter]) -> tuple[Parameter, ...]:
     twice = sorted({n for n in names if names.count(n) > 1})
     if twice:
         fail("parameters", f"{', '.join(twice)} more than once", "every number may be moved by one parameter only",
-             "remove it from the list or from the links")
+             remedy="remove it from the list or from the links")
     return result
 
 

@@ -37,7 +37,7 @@ def track_modes(measured: Modes, predicted: Modes, weight: float = FREQUENCY_WEI
     """
     if predicted.count < measured.count:
         fail("modes", f"{predicted.count} predicted for {measured.count} measured", "must be at least as many",
-             "predict more modes, or select fewer measured ones")
+             remedy="predict more modes, or select fewer measured ones")
     shapes = predicted.shape if predicted.dofs == measured.dofs else predicted.shape_at(measured.dofs)
     matrix = correlation.mac(measured.shape, shapes)
     shift = np.abs(np.log(measured.frequency[:, None] / np.maximum(predicted.frequency, 1e-12)))

@@ -126,7 +126,7 @@ def frac(first: Frf, second: Frf) -> FloatArray:
     lines, 1 where both are.
     """
     if first.frequency.shape != second.frequency.shape or not np.allclose(first.frequency, second.frequency, rtol=1e-9):
-        fail("frac", f"{first!r} and {second!r}", "must have equal frequency lines", "use frf.interpolated")
+        fail("frac", f"{first!r} and {second!r}", "must have equal frequency lines", remedy="use frf.interpolated")
     if first.quantity != second.quantity or first.values.shape[-2:] != second.values.shape[-2:]:
         fail("frac", f"{first!r} and {second!r}", "must have the same quantity, outputs and inputs")
     a, b = first.values, second.values
@@ -191,7 +191,7 @@ def _shapes(first: Array, second: Array) -> tuple[Array, Array]:
 def _paired(first: Array, second: Array) -> tuple[Array, Array]:
     a, b = _shapes(first, second)
     if a.shape[-1] != b.shape[-1]:
-        fail("shapes", f"{a.shape[-1]} and {b.shape[-1]} modes", "must be paired one to one", "use `pair_modes` first")
+        fail("shapes", f"{a.shape[-1]} and {b.shape[-1]} modes", "must be paired one to one", remedy="use `pair_modes` first")
     return a, b
 
 

@@ -40,14 +40,14 @@ class Dof(NotebookText):
             return
         direction = self.direction if self.direction[:1] in "+-" else "+" + self.direction
         if direction not in DIRECTIONS:
-            fail("Dof.direction", repr(self.direction), "must be one of +x .. -rz", "or give a unit vector and a label")
+            fail("Dof.direction", repr(self.direction), "must be one of +x .. -rz", remedy="or give a unit vector and a label")
         object.__setattr__(self, "direction", direction)
 
     def _check_vector(self) -> None:
         vector = floats("Dof.vector", np.asarray(self.vector, float), (3,))
         length = float(np.linalg.norm(vector))
         if abs(length - 1) > 1e-6:
-            fail("Dof.vector", f"length {length:g}", "must be a unit vector", "divide it by its length")
+            fail("Dof.vector", f"length {length:g}", "must be a unit vector", remedy="divide it by its length")
         object.__setattr__(self, "vector", tuple(float(v) for v in vector))
 
     @classmethod
@@ -55,7 +55,7 @@ class Dof(NotebookText):
         """Read ``"point:direction"``, e.g. ``"tool:+x"``; a bare number is a point number."""
         point, separator, direction = text.rpartition(":")
         if not separator or not point:
-            fail("Dof", repr(text), "must read point:direction", "for example tool:+x")
+            fail("Dof", repr(text), "must read point:direction", remedy="for example tool:+x")
         return cls(int(point) if point.lstrip("-").isdigit() else point, direction)
 
     @property
@@ -91,7 +91,7 @@ def check_labels(name: str, labels: Iterable[Dof | str], length: int) -> tuple[D
         fail(name, f"{len(result)} labels for {length} rows", "must be one label for each")
     if len(set(result)) != length:
         repeated = next(dof for dof in result if result.count(dof) > 1)
-        fail(name, f"{repeated} appears twice", "labels must differ", "name the points apart or remove one")
+        fail(name, f"{repeated} appears twice", "labels must differ", remedy="name the points apart or remove one")
     return result
 
 

@@ -69,7 +69,7 @@ def _lower(mass: FloatArray) -> FloatArray:
         return np.linalg.cholesky(mass)
     except np.linalg.LinAlgError:
         fail("mass", "a mass matrix that is not positive definite", "every coordinate needs inertia",
-             "condense massless coordinates or give them a small mass")
+             remedy="condense massless coordinates or give them a small mass")
 
 
 def _scaled_by_mass(mass: FloatArray, stiffness: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -91,7 +91,7 @@ def natural_omega(squares: FloatArray, mass: FloatArray, stiffness: FloatArray) 
     limit = RIGID_TOLERANCE * 1e-3 * top[..., None]
     if (squares < -1e3 * limit).any():
         fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative for modes",
-             "the configuration is statically unstable: look at preload, gravity and free directions")
+             remedy="the configuration is statically unstable: look at preload, gravity and free directions")
     return np.sqrt(np.where(np.abs(squares) <= limit, 0.0, np.maximum(squares, 0.0)))
 
 
@@ -101,7 +101,7 @@ def _diagonal_damping(
     viscous, structural = system.damping, system.structural_damping
     if viscous is not None and structural is not None and np.any(structural) and np.any(viscous):
         fail("solve_undamped", "viscous and structural damping together", "modes carry one kind of damping",
-             "convert one with damping.equivalent_viscous(system)")
+             remedy="convert one with damping.equivalent_viscous(system)")
     matrix = structural if structural is not None and np.any(structural) else viscous
     if matrix is None:
         return np.zeros_like(omega), "viscous", ()
@@ -140,14 +140,14 @@ def solve_damped(system: SecondOrderSystem, modes: int | None = None) -> Modes:
     viscous = system.damping is not None and bool(np.any(system.damping))
     if structural and viscous:
         fail("solve_damped", "viscous and structural damping together", "must be one kind",
-             "use frequency_response.direct, or damping.equivalent_viscous(system)")
+             remedy="use frequency_response.direct, or damping.equivalent_viscous(system)")
     keep = None if modes is None else count("modes", modes)
     solve = _structural if structural else gyroscopic_modes if is_gyroscopic(system) else _viscous
     if not system.poses:
         return solve(system, keep)
     singles = [solve(system.at_pose(i), keep) for i in range(system.poses[0])] if len(system.poses) == 1 else None
     if singles is None:
-        fail("solve_damped", f"pose axes {system.poses}", "must be one axis of poses", "reshape the poses first")
+        fail("solve_damped", f"pose axes {system.poses}", "must be one axis of poses", remedy="reshape the poses first")
     return _stacked(singles)
 
 
@@ -205,7 +205,7 @@ def viscous_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexArra
     damping = np.zeros_like(mass) if system.damping is None else system.damping
     if np.abs(damping - damping.T).max() > 1e-8 * max(float(np.abs(damping).max()), 1e-300):
         fail("damping", "an unsymmetric matrix", "complex modes need a symmetric one",
-             "gyroscopic systems: use frequency_response.direct or state_space.physical")
+             remedy="gyroscopic systems: use frequency_response.direct or state_space.physical")
     rigid, basis = _rigid_split(mass, damping, stiffness)
     m, c, k = (basis.T @ matrix @ basis for matrix in (mass, damping, stiffness))
     n = m.shape[0]
@@ -274,5 +274,5 @@ def _inverse_root(gram: ComplexArray) -> ComplexArray:
         root = np.asarray(scipy.linalg.sqrtm((gram + gram.T) / 2))
     if abs(np.linalg.det(root)) == 0 or np.linalg.cond(root) > 1e7:
         fail("solve_damped", "a defective root (critical damping of a coordinate)", "its modes do not exist",
-             "change the damping a little, or use frequency_response.direct")
+             remedy="change the damping a little, or use frequency_response.direct")
     return np.linalg.inv(root)

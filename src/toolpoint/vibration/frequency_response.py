@@ -62,7 +62,7 @@ def _solved(system: SecondOrderSystem, omega: FloatArray) -> ComplexArray:
         return lines(system.output_map) @ np.linalg.solve(z, right)
     except np.linalg.LinAlgError:
         fail("frequency", f"a singular dynamic stiffness within {omega[0] / 6.2832:g} .. {omega[-1] / 6.2832:g} Hz",
-             "must have no undamped resonance or rigid-body motion on a line", "add damping or move the lines")
+             "must have no undamped resonance or rigid-body motion on a line", remedy="add damping or move the lines")
 
 
 def modal(
@@ -87,7 +87,7 @@ def modal(
     left, right = modes.shape[..., rows, :], source[..., columns, :]
     omega = 2 * np.pi * frequency
     if frequency[0] == 0 and modes.is_rigid.any():
-        fail("frequency", "a line at 0 Hz", "rigid-body modes have no response there", "start above 0 Hz")
+        fail("frequency", "a line at 0 Hz", "rigid-body modes have no response there", remedy="start above 0 Hz")
     values = _sum(modes, left, right, omega)
     values = values + _residuals(modes, rows, columns, omega)
     result = Frf(frequency, values, tuple(modes.dofs[i] for i in rows), tuple(driven[i] for i in columns),
@@ -108,7 +108,7 @@ def _sum(modes: Modes, left: ComplexArray, right: ComplexArray, omega: FloatArra
         return term(_real_factors(modes, omega), left, right)
     if modes.scaling == "unscaled" and modes.participation is None:
         fail("modes", "unscaled shapes without participation", "must carry a scale to give a response",
-             "identify with a driving point, or give `participation`")
+             remedy="identify with a driving point, or give `participation`")
     first, second = _pole_factors(modes, omega)
     return term(first, left, right) + term(second, left.conj(), right.conj())
 
@@ -123,7 +123,8 @@ def _real_factors(modes: Modes, omega: FloatArray) -> ComplexArray:
     with np.errstate(divide="ignore", invalid="ignore"):
         scale = 1.0 / (real * real + loss * loss)
     if not np.isfinite(scale).all():
-        fail("frequency", "a line exactly on an undamped resonance", "must lie beside it", "add damping or move the lines")
+        fail("frequency", "a line exactly on an undamped resonance", "must lie beside it",
+             remedy="add damping or move the lines")
     factors = np.empty(scale.shape, complex)
     factors.real, factors.imag = real * scale, -loss * scale
     return factors
@@ -146,7 +147,7 @@ def _residuals(modes: Modes, rows: list[int], columns: list[int], omega: FloatAr
         total = total + modes.upper_residual[at]
     if modes.lower_residual is not None:
         if omega[0] == 0:
-            fail("frequency", "a line at 0 Hz", "the lower residual is infinite there", "start above 0 Hz")
+            fail("frequency", "a line at 0 Hz", "the lower residual is infinite there", remedy="start above 0 Hz")
         total = total - modes.lower_residual[at] / omega[:, None, None] ** 2
     return total
 
@@ -186,7 +187,7 @@ def truncation(system: SecondOrderSystem, modes: Modes, frequency: FloatArray) -
     from toolpoint.vibration.eigen import solve_undamped
 
     if system.poses:
-        fail("truncation", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
+        fail("truncation", f"{system.poses} poses", "must be one pose", remedy="use at_pose(i)")
     every = solve_undamped(replace(system, damping=None, structural_damping=None))
     rest = every.selected(range(modes.count, every.count))
     kept = modal(modes, frequency).values
@@ -224,7 +225,7 @@ def with_static_residual(modes: Modes, system: SecondOrderSystem) -> Modes:
     Needs a system without rigid-body modes (one pose); the mode-acceleration correction of Craig, Kurdila, section 11.4.
     """
     if system.poses:
-        fail("with_static_residual", f"{system.poses} poses", "must be one pose", "use at_pose(i)")
+        fail("with_static_residual", f"{system.poses} poses", "must be one pose", remedy="use at_pose(i)")
     if modes.scaling != "unit modal mass" or modes.is_rigid.any():
         fail("modes", repr(modes), "must have unit modal mass and no rigid-body mode")
     static = system.output_map @ np.linalg.solve(system.stiffness, system.input_map)

@@ -105,7 +105,7 @@ class Frf(NotebookText):
             return self
         if power < 0 and self.frequency[0] == 0:
             fail("converted_to", f"{self.quantity} with a line at 0 Hz", f"{quantity} divides by the frequency",
-                 "cut the line away first, for example frf.between(0.1, ...)")
+                 remedy="cut the line away first, for example frf.between(0.1, ...)")
         factor = ((1j * self.omega) ** power)[:, None, None]
         variance = None if self.variance is None else self.variance * np.abs(factor) ** 2
         return replace(self, values=self.values * factor, quantity=quantity, variance=variance)
@@ -151,7 +151,7 @@ class Frf(NotebookText):
         lines = increasing("frequency", floats("frequency", frequency))
         if lines[0] < self.frequency[0] or lines[-1] > self.frequency[-1]:
             fail("frequency", f"{lines[0]:g} .. {lines[-1]:g} Hz",
-                 f"must lie within {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz", "nothing is extrapolated")
+                 f"must lie within {self.frequency[0]:g} .. {self.frequency[-1]:g} Hz", remedy="nothing is extrapolated")
         low = np.clip(np.searchsorted(self.frequency, lines, side="right") - 1, 0, max(self.frequency.size - 2, 0))
         high = np.minimum(low + 1, self.frequency.size - 1)
         span = np.where(high > low, self.frequency[high] - self.frequency[low], 1.0)
@@ -192,7 +192,7 @@ def join_frfs(parts: Iterable[Frf], axis: str = "outputs") -> Frf:
     for number, frf in enumerate(frfs[1:], start=1):
         if frf.frequency.shape != first.frequency.shape or not np.allclose(frf.frequency, first.frequency, rtol=1e-9):
             fail("join_frfs", f"part {number} has other frequency lines ({frf!r} beside {first!r})", "must be the same lines",
-                 "interpolate it first: frf.interpolated(frequency)")
+                 remedy="interpolate it first: frf.interpolated(frequency)")
         for what in ("quantity", "decay", other):
             if getattr(frf, what) != getattr(first, what):
                 fail("join_frfs", f"part {number} has {what} {getattr(frf, what)}", f"must be {getattr(first, what)}")

@@ -49,10 +49,10 @@ def gyroscopic_pencil(system: SecondOrderSystem) -> tuple[ComplexArray, ComplexA
     top = float(np.abs(poles).max())
     if (np.abs(poles) <= RIGID_TOLERANCE * top).any():
         fail("system", "a rigid-body mode", "gyroscopic modes need a system that is held",
-             "hold the free directions, or use frequency_response.direct")
+             remedy="hold the free directions, or use frequency_response.direct")
     if np.linalg.cond(states / np.linalg.norm(states, axis=0)) > LARGEST_CONDITION:
         fail("system", "a defective pencil (critical damping, or a limit of stability)", "its modes do not exist",
-             "change the damping or the spin a little, or use frequency_response.direct")
+             remedy="change the damping or the spin a little, or use frequency_response.direct")
     rows = np.linalg.inv(states)[:, n:] @ inverse
     poles = np.where(np.abs(poles.imag) <= 1e-12 * np.abs(poles), poles.real + 0j, poles)
     upper = poles.imag >= 0
@@ -74,6 +74,6 @@ def whirl_omega(mass: FloatArray, gyroscopic: FloatArray, stiffness: FloatArray)
     growth = np.abs(poles.real).max()
     if growth > 1e-6 * np.abs(poles).max():
         fail("machine", f"a free motion that grows by {growth:.3g} 1/s", "must be stable for natural frequencies",
-             "look at preload, gravity and free directions")
+             remedy="look at preload, gravity and free directions")
     # Poles come in pairs +-i w: every second of the sorted sizes.
     return np.sort(np.abs(poles.imag), axis=-1)[..., ::2]

@@ -123,7 +123,7 @@ class Modes(NotebookText):
         elif ratio.max(initial=0.0) > 1 + 1e-9:
             top = float(ratio.max())
             fail("Modes.damping_ratio", f"{top:g}", "must be within -1 .. 1: such a pair of poles is no vibration mode",
-                 f"{top:g} % is written {top / 100:g}; an overdamped pair is two modes of ratio 1, a real pole each")
+                 remedy=f"{top:g} % is written {top / 100:g}; an overdamped pair is two modes of ratio 1, a real pole each")
 
     def _check_residuals(self) -> None:
         inputs = len(self.input_dofs) or len(self.dofs)
@@ -175,7 +175,7 @@ class Modes(NotebookText):
     def _half_width(self, which: int) -> FloatArray:
         if self.covariance is None:
             fail("Modes.covariance", "none", "must be given for an interval",
-                 "identify with a method that estimates it")
+                 remedy="identify with a method that estimates it")
         variance = self.covariance[..., which, which]
         return 1.959964 * np.sqrt(np.where(variance >= 0, variance, np.nan))
 
@@ -203,7 +203,7 @@ class Modes(NotebookText):
     def between(self, low: float, high: float) -> Modes:
         """Return the modes with low <= frequency <= high (Hz); one pose only."""
         if self.frequency.ndim > 1:
-            fail("between", f"{self.frequency.shape[0]} poses", "must be one pose", "use at_pose(i) first")
+            fail("between", f"{self.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i) first")
         return self.selected(np.flatnonzero((self.frequency >= low) & (self.frequency <= high)).tolist())
 
     def at_dofs(self, dofs: Iterable[Dof | str | int]) -> Modes:
@@ -241,7 +241,7 @@ class Modes(NotebookText):
     def table(self) -> str:
         """Return frequency, damping and their 95 % intervals as text, one line a mode (one pose)."""
         if self.frequency.ndim > 1:
-            fail("table", f"{self.frequency.shape[0]} poses", "must be one pose", "use at_pose(i) first")
+            fail("table", f"{self.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i) first")
         lines = [" mode   frequency Hz   damping %" + ("       ± Hz       ± %" if self.covariance is not None else "")]
         for i in range(self.count):
             line = f"{i + 1:5d} {self.frequency[i]:14.4f} {100 * self.damping_ratio[i]:11.4f}"

@@ -157,7 +157,7 @@ def modes(system: SecondOrderSystem, derivatives: MatrixDerivatives, damping: st
     Viscous systems with rigid-body modes that no damping touches are refused: their pole is defective.
     """
     if system.poses:
-        fail("modes", f"{system.poses} poses", "must be one pose", "use system.at_pose(i)")
+        fail("modes", f"{system.poses} poses", "must be one pose", remedy="use system.at_pose(i)")
     if damping == "viscous":
         return _viscous(system, derivatives)
     if damping not in ("undamped", "structural"):
@@ -263,7 +263,7 @@ def _viscous(system: SecondOrderSystem, derivatives: MatrixDerivatives) -> ModeD
     poles, vectors, rigid = viscous_pencil(system)
     if rigid.shape[1]:
         fail("system", f"{rigid.shape[1]} rigid-body modes", "viscous derivatives need every pole to be simple",
-             "ground the machine, or use damping='undamped'")
+             remedy="ground the machine, or use damping='undamped'")
     n = system.size
     pairs = poles.imag > 0
     all_poles = np.concatenate([poles, poles[pairs].conj()])

@@ -105,7 +105,7 @@ class StateSpace(NotebookText):
         try:
             import control
         except ImportError:
-            fail("to_control", "python-control is not installed", "needs it", "pip install 'toolpoint[control]'")
+            fail("to_control", "python-control is not installed", "needs it", remedy="pip install 'toolpoint[control]'")
         return control.ss(self.a, self.b, self.c, self.d, self.sample_time or 0, inputs=list(self.inputs),
                           outputs=list(self.outputs), states=list(self.states))
 
@@ -149,11 +149,11 @@ def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequ
     """
     if modes.scaling != "unit modal mass" or modes.damping != "viscous" or np.iscomplexobj(modes.shape):
         fail("modal", repr(modes), "must be real modes of unit modal mass with viscous damping",
-             "use state_space.physical, or damping.equivalent_viscous")
+             remedy="use state_space.physical, or damping.equivalent_viscous")
     if modes.lower_residual is not None:
-        fail("modal", "a lower residual", "has no state-space form", "identify the modes below the band")
+        fail("modal", "a lower residual", "has no state-space form", remedy="identify the modes below the band")
     if modes.frequency.ndim > 1:
-        fail("modal", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
+        fail("modal", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
     rows = modes.shape if outputs is None else modes.shape_at(outputs)
     columns = modes.participation_at(modes.input_dofs or modes.dofs) if inputs is None else modes.participation_at(inputs)
     n, w = modes.count, modes.omega
@@ -170,7 +170,7 @@ def modal(modes: Modes, inputs: Sequence[Dof | str] | None = None, outputs: Sequ
 def _feed_through(modes: Modes, inputs: object, outputs: object, kind: str) -> FloatArray:
     if inputs is not None or outputs is not None or kind != "displacement":
         fail("modal", "an upper residual with chosen inputs, outputs or velocities", "enters all displacements only",
-             "cut the modes first with at_dofs")
+             remedy="cut the modes first with at_dofs")
     assert modes.upper_residual is not None
     return modes.upper_residual.real
 
@@ -198,7 +198,7 @@ def _labels(names: Sequence[str]) -> tuple[Dof, ...]:
 
 def _one_pose(system: SecondOrderSystem) -> None:
     if system.poses:
-        fail("state_space", f"{system.poses} poses", "must be one pose", "use system.at_pose(i)")
+        fail("state_space", f"{system.poses} poses", "must be one pose", remedy="use system.at_pose(i)")
     if system.structural_damping is not None and np.any(system.structural_damping):
         fail("state_space", "structural damping", "has no time-domain form",
-             "convert it with damping.equivalent_viscous(system)")
+             remedy="convert it with damping.equivalent_viscous(system)")

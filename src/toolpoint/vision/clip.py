@@ -50,7 +50,7 @@ class Region:
         """Read ``left,top,width,height``."""
         parts = text.split(",")
         if len(parts) != 4 or not all(part.strip().lstrip("-").isdigit() for part in parts):
-            fail("region", repr(text), "must read left,top,width,height in pixels", "for example 100,50,640,480")
+            fail("region", repr(text), "must read left,top,width,height in pixels", remedy="for example 100,50,640,480")
         return cls(*(int(part) for part in parts))
 
     def within(self, shape: tuple[int, int], name: str = "region") -> Region:
@@ -103,7 +103,7 @@ class Clip(NotebookText):
         rows = self.source.shape[0]
         if not -1.0 <= delay * rows * self.frame_rate <= 1.0:
             fail("Clip.row_delay", f"{delay:g} s, {1e3 * delay * rows:g} ms for {rows} rows",
-                 f"must not be longer than a frame, {1e3 / self.frame_rate:g} ms, over all rows", "give seconds a row")
+                 f"must not be longer than a frame, {1e3 / self.frame_rate:g} ms, over all rows", remedy="give seconds a row")
         if self.region is not None:
             self.region.within(self.source.shape)
 
@@ -175,5 +175,5 @@ def clip_of(frames: Frames, frame_rate: float, *, row_delay: float = 0.0, bits: 
     array = np.asarray(frames)
     if array.dtype not in (np.uint8, np.uint16):
         floats("frames", array[:1])
-        fail("frames", f"{array.dtype}", "must be uint8 or uint16", "scale and round them first")
+        fail("frames", f"{array.dtype}", "must be uint8 or uint16", remedy="scale and round them first")
     return Clip(FrameArray(array, bits or (8 if array.dtype == np.uint8 else 16)), frame_rate, row_delay, name=name)

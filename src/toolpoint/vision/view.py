@@ -45,7 +45,8 @@ class View:
     def of_plane(cls, plane: str, scale: float | None = None, origin: tuple[float, float] = (0.0, 0.0)) -> View:
         """Return the view of a plane: ``xz``, ``yz`` (z up) or ``xy`` (y up)."""
         if plane not in _PLANES:
-            fail("view", repr(plane), f"must be one of {', '.join(_PLANES)}", "or give right and down, e.g. View('-y', '-z')")
+            fail("view", repr(plane), f"must be one of {', '.join(_PLANES)}",
+                 remedy="or give right and down, e.g. View('-y', '-z')")
         return cls(*_PLANES[plane], scale, origin)
 
     @property
@@ -63,7 +64,7 @@ class View:
         """Metres a pixel; refused where the scale is unknown."""
         if self.scale is None:
             fail("View.scale", "unknown", "is needed to go from pixels to metres",
-                 "state it, or take it from a known length: View.scaled_by")
+                 remedy="state it, or take it from a known length: View.scaled_by")
         return self.scale
 
     def scaled_by(self, first: ArrayLike, second: ArrayLike, *, length: float) -> View:
@@ -71,7 +72,7 @@ class View:
         pixels = float(np.linalg.norm(floats("second", second, (2,)) - floats("first", first, (2,))))
         if pixels < 10:
             fail("scaled_by", f"{pixels:.3g} pixels between the two places", "must be 10 at least",
-                 "take a longer known length")
+                 remedy="take a longer known length")
         return View(self.right, self.down, positive("length", length) / pixels, self.origin)
 
     def project(self, places: ArrayLike) -> FloatArray:

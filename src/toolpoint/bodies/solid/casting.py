@@ -109,7 +109,7 @@ def check_mesh_size(size: float, cells: float, most: int) -> None:
     """Refuse a mesh that no machine here could solve: a size in the wrong unit, before memory runs out."""
     if cells > most:
         fail("mesh_size", f"{1e3 * size:.4g} mm, which gives {cells:.2g} cells", f"must give {most:.0e} at most",
-             "write a larger one; is its unit right?")
+             remedy="write a larger one; is its unit right?")
 
 
 def _divided(sides: FloatArray, size: float) -> FloatArray:
@@ -137,7 +137,8 @@ def _check_whole(filled: np.ndarray) -> None:
     if pieces > 1:
         sizes = np.bincount(labels)
         fail("Casting.cuboids", f"{pieces} pieces of {', '.join(map(str, np.sort(sizes)[::-1][:4]))} elements",
-             "must be one body, its boxes touching by faces", "move or join the boxes that stand apart, or mesh them alone")
+             "must be one body, its boxes touching by faces",
+             remedy="move or join the boxes that stand apart, or mesh them alone")
 
 
 def _hexahedra(planes: Sequence[FloatArray], cells: IndexArray) -> tuple[FloatArray, IndexArray]:

@@ -62,7 +62,7 @@ def check_solid(model: SolidModel) -> SolidCheck:
     ratio = _jacobian_ratio(model)
     mass = model.mass_properties.mass
     if not _MASSES[0] <= mass <= _MASSES[1]:
-        fail("mass", f"{mass:.4g} kg", f"must be within {_MASSES[0]:g} .. {_MASSES[1]:g} kg", "look at the units")
+        fail("mass", f"{mass:.4g} kg", f"must be within {_MASSES[0]:g} .. {_MASSES[1]:g} kg", remedy="look at the units")
     stiffness = model.stiffness()
     force = stiffness @ (model.rigid_motion(model.nodes.mean(axis=0)) / np.array([1, 1, 1, *[size.max()] * 3]))
     residual = float(np.abs(force).max() / np.abs(stiffness.diagonal()).max())
@@ -80,7 +80,7 @@ def check_size(size: FloatArray) -> None:
     if not SIZES[0] <= largest <= SIZES[1]:
         unit = "mm" if largest > SIZES[1] else "m"
         remedy = f"is the file in {unit}? read it with unit='{unit}'"
-        fail("size", f"{largest:.4g} m", f"must be within {SIZES[0]:g} .. {SIZES[1]:g} m", remedy)
+        fail("size", f"{largest:.4g} m", f"must be within {SIZES[0]:g} .. {SIZES[1]:g} m", remedy=remedy)
 
 
 def check_pieces(model: SolidModel) -> None:
@@ -92,7 +92,7 @@ def check_pieces(model: SolidModel) -> None:
     if count > 1:
         sizes = np.sort(np.bincount(labels))[::-1]
         fail("mesh", f"{count} bodies of {', '.join(map(str, sizes[:4]))} nodes", "must be one",
-             "read each body alone, or merge the nodes where they touch")
+             remedy="read each body alone, or merge the nodes where they touch")
 
 
 def _jacobian_ratio(model: SolidModel) -> float:

@@ -145,4 +145,4 @@ def kind_of(node_count: int) -> ElementKind:
     if node_count == 10:
         return TETRAHEDRON
     fail("elements", f"{node_count} nodes an element", "must be 20 (hexahedra) or 10 (tetrahedra)",
-         "linear elements are far too stiff in bending: mesh again with mid-side nodes")
+         remedy="linear elements are far too stiff in bending: mesh again with mid-side nodes")

@@ -37,7 +37,7 @@ class Material:
         ratio = scalar("Material.poisson", self.poisson)
         if not -1 < ratio < 0.4999:
             fail("Material.poisson", f"{ratio:g}", "must be above -1 and below 0.4999",
-                 "a material that keeps its volume (0.5) needs mixed elements; rubber is better a joint")
+                 remedy="a material that keeps its volume (0.5) needs mixed elements; rubber is better a joint")
 
     @property
     def shear_modulus(self) -> float:

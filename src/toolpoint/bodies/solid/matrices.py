@@ -28,7 +28,7 @@ def gradients(kind: ElementKind, corners: FloatArray) -> tuple[FloatArray, Float
         at = int(np.argwhere(determinant <= 0)[0, 0])
         fail("elements", f"element {at} of {len(corners)} ({int((determinant <= 0).any(axis=1).sum())} in all) is inside out",
              "must have a positive volume at every integration point",
-             "turn the order of its nodes, or mesh again where curved mid-sides fold it")
+             remedy="turn the order of its nodes, or mesh again where curved mid-sides fold it")
     return np.einsum("pna,epba->epnb", slopes, np.linalg.inv(jacobian), optimize=True), determinant * kind.weights
 
 

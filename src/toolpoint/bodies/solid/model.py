@@ -97,7 +97,7 @@ class SolidModel(NotebookText):
             held[block.nodes] = True
         if not held.all():
             fail("SolidModel.nodes", f"{int((~held).sum())} nodes in no element, the first {int(np.argmin(held))}",
-                 "every node must belong to an element", "leave them out: they would have no stiffness")
+                 "every node must belong to an element", remedy="leave them out: they would have no stiffness")
 
     @property
     def set_names(self) -> tuple[str, ...]:

@@ -85,11 +85,11 @@ class Patch:
         whole = self.length * self.width
         if abs(area - whole) > 1e-6 * whole:
             fail("Patch", f"{100 * area / whole:.4g} % of its {whole:.4g} m^2 lie on outer faces in its plane",
-                 "must lie on them whole", "a carriage that leaves its rail, or a patch off the surface?")
+                 "must lie on them whole", remedy="a carriage that leaves its rail, or a patch off the surface?")
         if area < POINT * faces:
             fail("Patch", f"{1e3 * self.length:.3g} by {1e3 * self.width:.3g} mm, a point beside elements of "
                  f"{1e3 * float(np.sqrt(faces)):.3g} mm", f"must be at least {POINT:g} of their area",
-                 "a point yields the more the finer the mesh: write the area that carries, or mesh it finer")
+                 remedy="a point yields the more the finer the mesh: write the area that carries, or mesh it finer")
 
     def _weights(self, model: SolidModel, total: dict[int, FloatArray], area: float, moments: FloatArray) -> csc_array:
         nodes = np.array(sorted(total), dtype=np.int64)

@@ -143,4 +143,4 @@ def _check_whole(elements: IndexArray, count: int) -> None:
     if pieces > 1:
         sizes = np.sort(np.bincount(labels))[::-1]
         fail("RoundCasting.parts", f"{pieces} pieces of {', '.join(map(str, sizes[:4]))} nodes",
-             "must be one body, its parts touching by faces", "move or join the parts that stand apart")
+             "must be one body, its parts touching by faces", remedy="move or join the parts that stand apart")

@@ -66,7 +66,8 @@ def frequency_sensitivity(model: SolidModel, squares: FloatArray, vectors: Float
     values = floats("squares", squares, (None,))
     shapes = floats("vectors", vectors, (model.size, len(values)))
     if (values <= 0).any():
-        fail("squares", f"{int((values <= 0).sum())} rigid-body modes", "must be above zero", "leave the rigid-body modes out")
+        fail("squares", f"{int((values <= 0).sum())} rigid-body modes", "must be above zero",
+             remedy="leave the rigid-body modes out")
     strain, motion = element_energies(model, shapes, shapes)
     together = [i for i in range(1, len(values)) if values[i] - values[i - 1] <= _REPEATED * values[i]]
     notes = tuple(f"modes {i} and {i + 1} lie together: the sum of their sensitivities holds, not each" for i in together)

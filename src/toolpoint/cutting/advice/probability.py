@@ -134,7 +134,7 @@ def modal_parameters(problem: MillingProblem, frequency: float | None = None, da
     0.01 and 0.1. The parameters are taken to be independent.
     """
     if not isinstance(problem.dynamics, Modes):
-        fail("problem", "dynamics that are not one Modes noun", "must be Modes", "identify the modes first")
+        fail("problem", "dynamics that are not one Modes noun", "must be Modes", remedy="identify the modes first")
     seen = deviations_of(problem.dynamics)
     out = []
     for i in range(problem.dynamics.count):

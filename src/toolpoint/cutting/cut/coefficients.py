@@ -41,7 +41,7 @@ class CuttingCoefficients(NotebookText):
             value = scalar(f"CuttingCoefficients.{name}", getattr(self, name))
             if value < 0:
                 fail(f"CuttingCoefficients.{name}", f"{value:g}", "must not be negative",
-                     "forces on the tool oppose the cut; check the sign convention of the source")
+                     remedy="forces on the tool oppose the cut; check the sign convention of the source")
             object.__setattr__(self, name, value)
         if self.kt <= 0:
             fail("CuttingCoefficients.kt", f"{self.kt:g}", "must be above zero")

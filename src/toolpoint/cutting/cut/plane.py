@@ -129,17 +129,17 @@ def from_modes(modes: Modes, x: Label, y: Label, *, z: Label = None) -> PlaneDyn
     response has three directions."""
     if modes.frequency.ndim > 1:
         fail("dynamics", f"{modes.frequency.shape[0]} poses", "must be one pose",
-             "use at_pose(i) or stability.chart_poses")
+             remedy="use at_pose(i) or stability.chart_poses")
     if modes.count == 0:
-        fail("dynamics", "no modes", "must have at least one", "a tool that does not vibrate is stable at every depth")
+        fail("dynamics", "no modes", "must have at least one", remedy="a tool that does not vibrate is stable at every depth")
     if modes.is_rigid.any():
         fail("dynamics", "a rigid-body mode", "cutting needs a tool and work that are held",
-             "leave rigid-body modes out")
+             remedy="leave rigid-body modes out")
     if modes.scaling == "unscaled" and modes.participation is None:
-        fail("dynamics", "unscaled mode shapes", "must carry a scale", "identify with a driving point")
+        fail("dynamics", "unscaled mode shapes", "must carry a scale", remedy="identify with a driving point")
     if (modes.damping_ratio <= 0).any():
         fail("dynamics", f"damping ratio {modes.damping_ratio.min():g}", "must be above zero in every mode",
-             "without damping every depth is unstable at some speed")
+             remedy="without damping every depth is unstable at some speed")
     x, y, notes = _chosen(modes.dofs, x, y)
     notes = (*notes, *_without_lower_residual(modes))
     labels = (x, y) if z is None else (x, y, z)
@@ -187,7 +187,7 @@ def _real_poles(modes: Modes) -> tuple[ComplexArray, ComplexArray, tuple[str, ..
     zeta = np.where(np.abs(zeta - 1) < 1e-6, 1 - 1e-6, zeta)
     if (zeta > 1).any():
         fail("dynamics", f"an overdamped mode (damping ratio {zeta.max():g})", "must be below 1",
-             "give it as two real poles in 'modal A' scaling")
+             remedy="give it as two real poles in 'modal A' scaling")
     wd = w * np.sqrt(1 - zeta**2)
     return (-zeta * w + 1j * wd).astype(complex), (1 / (2j * wd)).astype(complex), notes
 
@@ -245,7 +245,7 @@ def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tu
             y = partner[0] if y is None and partner else y
         else:
             fail("dynamics", f"{len(labels)} labels: " + ", ".join(str(label) for label in labels[:6]),
-                 "the directions in the cutting plane are not plain", "give x='point:+x', y='point:+y'")
+                 "the directions in the cutting plane are not plain", remedy="give x='point:+x', y='point:+y'")
     if y is None:
         return x, y, (f"response known along x ({x}) only; rigid along y",)
     if y == "same":
@@ -256,7 +256,7 @@ def _chosen(labels: Sequence[Dof], x: Label, y: Label) -> tuple[Label, Label, tu
 def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
     """Return the plane dynamics of a measured FRF (one pose), as receptance; `y` as in `from_modes`."""
     if frf.values.ndim > 3:
-        fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", "use at_pose(i) or stability.chart_poses")
+        fail("dynamics", f"{frf.values.shape[0]} poses", "must be one pose", remedy="use at_pose(i) or stability.chart_poses")
     if frf.frequency.size < 2:
         fail("dynamics", f"{frf.frequency.size} lines", "must be at least two")
     notes: tuple[str, ...] = ()
@@ -285,7 +285,7 @@ def from_frf(frf: Frf, x: Label, y: Label, *, z: Label = None) -> PlaneDynamics:
 def against(tool: PlaneDynamics, work: PlaneDynamics) -> PlaneDynamics:
     """Return the response of the tool against the work when each has its own (their compliances add up)."""
     if not (tool.is_modal and work.is_modal):
-        fail("dynamics", "a measured FRF for tool or work", "must be modes for both", "add the FRFs before the call")
+        fail("dynamics", "a measured FRF for tool or work", "must be modes for both", remedy="add the FRFs before the call")
     return PlaneDynamics(np.concatenate([tool.poles, work.poles]), np.concatenate([tool.residues, work.residues]),
                          tool.static + work.static, notes=(*tool.notes, *work.notes))
 
@@ -294,11 +294,11 @@ def from_pair(along_x: PlaneDynamics, along_y: PlaneDynamics) -> PlaneDynamics:
     """Return the response of two directions given apart (their first component each), without cross response."""
     if along_x.is_modal != along_y.is_modal:
         fail("dynamics", "Modes for one direction and an Frf for the other", "must be the same kind",
-             "turn the modes into an Frf with frequency_response.modal")
+             remedy="turn the modes into an Frf with frequency_response.modal")
     if not along_x.is_modal:
         (f, values), (f_of_y, values_of_y) = along_x.lines, along_y.lines
         if f.shape != f_of_y.shape or not np.allclose(f, f_of_y):
-            fail("dynamics", "two FRFs with different lines", "must be the same lines", "use frf.interpolated")
+            fail("dynamics", "two FRFs with different lines", "must be the same lines", remedy="use frf.interpolated")
         values = values.copy()
         values[:, 1, 1] = values_of_y[:, 0, 0]
         variances = [along.variance for along in (along_x, along_y)]

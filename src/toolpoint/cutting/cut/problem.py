@@ -174,7 +174,7 @@ def plane_dynamics(dynamics: object, x: Label = None, y: Label = None, *, z: Lab
         return dynamics
     if isinstance(dynamics, tuple):
         if z is not None:
-            fail("dynamics", "two parts with z", "must be one Modes or Frf with x, y and z", "leave z out")
+            fail("dynamics", "two parts with z", "must be one Modes or Frf with x, y and z", remedy="leave z out")
         if len(dynamics) != 2:
             fail("dynamics", f"{len(dynamics)} parts", "must be two, for x and y")
         return from_pair(plane_dynamics(dynamics[0], x), plane_dynamics(dynamics[1], y))
@@ -219,7 +219,7 @@ class TurningProblem:
             fail("TurningProblem.process_damping", f"{self.process_damping:g}", "must not be negative")
         if self.process_damping > 0 and self.cutting_speed is None and self.diameter is None:
             fail("TurningProblem", "process damping without a cutting speed", "needs it",
-                 "give cutting_speed or diameter")
+                 remedy="give cutting_speed or diameter")
         for name in ("cutting_speed", "diameter"):
             if getattr(self, name) is not None:
                 put(self, name, positive(f"TurningProblem.{name}", getattr(self, name)))
@@ -243,7 +243,7 @@ def check_speeds(speeds: FloatArray | float) -> FloatArray:
     n = floats("speeds", np.atleast_1d(speeds))
     if n.ndim != 1 or n.size == 0 or n.min() <= 0:
         fail("speeds", f"shape {n.shape}, least {n.min() if n.size else float('nan'):g} rev/min",
-             "must be one-dimensional and above zero", "the tooth period is 60/(N speed)")
+             "must be one-dimensional and above zero", remedy="the tooth period is 60/(N speed)")
     return n
 
 

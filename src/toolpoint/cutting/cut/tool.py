@@ -54,13 +54,13 @@ class Tool(NotebookText):
         put(self, "teeth", count("Tool.teeth", self.teeth))
         helix = floats("Tool.helix", np.broadcast_to(0.0 if self.helix is None else self.helix, (self.teeth,)), (self.teeth,))
         if np.abs(helix).max() > np.radians(75):
-            fail("Tool.helix", f"{np.abs(helix).max():g} rad", "must be within 75 degrees", "angles are in rad")
+            fail("Tool.helix", f"{np.abs(helix).max():g} rad", "must be within 75 degrees", remedy="angles are in rad")
         put(self, "helix", helix)
         pitch = np.full(self.teeth, 2 * np.pi / self.teeth) if self.pitch is None else self.pitch
         pitch = floats("Tool.pitch", pitch, (self.teeth,))
         if pitch.min() <= 0 or abs(pitch.sum() - 2 * np.pi) > 1e-6:
             fail("Tool.pitch", f"sum {pitch.sum():g} rad, least {pitch.min():g}",
-                 "must be above zero and add up to 2 pi", "angles are in rad")
+                 "must be above zero and add up to 2 pi", remedy="angles are in rad")
         put(self, "pitch", pitch)
         for name in ("runout", "corner_radius"):
             put(self, name, float(nonnegative(f"Tool.{name}", floats(f"Tool.{name}", getattr(self, name)))))
@@ -68,7 +68,7 @@ class Tool(NotebookText):
             put(self, name, scalar(f"Tool.{name}", getattr(self, name)))
         if self.corner_radius > self.diameter / 2 * (1 + 1e-9):
             fail("Tool.corner_radius", f"{self.corner_radius:g} m", f"must be at most {self.diameter / 2:g} m",
-                 "half the diameter is a ball end mill")
+                 remedy="half the diameter is a ball end mill")
 
     @property
     def radius(self) -> float:
@@ -156,7 +156,7 @@ class Engagement(NotebookText):
         put(self, "exit", scalar("Engagement.exit", self.exit))
         if not 0 <= self.entry < self.exit <= np.pi + 1e-12:
             fail("Engagement", f"entry {self.entry:g}, exit {self.exit:g} rad", "must be 0 <= entry < exit <= pi",
-                 "angles are in rad, clockwise from y with the feed along x")
+                 remedy="angles are in rad, clockwise from y with the feed along x")
 
     @classmethod
     def down(cls, immersion: float) -> Engagement:
@@ -201,5 +201,5 @@ def _immersion(value: float) -> float:
     if number > 1:
         fail("immersion", f"{number:g}",
              "radial immersion a/D must be at most 1: the cut cannot be wider than the diameter",
-             "give the ratio of width to diameter")
+             remedy="give the ratio of width to diameter")
     return number

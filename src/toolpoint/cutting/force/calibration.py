@@ -104,7 +104,7 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
     f = nonnegative("feeds", floats("feeds", feeds))
     mean = floats("mean_forces", mean_forces, (f.size, None))
     if np.unique(np.round(f, 12)).size < 2:
-        fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", "cut at several feeds")
+        fail("feeds", f"{np.unique(f).size} different feed", "must be at least two", remedy="cut at several feeds")
     names = names_of(mean.shape[1])
     arc, teeth = problem.engagement, problem.tool.teeth
     if problem.tool.corner_radius > 0 or problem.tool.runout > 0:
@@ -117,7 +117,8 @@ def average_force(problem: MillingProblem, feeds: FloatArray, mean_forces: Float
     scaled = matrix * weight[:, None] / scale
     solution, _, rank, _ = np.linalg.lstsq(scaled, right * weight, rcond=None)
     if rank < len(names):
-        fail("mean_forces", f"rank {rank}", f"must determine {len(names)} coefficients", "use more feeds or another width")
+        fail("mean_forces", f"rank {rank}", f"must determine {len(names)} coefficients",
+             remedy="use more feeds or another width")
     rest, left = right - matrix / scale @ solution, right.size - len(names)
     residual = float(np.sqrt(np.sum(rest**2) / max(left, 1)))
     covariance, doubts = np.linalg.inv(scaled.T @ scaled) / np.outer(scale, scale), []
@@ -199,7 +200,7 @@ def instantaneous(problem: MillingProblem, feeds: FloatArray, angle: FloatArray,
     if phase == "each" and (turn.size < 3 or np.abs(np.diff(turn) - 2 * np.pi / turn.size).max() > 1e-6):
         fail("angle", f"{turn.size} values from {turn[0]:g} to {turn[-1]:g} rad",
              "must be equal steps over one revolution where the angle of each record is to be found",
-             "fold the records with `revolution`")
+             remedy="fold the records with `revolution`")
 
     courses = _Courses(problem, f, depth, ways, slices, turn, interpolated=shifts > 0)
     matrix = courses.matrix

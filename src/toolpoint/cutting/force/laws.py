@@ -145,7 +145,7 @@ def oblique_coefficients(shear_stress: float, shear_angle: float, friction_angle
     ka = tau / np.sin(phi) * (np.cos(beta - alpha) * np.tan(i) - side) / c
     if kn < 0:
         fail("oblique_coefficients", f"normal coefficient {kn / 1e6:g} N/mm^2 (friction angle below the rake)",
-             "must not be negative", "check the orthogonal data")
+             "must not be negative", remedy="check the orthogonal data")
     return CuttingCoefficients(float(kt), float(kn), float(max(ka, 0.0)), source="orthogonal to oblique")
 
 

@@ -70,4 +70,4 @@ def literature(material: str) -> Range:
         return Range(material, tuple(sets), (), _CJME)
     if material in _KIENZLE:
         return Range(material, (), tuple(Kienzle(1e6 * k, m) for k, m in _KIENZLE[material]), _VDI)
-    fail("material", repr(material), "must be one of " + ", ".join(materials()), suggestion(material, materials()))
+    fail("material", repr(material), "must be one of " + ", ".join(materials()), remedy=suggestion(material, materials()))

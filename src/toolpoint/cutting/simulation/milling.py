@@ -101,7 +101,7 @@ class Simulation(NotebookText):
         held = (self.displacement.shape[0] - 1) // m - 2
         if not 1 <= periods <= held:
             fail("periods", str(periods), f"must be 1 to {held}, what the run holds ({self.status})",
-                 "simulate more revolutions")
+                 remedy="simulate more revolutions")
         d = self.displacement[-(periods + 2) * m - 1:]
         change = d[m:] - d[:-m]
         energy = np.array([np.linalg.norm(change[i * m:(i + 1) * m]) for i in range(periods + 1)])
@@ -218,7 +218,7 @@ def simulate(problem: MillingProblem, speed: float, depth: float, *, revolutions
     depth = positive("depth", depth, 1.0)
     if problem.feed_per_tooth <= 0:
         fail("MillingProblem.feed_per_tooth", "0", "must be above zero in the time domain",
-             "problem.changed(feed_per_tooth=...)")
+             remedy="problem.changed(feed_per_tooth=...)")
     plane = modal_plane(problem.plane_at(speed))
     notes = tuple(dict.fromkeys((*problem.notes, *plane.notes)))
     system = ModalState(plane)

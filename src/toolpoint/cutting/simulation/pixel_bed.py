@@ -38,7 +38,7 @@ class PixelBed:
         size = [count("layers", layers), *size]
         if min(size) < 1 or math.prod(size) > 4e8:
             fail("pixel", " x ".join(map(str, size)) + " pixels", "must be 1 to 4e8 pixels",
-                 "take a larger pixel or a smaller block")
+                 remedy="take a larger pixel or a smaller block")
         return cls((float(low[0]), float(low[1])), step, np.ones(size, bool))
 
     def area(self) -> float:
@@ -116,12 +116,13 @@ def cut(problem: MillingProblem, bed: PixelBed, start: tuple[float, float], *, s
     depth = positive("depth", depth, 1.0)
     count("steps", steps, 16)
     if problem.feed_per_tooth <= 0:
-        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", "problem.changed(feed_per_tooth=...)")
+        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", remedy="problem.changed(feed_per_tooth=...)")
     layers, tool = bed.material.shape[0], problem.tool
     if tool.has_helix and layers == 1:
-        fail("problem", "a helical tool in a bed of one layer", "needs a bed of some layers", "PixelBed.block(..., layers=12)")
+        fail("problem", "a helical tool in a bed of one layer", "needs a bed of some layers",
+             remedy="PixelBed.block(..., layers=12)")
     if tool.corner_radius > 0:
-        fail("Tool.corner_radius", f"{tool.corner_radius:g} m", "must be 0 in a pixel bed", "rigid_forces knows corners")
+        fail("Tool.corner_radius", f"{tool.corner_radius:g} m", "must be 0 in a pixel bed", remedy="rigid_forces knows corners")
     law, n = law or LinearEdge(problem.coefficients), int(revolutions * steps)
     turn, slice_ = 2 * np.pi / steps, depth / layers
     height = (np.arange(layers) + 0.5) * slice_

@@ -71,7 +71,7 @@ def poses_of(dynamics: Poses) -> Iterator[Dynamics]:
             yield dynamics
             return
         if lead > 1:
-            fail("dynamics", f"{lead} leading axes", "must have one leading pose axis", "reshape the poses to one axis")
+            fail("dynamics", f"{lead} leading axes", "must have one leading pose axis", remedy="reshape the poses to one axis")
         for i in range(array.shape[0]):
             yield dynamics.at_pose(i)
         return

@@ -53,7 +53,7 @@ def chart(
     if method is not None and not (hasattr(method, "solve") and not isinstance(method, type)):
         name = method if isinstance(method, str) else getattr(method, "__name__", type(method).__name__)
         fail("method", repr(name), "must be a method object such as ZeroOrder() or FloquetDeterminant()",
-             "a name becomes one with method_named(name); leave it out for the one that suits the cut")
+             remedy="a name becomes one with method_named(name); leave it out for the one that suits the cut")
     n = check_speeds(speeds)
     depth_max = positive("depth_max", depth_max, 10.0)
     remarks = coverage(problem, n)

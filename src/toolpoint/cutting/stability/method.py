@@ -81,5 +81,5 @@ def refuse_overdamped(name: str, problem: MillingProblem, speeds: FloatArray, *,
     if decay > most:
         fail("dynamics", f"an overdamped mode that decays by exp(-{decay:.0f}) in a tooth period at {lowest:g} rev/min",
              f"must be at most exp(-{most:.0f}) for {name}",
-             "use PanelArnoldi(), ZeroOrder() or SemiDiscretization() (--method panel, zero-order, semi-discretization), or "
-             "leave so stiff a damper out of the modes")
+             remedy="use PanelArnoldi(), ZeroOrder() or SemiDiscretization() (--method panel, zero-order, "
+                    "semi-discretization), or leave so stiff a damper out of the modes")

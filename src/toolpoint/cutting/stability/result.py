@@ -135,7 +135,7 @@ class StabilityChart(NotebookText):
         w = nonnegative("depths", floats("depths", np.atleast_1d(depths)))
         if w.max() > self.depth_max * (1 + 1e-12):
             fail("depths", f"{w.max():g} m", f"must be at most {self.depth_max:g} m",
-                 "make the chart with a larger depth_max")
+                 remedy="make the chart with a larger depth_max")
         count = np.repeat(self.unstable_at_zero[:, None], w.size, axis=1).astype(int)
         np.add.at(count, self.index, np.where(w[None, :] > self.depth[:, None], self.change[:, None], 0))
         return count

@@ -77,9 +77,9 @@ def location_error(problem: MillingProblem, speeds: FloatArray, depth: float, *,
     depth = positive("depth", depth, 1.0)
     if not problem.tool.is_regular or problem.tool.corner_radius > 0:
         fail("problem", "unequal pitch or helix, or a rounded edge", "must be a regular cylindrical tool",
-             "take the surface of a simulation")
+             remedy="take the surface of a simulation")
     if problem.feed_per_tooth <= 0:
-        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", "problem.changed(feed_per_tooth=...)")
+        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", remedy="problem.changed(feed_per_tooth=...)")
     tool, arc = problem.tool, problem.engagement
     if not problem.plane.is_modal and problem.plane.span[0] > 0:
         warnings.warn(f"surface location error: the response below {problem.plane.span[0]:g} Hz, static deflection included, "

@@ -77,7 +77,7 @@ def _wall(problem: MillingProblem, length: float, points: int, heights: FloatArr
     one_of("side", side, ("exit", "entry"))
     tool, feed = problem.tool, problem.feed_per_tooth * problem.tool.teeth
     if feed <= 0:
-        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", "problem.changed(feed_per_tooth=...)")
+        fail("MillingProblem.feed_per_tooth", "0", "must be above zero", remedy="problem.changed(feed_per_tooth=...)")
     z = np.zeros(1) if heights is None else floats("heights", heights, (None,))
     x = np.linspace(0, positive("length", length), count("points", points, 3))
     lag, radius = tool.angles(z), tool.edge_radius(z)

@@ -32,7 +32,7 @@ class AxisSignal:
         finite = np.isfinite(self.time).all() and np.isfinite(self.values).all()
         if self.time.size < 2 or not finite or (np.diff(self.time) <= 0).any():
             fail(f"AxisSignal {self.name!r}", "times or values", "must be finite, at least two, the times increasing",
-                 "remove the faulty lines of the record")
+                 remedy="remove the faulty lines of the record")
 
     def at(self, time: FloatArray) -> FloatArray:
         """Return the values in force at times, s."""

@@ -56,7 +56,8 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
         mistaken. Too narrow a window adds what is missing of the way to the error: `lag.window_around` gives one that is not.
     """
     if (path.kind == CLOTHOID).any():
-        fail("path", "clothoid blends", "must be lines and arcs", "measure against the programmed path, not the rounded one")
+        fail("path", "clothoid blends", "must be lines and arcs",
+             remedy="measure against the programmed path, not the rounded one")
     p = floats("points", points)
     p = np.hstack([p, np.zeros((len(p), 3 - p.shape[1]))])
     s = floats("progress", progress, (len(p),))
@@ -70,7 +71,7 @@ def contour_error(path: Path, points: FloatArray, progress: FloatArray, *, windo
     spread = int((last - first).max()) + 1
     if (last - first + 1).sum() > _MOST:
         fail("window", f"{reach.max():g} m holds {spread} segments", f"all windows together may hold {_MOST:.0e}",
-             "take smaller windows or fewer points")
+             remedy="take smaller windows or fewer points")
     best, foot, place = np.full(len(p), np.inf), np.zeros_like(p), np.zeros(len(p))
     # The k-th segment of every window at once: as many passes as the widest window holds segments.
     for offset in range(spread):
@@ -114,7 +115,7 @@ def torque_comparison(measured: FloatArray, simulated: FloatArray) -> dict[str, 
     the measured rms, correlation, and the ratio of the peaks."""
     m, s = floats("measured", measured), floats("simulated", simulated)
     if m.shape != s.shape:
-        fail("simulated", f"shape {s.shape}", f"must be that of the measured, {m.shape}", "resample one of them")
+        fail("simulated", f"shape {s.shape}", f"must be that of the measured, {m.shape}", remedy="resample one of them")
     rms = float(np.sqrt(((m - s) ** 2).mean()))
     return {"rms difference": rms, "relative": rms / float(np.sqrt((m**2).mean())),
             "correlation": float(np.corrcoef(m.ravel(), s.ravel())[0, 1]),

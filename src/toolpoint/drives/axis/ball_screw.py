@@ -44,7 +44,7 @@ class BallScrew:
 
     def __post_init__(self) -> None:
         if scalar("Screw.lead", self.lead) <= 0:
-            fail("Screw.lead", f"{self.lead:g} m", "must be above zero", "give the travel of one turn in m")
+            fail("Screw.lead", f"{self.lead:g} m", "must be above zero", remedy="give the travel of one turn in m")
         for name in ("diameter", "length", "modulus", "shear_modulus", "density"):
             positive(f"Screw.{name}", getattr(self, name))
 

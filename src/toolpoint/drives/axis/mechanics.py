@@ -74,12 +74,12 @@ class Mechanics(NotebookText):
         for name in self.boundaries:
             if name not in self.coordinates or np.any(self.mass[self.coordinates.index(name)]):
                 fail("Mechanics.boundaries", repr(name), "must be a coordinate without mass",
-                     "let the structure carry the mass")
+                     remedy="let the structure carry the mass")
         free = [i for i, name in enumerate(self.coordinates) if name not in self.boundaries]
         if np.linalg.eigvalsh(self.mass[np.ix_(free, free)]).min() <= 0:
             weak = [self.coordinates[i] for i in free if self.mass[i, i] <= 0]
             fail("Mechanics.mass", f"no inertia at {', '.join(weak) or 'a combination of coordinates'}",
-                 "every free coordinate must have inertia", "give the missing mass or moment of inertia")
+                 "every free coordinate must have inertia", remedy="give the missing mass or moment of inertia")
         for row in (self.motor, self.table, self.scale, *(x.row for x in self.friction), *(x.row for x in self.contacts)):
             self.vector(row)
 

@@ -149,7 +149,7 @@ def build_plant(axes: Sequence[DriveAxis], structure: Structure | None = None) -
 def _known(what: str, given: Mapping[str, object], known: Sequence[str]) -> None:
     for key in given:
         if key not in known:
-            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(known), suggestion(key, known))
+            fail(f"Structure.{what}", repr(key), "must be one of " + ", ".join(known), remedy=suggestion(key, known))
 
 
 class _Assembly:

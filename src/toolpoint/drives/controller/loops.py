@@ -361,7 +361,7 @@ def check_stable(servo: Servo) -> ServoLoops:
             factor = _critical(servo, number)
             note = f"gain margin {20 * np.log10(factor):.1f} dB" if factor > 0 else "unstable at any gain"
             fail(f"{level.name} loop", f"unstable: largest multiplier {level.radius:.4f} per sample, {note}",
-                 "must be stable before a simulation", f"multiply its gain by less than {factor:.3g}" if factor > 0 else
+                 "must be stable before a simulation", remedy=f"multiply its gain by less than {factor:.3g}" if factor > 0 else
                  "check signs, lead and the inner loops")
     return levels
 

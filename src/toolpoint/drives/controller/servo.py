@@ -33,7 +33,7 @@ class Servo(NotebookText):
             ratio = outer / inner
             if abs(ratio - round(ratio)) > 1e-6 or ratio < 0.999:
                 fail(f"{name} sample time", f"{outer:g} s over {inner:g} s", "must be a whole multiple of the inner loop's",
-                     f"for example {max(1, round(ratio)) * inner:g} s")
+                     remedy=f"for example {max(1, round(ratio)) * inner:g} s")
 
     @property
     def counts(self) -> SampleCounts:

@@ -157,7 +157,7 @@ class Controller:
     def __post_init__(self) -> None:
         if self.lead is None:
             fail("Controller.lead", "missing", "the controller needs the travel per motor angle in m/rad",
-                 "lead of the screw / 2 pi; 1 for a linear motor")
+                 remedy="lead of the screw / 2 pi; 1 for a linear motor")
         positive("Controller.lead", self.lead)
 
     def with_gains(self, position: float | None = None, velocity: float | None = None,
@@ -178,7 +178,7 @@ class Controller:
         position, velocity = self.position, self.velocity
         if isinstance(motor, SynchronousMotor) != (self.current is not None):
             fail("Controller.current", repr(self.current), f"must suit {type(motor).__name__}",
-                 "a SynchronousMotor needs a CurrentLoop, a TorqueMotor none")
+                 remedy="a SynchronousMotor needs a CurrentLoop, a TorqueMotor none")
         lead = float(self.lead or 0.0)
         p = np.zeros((), PARAMETERS)
         p["position_gain"], p["velocity_feedforward"], p["lead"] = position.gain, position.velocity_feedforward, lead

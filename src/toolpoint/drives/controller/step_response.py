@@ -42,7 +42,7 @@ def step_figures(time: FloatArray, response: FloatArray, height: float, *, start
     def crossing(level: float) -> float:
         k = int(np.argmax(y >= level))
         if y[k] < level:
-            fail("response", f"largest {y.max():.3g} of the step", f"must reach {level:g}", "simulate longer")
+            fail("response", f"largest {y.max():.3g} of the step", f"must reach {level:g}", remedy="simulate longer")
         return float(t[k] if k == 0 else t[k - 1] + (level - y[k - 1]) / (y[k] - y[k - 1]) * (t[k] - t[k - 1]))
 
     outside = np.flatnonzero(np.abs(y - y[-1]) > band)

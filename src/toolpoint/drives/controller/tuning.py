@@ -92,7 +92,7 @@ def _largest(fits: Callable[[float], bool], start: float) -> float:
             break
         low /= 2
     else:
-        fail("tuned", f"no gain down to {low:g}", "keeps the margins", "ask for smaller margins, or lower other gains")
+        fail("tuned", f"no gain down to {low:g}", "keeps the margins", remedy="ask for smaller margins, or lower other gains")
     high = 2 * low
     while fits(high) and high < 1e6 * start:
         low, high = high, 2 * high

@@ -89,7 +89,7 @@ def identify_friction(velocity: FloatArray, torque: FloatArray, law: str = "stri
     v = floats("velocity", velocity, (None,))
     t = floats("torque", torque, v.shape)
     if (v == 0).any():
-        fail("velocity", "a zero", "must not be zero: friction at rest is not a steady torque", "leave those points out")
+        fail("velocity", "a zero", "must not be zero: friction at rest is not a steady torque", remedy="leave those points out")
     need = {"coulomb": 2, "stribeck": 4, "two-exponential": 5}[law]
     if np.unique(np.abs(v)).size < need:
         fail("velocity", f"{np.unique(np.abs(v)).size} speeds", f"must be at least {need} for {law}")

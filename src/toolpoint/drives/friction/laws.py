@@ -275,4 +275,4 @@ def _stribeck(law: Stribeck | LuGre) -> None:
     positive(f"{name}.exponent", law.exponent)
     if law.static < law.coulomb:
         fail(f"{name}.static", f"{law.static:g} below coulomb {law.coulomb:g}", "must be at least the Coulomb level",
-             "exchange the two, or use a Coulomb law")
+             remedy="exchange the two, or use a Coulomb law")

@@ -123,7 +123,7 @@ def plan_motion(path: Path, limits: JerkLimits, *, corner_tolerance: float = 0.0
     one_of("corner", corner, ("arc", "clothoid"))
     if (path.feed <= 0).any():
         k = int(np.argmax(path.feed <= 0))
-        fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", "program F before it")
+        fail("Path.feed", f"0 m/s on segment {k} (line {path.line[k]})", "must be above zero", remedy="program F before it")
     from toolpoint.drives.program.planner_kernel import look_ahead, phases
 
     route = path.taken(path.lengths > 0)

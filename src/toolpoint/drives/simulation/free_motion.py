@@ -39,7 +39,7 @@ def simulate_free_motion(plant: Plant, load: FloatArray, step: float, *, start: 
     failed = run(0, forces.shape[0], m.arrays, law_arrays(plant), _without_controllers(forces), motion, histories)
     if failed < 0:
         fail("simulate_free_motion", f"motion not finite after {-failed} steps", "the step is too long",
-             "take a shorter step")
+             remedy="take a shorter step")
     time = np.arange(histories.outputs.shape[0]) * step * every
     return ServoResult(frozen(time), tuple(a.name for a in plant.axes), frozen(histories.outputs.reshape(time.size, axes, -1)),
                        histories.signals, frozen(histories.forces), np.zeros((time.size, axes)),

@@ -101,7 +101,8 @@ def measure_loop(servo: Servo, level: str, amplitude: float, *, axis: int = 0, o
     number = LEVELS.index(level)
     c, axes = servo.controllers[axis], len(servo.plant.axes)
     if level == "current" and c.current is None:
-        fail("level", "current", f"axis {servo.plant.axes[axis].name!r} has no current loop", "measure the velocity loop")
+        fail("level", "current", f"axis {servo.plant.axes[axis].name!r} has no current loop",
+             remedy="measure the velocity loop")
     period = prbs(order, amplitude)
     total = count("periods", periods) + count("settle", settle, 0)
     values = np.zeros((total * period.size, axes))

@@ -122,7 +122,7 @@ def _grid(servo_at: Callable[[Sequence[float]], Servo], servo: Servo, nut: Float
         along = np.linspace(nut[axis] + low[axis] - margin[axis], nut[axis] + high[axis] + margin[axis], positions)
         if along[0] <= 0:
             fail("start", f"nut of axis {axis} would reach {along[0]:g} m", "must stay above zero",
-                 "start further from the bearing")
+                 remedy="start further from the bearing")
         steps = []
         for where in along:
             there = servo_at([*nut[:axis], float(where), *nut[axis + 1:]])

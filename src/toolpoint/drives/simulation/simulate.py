@@ -164,7 +164,7 @@ class Prepared:
         """Return the histories after a run that returned `failed`."""
         if failed < 0:
             fail("simulate", f"motion not finite after {-failed} steps", "the servo is unstable or the step too long",
-                 "check loops.check_stable(servo), or take more substeps")
+                 remedy="check loops.check_stable(servo), or take more substeps")
         outputs, axes = self.histories.outputs, self.servo.plant.axes
         time = np.arange(outputs.shape[0]) * (self.matrices.step * self.histories.every)
         return ServoResult(frozen(time), tuple(a.name for a in axes), frozen(outputs.reshape(time.size, len(axes), -1)),
@@ -182,7 +182,7 @@ def prepare(servo: Servo, command: Command, *, substeps: int = 1, every: int = 1
     inner, _, outer = servo.controllers[0].sample_times
     if abs(command.sample_time / outer - 1) > 1e-9 or command.position.shape[1] != axes:
         fail("command", f"{command!r}", f"must have {axes} axes at the position loop's sample time {outer:g} s",
-             "use command.resampled(sample_time)")
+             remedy="use command.resampled(sample_time)")
     step = inner / substeps
     m = step_matrices(servo.plant, step) if matrices is None else matrices
     if abs(m.step - step) > 1e-12 * step:

@@ -167,7 +167,7 @@ def _compiled(folder: Path, identifier: str) -> Path:
     where = _FOLDERS.get(sys.platform)
     if compiler is None or where is None or platform.machine().lower() not in ("x86_64", "amd64"):
         fail("fmu", f"no C compiler for {sys.platform} on {platform.machine()}", "must be cc, gcc or clang on x86-64",
-             "install one, or write the unit with its sources only (binary=False, --fmu-sources)")
+             remedy="install one, or write the unit with its sources only (binary=False, --fmu-sources)")
     out = folder / where[0] / (identifier + where[1])
     out.parent.mkdir()
     flags = ["-O2", "-std=c99", "-shared", "-fPIC", "-fvisibility=hidden", "-ffp-contract=off"]

@@ -82,7 +82,7 @@ def write(path: Path, matrix: LabelledMatrix, *, symmetry: str = "general", layo
         fail("symmetry", repr(symmetry), "must be general or symmetric")
     whole = csc_array(matrix.matrix)
     if symmetry == "symmetric" and abs(whole - whole.T).max() > 0:
-        fail("matrix", "not symmetric to the last bit", "must be for symmetry='symmetric'", "write it as general")
+        fail("matrix", "not symmetric to the last bit", "must be for symmetry='symmetric'", remedy="write it as general")
     part = csc_array(tril(whole)) if symmetry == "symmetric" else whole
     field = "complex" if whole.dtype.kind == "c" else "real"
     text = [f"%%MatrixMarket matrix {layout} {field} {symmetry}"]

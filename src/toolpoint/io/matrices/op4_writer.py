@@ -24,7 +24,7 @@ def write(path: Path, matrices: Sequence[LabelledMatrix], *, storage: str = "big
     if order not in "<>" or integers not in (4, 8):
         fail("order, integers", f"{order!r}, {integers}", "must be < or > and 4 or 8")
     if storage == "sparse" and any(m.matrix.shape[0] > _SPARSE_MOST for m in matrices):
-        fail("storage", "sparse", f"must have at most {_SPARSE_MOST} rows", "take storage='big'")
+        fail("storage", "sparse", f"must have at most {_SPARSE_MOST} rows", remedy="take storage='big'")
     parts = [(_text if is_text else _binary)(m, storage, order, integers, is_single) for m in matrices]
     Path(path).write_bytes(b"".join(parts))
 

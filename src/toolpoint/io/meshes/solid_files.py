@@ -22,7 +22,7 @@ def read_solid(described: SolidDescription, folder: Path) -> SolidBody:
     """
     path = folder / described.file
     if not path.is_file():
-        fail("solid.file", repr(described.file), f"must be a file in {folder}", "paths are relative to the machine file")
+        fail("solid.file", repr(described.file), f"must be a file in {folder}", remedy="paths are relative to the machine file")
     model, notes, materials = _step(path, described) if path.suffix.lower() in SUFFIXES else _mesh(path, described)
     arrays = [model.nodes, *(block.nodes for block in model.blocks)]
     digest = hashlib.sha256(b"".join(array.tobytes() for array in arrays)).hexdigest()[:32]
@@ -32,7 +32,8 @@ def read_solid(described: SolidDescription, folder: Path) -> SolidBody:
 
 def _step(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[str, ...], dict[str, ElasticMaterial]]:
     if described.mesh_size is None:
-        fail("solid.mesh_size", "missing", "must be given for a STEP file", "for example a third of the thickest wall: 30 mm")
+        fail("solid.mesh_size", "missing", "must be given for a STEP file",
+             remedy="for example a third of the thickest wall: 30 mm")
     materials = dict(described.materials) or {"body": CAST_IRON}
     if set(materials) != {"body"}:
         fail("solid.materials", f"sets {', '.join(materials)}", "must be one, body: a STEP solid is of one material")
@@ -42,9 +43,10 @@ def _step(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[st
 
 def _mesh(path: Path, described: SolidDescription) -> tuple[SolidModel, tuple[str, ...], dict[str, ElasticMaterial]]:
     if described.mesh_size is not None:
-        fail("solid.mesh_size", f"{described.mesh_size:g} m", "serves a STEP file only", "remove it: this file is a mesh")
+        fail("solid.mesh_size", f"{described.mesh_size:g} m", "serves a STEP file only",
+             remedy="remove it: this file is a mesh")
     if not described.unit:
-        fail("solid.unit", "missing", "must be m, mm, cm or in", "no mesh file says in which unit its lengths are")
+        fail("solid.unit", "missing", "must be m, mm, cm or in", remedy="no mesh file says in which unit its lengths are")
     model = read_mesh(path, {name: _material(part) for name, part in described.materials.items()}, unit=described.unit)
     check = check_solid(model)
     note = f"{path.name}: {check.mass:.5g} kg, {model.element_count} elements, worst Jacobian ratio {check.jacobian_ratio:.2g}"

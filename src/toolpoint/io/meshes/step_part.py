@@ -92,7 +92,7 @@ def _factor(unit: str, geometry: StepGeometry) -> float:
     if SIZES[0] <= geometry.largest <= SIZES[1]:
         fail("unit", f"{unit!r}: as that the part would be {factor * geometry.largest:.4g} m long",
              f"must agree with the file, which states {unit_name(geometry.stated)} and so is {geometry.largest:.4g} m long",
-             "leave unit out; or, where the file is wrong, export it again in its true unit")
+             remedy="leave unit out; or, where the file is wrong, export it again in its true unit")
     return factor
 
 

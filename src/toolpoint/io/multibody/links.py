@@ -35,9 +35,9 @@ def tree_links(machine: Machine, pose: Pose | None = None) -> tuple[TreeLink, ..
     """
     if machine.loops or any(body.modal_count for body in machine.bodies):
         fail("machine", "loops or elastic bodies", "must be a tree of rigid bodies to be written",
-             "give members springs instead")
+             remedy="give members springs instead")
     if machine.description.gravity is not None or machine.description.loads:
-        fail("machine", "gravity or loads", "are left out of what is written", "take the machine without them")
+        fail("machine", "gravity or loads", "are left out of what is written", remedy="take the machine without them")
     place = place_machine(machine, pose)
     if place.poses != 1:
         fail("pose", f"{place.poses} poses", "must be one")

@@ -71,7 +71,7 @@ def parse_robot(file: Path) -> UrdfRobot:
     for joint in joints.values():
         if joint.kind in MOVING and links[joint.child].mass is None:
             fail(f"{file}: link {joint.child}", "no inertia", "a link that moves needs mass and inertia",
-                 "add <inertial>, or fix the joint")
+                 remedy="add <inertial>, or fix the joint")
     return UrdfRobot(root.get("name", file.stem), links, joints, start)
 
 
@@ -83,14 +83,14 @@ def _parsed(file: Path) -> ElementTree.Element:
     if len(raw) > LARGEST_FILE:
         fail(str(file), f"{len(raw)} bytes", f"must be at most {LARGEST_FILE}")
     if b"<!DOCTYPE" in raw or b"<!ENTITY" in raw:
-        fail(str(file), "a document type with entities", "must be plain XML", "remove the DOCTYPE")
+        fail(str(file), "a document type with entities", "must be plain XML", remedy="remove the DOCTYPE")
     try:
         root = ElementTree.fromstring(raw)
     except ElementTree.ParseError as error:
         line, column = error.position
         raise ToolpointError(f"{file}:{line}:{column + 1}: no valid XML ({error}); expand xacro files first") from None
     if root.tag != "robot":
-        fail(str(file), f"element <{root.tag}>", "must be <robot>", "is it a URDF file?")
+        fail(str(file), f"element <{root.tag}>", "must be <robot>", remedy="is it a URDF file?")
     return root
 
 
@@ -126,7 +126,7 @@ def _link(part: ElementTree.Element, file: Path) -> UrdfLink:
     r = place[:3, :3]
     inertia = r @ np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]) @ r.T
     if mass <= 0:
-        fail(where, f"mass {mass:g} kg", "must be above zero", "leave <inertial> out for a frame without mass")
+        fail(where, f"mass {mass:g} kg", "must be above zero", remedy="leave <inertial> out for a frame without mass")
     return UrdfLink(name, mass, place[:3, 3], inertia, corners)
 
 
@@ -178,11 +178,13 @@ def _joint(part: ElementTree.Element, file: Path) -> UrdfJoint:
     if kind in ("revolute", "prismatic"):
         low, high = (float(_numbers(limit, way, 1, where, default="0")[0]) for way in ("lower", "upper"))
         if not low < high:
-            fail(where, f"limits {low:g} .. {high:g}", "the lower must be below the upper", "are they reversed or missing?")
+            fail(where, f"limits {low:g} .. {high:g}", "the lower must be below the upper",
+                 remedy="are they reversed or missing?")
         limits = (low, high)
     mimic = part.find("mimic")
     if mimic is not None and float(_numbers(mimic, "offset", 1, where, default="0")[0]) != 0:
-        fail(where, f"mimic with offset {mimic.get('offset')}", "must be without offset", "turn its origin by the offset")
+        fail(where, f"mimic with offset {mimic.get('offset')}", "must be without offset",
+             remedy="turn its origin by the offset")
     follows = None if mimic is None else (mimic.get("joint") or "",
                                           float(_numbers(mimic, "multiplier", 1, where, default="1")[0]))
     place = _place(part.find("origin"), where)
@@ -198,7 +200,7 @@ def _root(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint], file: 
                 fail(f"{file}: joint {joint.name}", f"{role} {name!r}", "is no link of the file")
         if joint.child in above:
             fail(f"{file}: link {joint.child}", "two joints have it as their child", "must hang on one",
-                 "URDF has no loops: close them in a machine file with closes_loop")
+                 remedy="URDF has no loops: close them in a machine file with closes_loop")
         if joint.mimics is not None and joint.mimics[0] not in joints:
             fail(f"{file}: joint {joint.name}", f"mimics {joint.mimics[0]!r}", "is no joint of the file")
         above[joint.child] = joint.parent
@@ -207,7 +209,7 @@ def _root(links: Mapping[str, UrdfLink], joints: Mapping[str, UrdfJoint], file: 
         while here is not None:
             if here in seen:
                 circle = " -> ".join([*seen, here])
-                fail(f"{file}: link {name}", f"hangs on itself: {circle}", "must be a tree", "break the cycle")
+                fail(f"{file}: link {name}", f"hangs on itself: {circle}", "must be a tree", remedy="break the cycle")
             seen.append(here)
             here = above.get(here)
     roots = [name for name in links if name not in above]

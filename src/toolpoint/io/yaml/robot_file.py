@@ -62,7 +62,8 @@ def _surface(name: str, part: RobotMember, folder: Path, reach: float) -> MeshDe
         size, away = float(np.ptp(corners.reshape(-1, 3), axis=0).max()), float(np.abs(corners).max())
         if not reach / SMALLEST <= size <= LARGEST * reach or away > FARTHEST * reach:
             fail("mesh_unit", f"{part.mesh_unit:g} m makes it {size:.4g} m long, {away:.4g} m from the base at most",
-                 f"must suit an arm of {reach:.3g} m", "most STL files are in mm (mesh_unit: 1 mm), in the machine's axes")
+                 f"must suit an arm of {reach:.3g} m",
+                 remedy="most STL files are in mm (mesh_unit: 1 mm), in the machine's axes")
         mass_properties(*merge_corners(corners), 1.0)
     except ToolpointError as error:
         raise ToolpointError(f"members.{name}.mesh: {part.mesh}: {error}") from None

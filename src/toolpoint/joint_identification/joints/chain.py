@@ -35,7 +35,7 @@ def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str])
         fail("chain", "a component appears twice", "each must appear once")
     left = [name for name in components if name not in names]
     if left:
-        fail("chain", f"without {left}", "must hold every component", "leave its points out or give its place")
+        fail("chain", f"without {left}", "must hold every component", remedy="leave its points out or give its place")
     if GROUND in given or not given:
         fail("chain", f"{chain!r}", f"must start at {GROUND!r} or a component and name at least one joint")
     _check_tree(given)
@@ -45,7 +45,8 @@ def parents(chain: Sequence[str] | Mapping[str, str], components: Sequence[str])
 def _check_tree(given: Mapping[str, str]) -> None:
     roots = {name for name in given.values() if name not in given}
     if len(roots) != 1:
-        fail("chain", f"{len(roots)} starting points {sorted(roots)}", "must have exactly one", "closed chains cannot be told")
+        fail("chain", f"{len(roots)} starting points {sorted(roots)}", "must have exactly one",
+             remedy="closed chains cannot be told")
     for child in given:
         seen, at = {child}, given[child]
         while at in given:

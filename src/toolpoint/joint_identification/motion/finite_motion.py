@@ -67,7 +67,7 @@ def displacements(part: Component) -> FloatArray:
         ways = part.ways[rows]
         if len(rows) < 3 or np.linalg.matrix_rank(ways, tol=1e-3) < 3:
             fail(f"components[{part.name!r}]", f"point {part.points[i]!r} is not measured in three directions",
-                 "must be for a finite-motion method", "use SmallMotion, which takes any directions")
+                 "must be for a finite-motion method", remedy="use SmallMotion, which takes any directions")
         result[i] = np.linalg.lstsq(ways, part.values[rows], rcond=None)[0]
     return result
 
@@ -94,7 +94,7 @@ def bisector_axis(rest: FloatArray, displaced: FloatArray) -> BisectorAxis:
     turn = to_vector(motion[:3, :3])
     angle = float(np.linalg.norm(turn))
     if angle < 1e-12:
-        fail("displaced", "no rotation", "must turn about an axis", "the motion is a translation or none")
+        fail("displaced", "no rotation", "must turn about an axis", remedy="the motion is a translation or none")
     direction = turn / angle
     plane = np.linalg.svd(direction[None])[2][1:]
     middle, move = ((rest + displaced) / 2) @ plane.T, (displaced - rest) @ plane.T

@@ -78,7 +78,7 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
         Where points stay undecided or left out.
     """
     if least < 4:
-        fail("least", str(least), "must be at least 4", "three points always move almost rigidly")
+        fail("least", str(least), "must be at least 4", remedy="three points always move almost rigidly")
     names = [name for name in dict.fromkeys(dof.point for dof in modes.dofs) if name in points]
     if len(names) < 2 * least:
         fail("points", f"{len(names)} measured points", f"must be at least {2 * least} to be grouped")
@@ -89,7 +89,7 @@ def group_points(modes: Modes, points: Mapping[Point, ArrayLike], noise: float |
     clusters = _clusters(data, seeds, limit, least)
     if not clusters:
         fail("modes", "no rigid cluster", f"must have some of at least {least} points",
-             "group the points by hand, or give the noise that the shapes have")
+             remedy="group the points by hand, or give the noise that the shapes have")
     return _result(data, clusters, limit, names, modes.count)
 
 
@@ -103,7 +103,7 @@ def _prepared(modes: Modes, points: Mapping[Point, ArrayLike], names: list[Point
         half = 0.5 if np.iscomplexobj(modes.shape) else 1.0
         spread = np.sqrt(half * np.tile(modes.shape_variance, (1, values.shape[1] // modes.count)))
     else:
-        fail("noise", "none", "must be given for modes without shape_variance", "give it as share of the rms, e.g. 0.02")
+        fail("noise", "none", "must be given for modes without shape_variance", remedy="give it as share of the rms, e.g. 0.02")
     where = {name: i for i, name in enumerate(names)}
     rows, shown = np.zeros((len(names), 3, 6)), np.zeros((len(names), 3, values.shape[1]))
     weights, used = np.zeros_like(shown), np.zeros(len(names), int)

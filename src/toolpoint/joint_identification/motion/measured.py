@@ -100,7 +100,7 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, lab
         For fewer than three points, points on one line, or directions that leave a motion unseen.
     """
     if modes.frequency.ndim > 1:
-        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
+        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
     at = find_positions(points, labels)
     _check_points(name, labels, at)
     where = {point: i for i, point in enumerate(labels)}
@@ -117,7 +117,7 @@ def component(name: str, modes: Modes, points: Mapping[Point, ArrayLike], *, lab
         spread = modes.shape_variance[kept] * half
         variance = np.concatenate([spread, spread], axis=1) if np.iscomplexobj(shape) else spread
         if (variance <= 0).any():
-            fail("modes.shape_variance", "a value of zero", "must be above zero", "leave it out if it is not known")
+            fail("modes.shape_variance", "a value of zero", "must be above zero", remedy="leave it out if it is not known")
     return Component(name, tuple(labels), at, rows, places, ways, owner, columns(shape), variance)
 
 
@@ -126,20 +126,20 @@ def _check_points(name: str, labels: Sequence[Point], at: FloatArray) -> None:
         fail(f"components[{name!r}]", "a point appears twice", "points must differ")
     if len(labels) < 3:
         fail(f"components[{name!r}]", f"{len(labels)} points", "must have at least 3 points not on one line",
-             "measure more points on it, or make it part of its neighbour")
+             remedy="measure more points on it, or make it part of its neighbour")
     singular = np.linalg.svd(at - at.mean(axis=0), compute_uv=False)
     if singular[1] <= 1e-3 * singular[0]:
         fail(f"components[{name!r}]", "its points are on one line (within 0.1 % of its length)", "must span a plane",
-             "a rotation about that line cannot be seen; add a point off the line")
+             remedy="a rotation about that line cannot be seen; add a point off the line")
 
 
 def _check_rows(name: str, rows: FloatArray, ways: FloatArray, places: FloatArray, at: FloatArray) -> None:
     if len(rows) < 7:
         fail(f"components[{name!r}]", f"{len(rows)} measured displacements", "must have at least 7",
-             "six tell the motion; only more can tell whether the component is rigid")
+             remedy="six tell the motion; only more can tell whether the component is rigid")
     size = np.sqrt(((at - at.mean(axis=0)) ** 2).sum(axis=1).mean())
     local = np.einsum("ni,nij->nj", ways, tf.point_velocity((places - at.mean(axis=0)) / size))
     singular = np.linalg.svd(local, compute_uv=False)
     if singular[-1] <= 1e-3 * singular[0]:
         fail(f"components[{name!r}]", "the measured directions leave a motion unseen", "must see all six",
-             "measure x, y and z at three points that are not on one line")
+             remedy="measure x, y and z at three points that are not on one line")

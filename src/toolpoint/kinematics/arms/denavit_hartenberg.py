@@ -45,7 +45,7 @@ class ArmRow:
         for name in ("theta", "alpha"):
             if abs(getattr(self, name)) > 2 * np.pi + 1e-9:
                 fail(f"ArmRow {self.axis}.{name}", f"{getattr(self, name):g} rad", "must be within one turn",
-                     f"angles are in rad; did you mean {getattr(self, name):g} deg?")
+                     remedy=f"angles are in rad; did you mean {getattr(self, name):g} deg?")
 
 
 def arm_frames(rows: Sequence[ArmRow], convention: str = "standard", base: FloatArray | None = None

@@ -144,7 +144,7 @@ class _Goal:
                 fail("direction", "length 0", "must not be zero")
             axes = smallest_turn(unit / length) @ rot.about("z", turn or 0.0)
         elif turn is not None:
-            fail("turn", "given without a direction", "turns about the tool's direction", "give direction too")
+            fail("turn", "given without a direction", "turns about the tool's direction", remedy="give direction too")
         if not chain.driven_axes:
             fail("chain", "no axes", "must have axes that move it")
         places = np.concatenate([chain.frames[:, :3, 3], pair.tip[None], pair.origin[None]])

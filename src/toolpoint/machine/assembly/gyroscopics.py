@@ -56,7 +56,7 @@ def elastic_spins(machine: Machine) -> dict[int, float]:
         cosine = float(along @ axis)
         if abs(cosine) < 1 - ROUND:
             fail(f"bodies.{name}.spin.axis", f"{np.degrees(np.arccos(abs(cosine))):.3g} degrees off the beam",
-                 "must be along it", "a beam spins about its own axis only")
+                 "must be along it", remedy="a beam spins about its own axis only")
         result[link] = float(np.sign(cosine)) * speed
     return result
 
@@ -72,7 +72,7 @@ def _spinning(machine: Machine) -> Iterator[tuple[int, str, float, FloatArray]]:
 def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:
     """Moment of inertia about the axis of spin through the centre of mass, of a body that is symmetric about it."""
     if body.modal_count:
-        fail(f"bodies.{name}.spin", "an elastic body", "must be rigid", "take the spin away, or the reduced body")
+        fail(f"bodies.{name}.spin", "an elastic body", "must be rigid", remedy="take the spin away, or the reduced body")
     mass = body.mass[0, 0]
     first = body.mass[3:6, :3] / mass
     inertia = body.mass[3:, 3:] + mass * first @ first
@@ -84,7 +84,7 @@ def _polar_inertia(name: str, body: Body, axis: FloatArray) -> FloatArray:
     if apart > ROUND:
         fail(f"bodies.{name}.spin", f"a body that differs from symmetric about its axis by {100 * apart:.2g} %",
              "must be symmetric about the axis that it spins about (its equations would change as it turns)",
-             "give it a cylinder about that axis, or equal moments across it")
+             remedy="give it a cylinder about that axis, or equal moments across it")
     return np.asarray(polar)
 
 
@@ -97,7 +97,8 @@ def spun(description: MachineDescription, speed: float) -> MachineDescription:
     """Return the description with its fastest body spinning at a speed (rad/s), the others in proportion."""
     nominal = fastest_spin(description)
     if nominal == 0:
-        fail("machine", "no body that spins", "must have one", "give the spindle's body spin: {speed: 12000 rpm, axis: z}")
+        fail("machine", "no body that spins", "must have one",
+             remedy="give the spindle's body spin: {speed: 12000 rpm, axis: z}")
     factor = scalar("speed", speed) / nominal
     bodies = {
         name: body if body.spin is None else replace(body, spin=replace(body.spin, speed=body.spin.speed * factor))

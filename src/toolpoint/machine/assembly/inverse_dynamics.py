@@ -93,7 +93,7 @@ def _motion_wrenches(machine: Machine, pose: Pose | None, velocity: ArrayLike, *
 def _state(machine: Machine, pose: Pose | None) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Step values, unit twists of the steps, and inertias of the bodies about the machine's origin, (P, n_links, 6, 6)."""
     if any(body.modal_count for body in machine.bodies):
-        fail("machine", "elastic bodies", "must be rigid here", "use assemble for elastic ones")
+        fail("machine", "elastic bodies", "must be rigid here", remedy="use assemble for elastic ones")
     chain = machine.chain
     values = chain.step_values(pose or {})
     moved = chain.displacements_of(chain.motions_of(values))

@@ -70,7 +70,8 @@ def static_equilibrium(machine: Machine, pose: Pose | None = None) -> StaticEqui
         fail("pose", f"{place.poses} poses", "must be one")
     forces = _forces(place)
     if not forces:
-        fail("machine", "neither gravity nor loads", "must have one of them", "add gravity: [0, 0, -9.80665] to the file")
+        fail("machine", "neither gravity nor loads", "must have one of them",
+             remedy="add gravity: [0, 0, -9.80665] to the file")
     deflection, wrenches = _balance(place, forces)
     points: dict[str, FloatArray] = {
         name: (place.point_jacobian(name) @ deflection[..., None])[0, :, 0] for name in machine.description.points}
@@ -169,7 +170,7 @@ def _check_balance(place: Placement, kkt: FloatArray, solution: FloatArray, righ
     if (error > limit).any():
         worst = int(np.argmax(error.max(axis=0)))
         fail("pose", f"coordinate {place.machine.coordinates[worst]} is pulled by {error.max():.4g} N or N m",
-             "free directions must be in balance at the described pose", "move the pose to its equilibrium, or give the "
+             "free directions must be in balance at the described pose", remedy="move the pose to its equilibrium, or give the "
              "direction a stiffness")
 
 

@@ -87,7 +87,7 @@ def _notes(machine: Machine) -> tuple[str, ...]:
 def _all_points(machine: Machine) -> tuple[Dof, ...]:
     if not machine.description.points:
         fail("outputs", "none, and the machine has no points", "must be point:direction labels",
-             "give the machine points")
+             remedy="give the machine points")
     return tuple(Dof(name, way) for name in machine.description.points for way in ("+x", "+y", "+z"))
 
 
@@ -134,7 +134,7 @@ def loop_basis(place: Placement) -> FloatArray | None:
     ranks = (singular > 1e-9 * singular.max(axis=-1, keepdims=True)).sum(axis=-1)
     if (ranks != ranks[0]).any():
         fail("poses", f"the number of independent loop constraints changes from {ranks.min()} to {ranks.max()}",
-             "must be the same over a batch", "a pose is singular: leave it out or assemble it alone")
+             "must be the same over a batch", remedy="a pose is singular: leave it out or assemble it alone")
     return np.swapaxes(vt[:, ranks[0]:], -1, -2)
 
 
@@ -149,7 +149,7 @@ def freedoms(machine: Machine) -> int:
 def _check_freedom(number: int) -> None:
     if number == 0:
         fail("machine", "no elastic or free direction", "must have one to vibrate",
-             "give its joints stiffness, for example stiffness: {rx: 4e5, ry: 4e5, rz: 1.2e5}")
+             remedy="give its joints stiffness, for example stiffness: {rx: 4e5, ry: 4e5, rz: 1.2e5}")
 
 
 def _projected(matrix: FloatArray, basis: FloatArray) -> FloatArray:

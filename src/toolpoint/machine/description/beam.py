@@ -74,10 +74,10 @@ class BeamSegment:
                 fail("diameter", "missing", "a segment needs a diameter, or width and height")
             if self.sleeve is not None or self.bore:
                 fail("sleeve" if self.sleeve is not None else "bore", "of a rectangular segment", "is for round ones",
-                     "give a diameter in place of width and height")
+                     remedy="give a diameter in place of width and height")
             return rectangle(self.width, self.height, e, density=rho, poisson=nu)
         if self.width is not None or self.height is not None:
-            fail("width", "given beside a diameter", "must be one or the other", "remove one of them")
+            fail("width", "given beside a diameter", "must be one or the other", remedy="remove one of them")
         shear = shear_coefficient(nu, self.bore / self.diameter)
         return ring(self.diameter, self.bore, e, density=rho, poisson=nu, shear=shear)
 

@@ -141,7 +141,7 @@ def _round_casting(boxes: tuple[CastingBox, ...], materials: dict[str, Material]
     for i, box in enumerate(boxes):
         if box.round != axis:
             fail(f"boxes[{i}].round", repr(box.round), f"must be {axis!r} as of the others",
-                 "a casting is of boxes, or of cylinders about one axis; join others as bodies fixed to it")
+                 remedy="a casting is of boxes, or of cylinders about one axis; join others as bodies fixed to it")
         size, centre = np.array(box.high) - np.array(box.low), (np.array(box.low) + np.array(box.high)) / 2
         if abs(size[first] - size[second]) > 1e-9 * size[first]:
             fail(f"boxes[{i}]", f"{size[first]:g} by {size[second]:g} m across {axis}", "must be square, a cylinder fits in it")

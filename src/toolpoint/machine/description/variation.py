@@ -34,7 +34,8 @@ class Factor:
         if not self.low < self.high:
             fail(f"factor {self.name}", f"low {self.low:g}, high {self.high:g}", "low must be below high (are they reversed?)")
         if not self.paths:
-            fail(f"factor {self.name}", "no paths", "must name at least one parameter", "for example bodies.link2.density")
+            fail(f"factor {self.name}", "no paths", "must name at least one parameter",
+                 remedy="for example bodies.link2.density")
         if self.kind == "scale" and self.low <= 0:
             fail(f"factor {self.name}", f"low {self.low:g}", "a scale must be above zero")
 
@@ -68,7 +69,8 @@ class Swap:
 
     def __post_init__(self) -> None:
         if len(self.options) < 2:
-            fail(f"swap {self.name}", f"{len(self.options)} options", "must be at least two", "the first is what stands now")
+            fail(f"swap {self.name}", f"{len(self.options)} options", "must be at least two",
+                 remedy="the first is what stands now")
 
     def index(self, share: float) -> int:
         """Return the option at a share (0 .. 1): all options have equal parts of it."""
@@ -119,7 +121,7 @@ def _paths(description: MachineDescription, factor: Factor) -> list[str]:
         hits = fnmatch.filter(known, pattern) if "*" in pattern else [pattern]
         if not hits:
             fail(f"factor {factor.name}", f"no parameter is like {pattern!r}", "must match at least one",
-                 suggestion(pattern, known))
+                 remedy=suggestion(pattern, known))
         result += hits
     return result
 

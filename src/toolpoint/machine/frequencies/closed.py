@@ -70,17 +70,17 @@ def solve_closed(machine: Machine, poses: Pose, number: int) -> tuple[FloatArray
 
 def _check(machine: Machine, chain: ClosedChain) -> None:
     if any(body.modal_count for body in machine.bodies):
-        fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", "use path='numpy'")
+        fail("path", "'compiled' for a machine with elastic bodies", "needs rigid bodies", remedy="use path='numpy'")
     if follows_axis(machine):
         fail("path", "'compiled' for a machine with a joint that follows an axis", "needs a stiffness that stands",
-             "use path='numpy'")
+             remedy="use path='numpy'")
     if machine.description.gravity is not None or machine.description.loads:
-        fail("path", "'compiled' for a machine with preload", "needs a stiffness without preload", "use path='numpy'")
+        fail("path", "'compiled' for a machine with preload", "needs a stiffness without preload", remedy="use path='numpy'")
     place = place_machine(machine)
     if not chain.passive or chain.closure.solved_as != "square" or any(
             loop_directions(place, loop) is not None for loop in machine.loops):
         fail("path", "'compiled' for these loops", "needs as many passive joints as closed directions, and loop joints that "
-             "are hinges, balls or fixed", "use path='numpy'")
+             "are hinges, balls or fixed", remedy="use path='numpy'")
 
 
 def _check_limits(chain: ClosedChain, poses: Pose, values: FloatArray, settled: BoolArray) -> None:

@@ -62,7 +62,8 @@ def _chunk(machine: Machine) -> int:
 def _whirling(machine: Machine, poses: Pose, number: int, path: str) -> FloatArray:
     """Frequencies of a machine with spinning bodies: forward and backward whirl, by the gyroscopic pencil."""
     if path == "compiled":
-        fail("path", "'compiled' for a machine with spinning bodies", "needs a machine at standstill", "use path='numpy'")
+        fail("path", "'compiled' for a machine with spinning bodies", "needs a machine at standstill",
+             remedy="use path='numpy'")
     parts = []
     for chunk in machine.chain.chunks(poses, _chunk(machine)):
         place = place_machine(machine, chunk)
@@ -111,7 +112,7 @@ def _inverse_factor(machine: Machine) -> FloatArray | None:
 def _compiled(machine: Machine, poses: Pose, number: int, factor: FloatArray | None) -> FloatArray:
     if factor is None:
         fail("path", "'compiled' for a machine with loops, preload, free directions or a joint that follows an axis",
-             "needs a constant, positive definite stiffness", "use path='numpy'")
+             "needs a constant, positive definite stiffness", remedy="use path='numpy'")
     from toolpoint.machine.frequencies import kernel
 
     diagonal, parts = _is_diagonal(factor), []

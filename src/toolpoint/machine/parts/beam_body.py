@@ -136,7 +136,8 @@ def _elements(description: BeamDescription, *, fine: bool) -> tuple[FloatArray, 
     if not description.segments:
         fail("segments", "none", "must be at least one")
     if not description.interfaces:
-        fail("interfaces", "none", "must be at least one", "a body is held by its interfaces: name: distance from the origin")
+        fail("interfaces", "none", "must be at least one",
+             remedy="a body is held by its interfaces: name: distance from the origin")
     ends = np.cumsum([0.0, *(segment.length for segment in description.segments.values())])
     for name, at in description.interfaces.items():
         if at > ends[-1] + _CLOSE:

@@ -84,7 +84,7 @@ def _check_interfaces(machine: Machine) -> None:
             moving = "" if may_slide or interface not in body.interfaces else "slides, and can be held by a joint only; "
             fail(path, "none" if interface is None else repr(interface),
                  f"{moving}must be of the interfaces of the elastic body {name}: {', '.join(known) or 'none'}",
-                 suggestion(str(interface), known) if interface else "")
+                 remedy=suggestion(str(interface), known) if interface else "")
 
 
 def _reduced(before: KeptBody | None, body: BodyDescription) -> KeptBody:

@@ -94,11 +94,11 @@ def _task(description: MachineDescription, links: Mapping[str, int]) -> tuple[Ta
         return None, ()
     if part.point not in description.points:
         fail("task.point", repr(part.point), f"must be of {', '.join(description.points)}",
-             suggestion(part.point, description.points))
+             remedy=suggestion(part.point, description.points))
     for name in part.axes:
         if name not in description.axes:
             fail("task.axes", f"no axis {name!r}", f"must be of {', '.join(description.axes)}",
-                 suggestion(name, description.axes))
+                 remedy=suggestion(name, description.axes))
     for name in part.coordinates:
         if name in description.axes:
             fail(f"task.coordinates.{name}", "is an axis of the machine too", "needs a name of its own")
@@ -122,14 +122,15 @@ def _with_limits(chain: ClosedChain, description: MachineDescription) -> ClosedC
         for way, span in joint.limits.items():
             if f"{name}.{way}" not in steps:
                 fail(f"joints.{name}.limits.{way}", "is no passive direction of a tree joint", "limits serve those only",
-                     f"passive are {', '.join(steps) or 'none'}; an axis has limits of its own, a loop joint largest_tilt")
+                     remedy=f"passive are {', '.join(steps) or 'none'}; an axis has limits of its own, a loop joint "
+                      "largest_tilt")
             limits[steps[f"{name}.{way}"]] = span
     modes: dict[str, dict[int, float]] = {}
     for mode, values in description.assembly_modes.items():
         unknown = [name for name in values if name not in steps]
         if unknown:
             fail(f"assembly_modes.{mode}.{unknown[0]}", "no such passive direction", f"must be of {', '.join(steps) or 'none'}",
-                 suggestion(unknown[0], steps))
+                 remedy=suggestion(unknown[0], steps))
         modes[mode] = {steps[name]: value for name, value in values.items()}
     chain = replace(chain, limits=limits, modes=modes)
     return chain.with_mode(description.assembly_mode) if description.assembly_mode else chain

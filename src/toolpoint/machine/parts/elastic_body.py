@@ -78,7 +78,7 @@ def reduce_in_parts(model: SolidModel, interfaces: Mapping[str, Patch | SlidingP
                     size: int | None = None, method: ReductionMethod | None = None, notes: tuple[str, ...] = ()) -> ReducedBody:
     """Return a free solid reduced as by `reduce_solid`, in parts that scale with modulus and density of its sets."""
     if not interfaces:
-        fail("interfaces", "none", "must be at least one", "a body is held by its interfaces")
+        fail("interfaces", "none", "must be at least one", remedy="a body is held by its interfaces")
     places = {name: within(f"interfaces.{name}", partial(_loads_of, model), place) for name, place in interfaces.items()}
     repeats = [np.full(columns, columns / 6) for columns in (place.columns.shape[1] for place in places.values())]
     rigid = model.rigid_motion()

@@ -65,7 +65,7 @@ def reduce_matrices(matrices: ImportedMatrices, interfaces: Mapping[str, PointGr
     places = {name: _place(matrices, group) for name, group in interfaces.items()}
     columns = [_weights(matrices, name, group, places[name]) for name, group in interfaces.items()]
     if not columns:
-        fail("interfaces", "none", "must be at least one", "a body is held by its interfaces")
+        fail("interfaces", "none", "must be at least one", remedy="a body is held by its interfaces")
     body = LargeBody(matrices.stiffness, matrices.mass, np.hstack(columns), rigid)
     reduction = reduce(body, method or ActingLoads(band), size)
     held = {name: Interface(places[name], weights.T @ reduction.vectors)
@@ -78,7 +78,7 @@ def _check_places(matrices: ImportedMatrices) -> None:
     missing = sorted({str(dof.point) for dof in matrices.dofs if dof.point not in matrices.coordinates})
     if missing:
         fail("matrices.coordinates", f"none for {len(missing)} points, the first {missing[0]}", "every point needs its place",
-             "give `coordinates`, point to (x, y, z) in m")
+             remedy="give `coordinates`, point to (x, y, z) in m")
 
 
 def build_matrices(body: MatricesBody) -> Body:
@@ -136,4 +136,4 @@ def _weights(matrices: ImportedMatrices, name: str, group: PointGroup, at: Float
             result[rows] = weight[:, None] * motion @ np.linalg.inv(motion.T @ (weight[:, None] * motion))
             return result
     fail(f"interfaces.{name}", f"{len(group.points)} points with {len(chosen)} rows", "must tell six motions apart",
-         "an interface of one point, or of points on a line, leaves a rotation open: take points around the place")
+         remedy="an interface of one point, or of points on a line, leaves a rotation open: take points around the place")

@@ -25,29 +25,29 @@ def joint_law(joint: JointDescription) -> LinearJoint:
     stiffness = joint.stiffness if joint.stiffness_matrix is None else np.array(joint.stiffness_matrix)
     damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
     if joint.stiffness_matrix is not None and joint.stiffness:
-        fail("stiffness_matrix", "given beside stiffness", "must come from one source", "remove one of them")
+        fail("stiffness_matrix", "given beside stiffness", "must come from one source", remedy="remove one of them")
     if joint.damping_matrix is not None and joint.damping:
-        fail("damping_matrix", "given beside damping", "must come from one source", "remove one of them")
+        fail("damping_matrix", "given beside damping", "must come from one source", remedy="remove one of them")
     return linear(stiffness, damping, joint.loss_factor, free=joint.free)
 
 
 def _law_of_parts(joint: JointDescription, law: LawDescription) -> LinearJoint:
     """Return the law of a joint from its guideways, screws, bearings and contacts, and stiffness named beside them."""
     if joint.stiffness_matrix is not None:
-        fail("stiffness_matrix", "given beside law", "must come from one source", "remove one of them")
+        fail("stiffness_matrix", "given beside law", "must come from one source", remedy="remove one of them")
     if joint.loss_factor and law.loss_factor:
-        fail("loss_factor", "given in the joint and in its law", "must come from one source", "remove one of them")
+        fail("loss_factor", "given in the joint and in its law", "must come from one source", remedy="remove one of them")
     beside = linear(joint.stiffness).stiffness
     total = law.stiffness + beside
     loose = [way for i, way in enumerate(DIRECTIONS) if not total[i].any() and way not in joint.free]
     if loose:
         fail("law", f"no stiffness along {', '.join(loose)}", "every direction must be held, free, or have stiffness",
-             f"add what holds it (a ball_screw?), stiffness: {{{loose[0]}: ...}}, or free: [{', '.join(loose)}]")
+             remedy=f"add what holds it (a ball_screw?), stiffness: {{{loose[0]}: ...}}, or free: [{', '.join(loose)}]")
     damping = joint.damping if joint.damping_matrix is None else np.array(joint.damping_matrix)
     result = linear(total, damping, joint.loss_factor or law.loss_factor, free=joint.free)
     if law.bearing is not None and law.bearing.follows and law.bearing.speed:
         fail("law.bearing.speed", f"{law.bearing.speed:g} rev/min beside follows: spin", "must be left out",
-             "the speed is that of the body that spins")
+             remedy="the speed is that of the body that spins")
     return _with_travel(result, joint, law)
 
 
@@ -79,7 +79,7 @@ def law_in(description: MachineDescription, name: str) -> LinearJoint:
         along = law.ball_screw.along
         if along not in (*driven_ways(description, name), *joint.passive):
             fail("law.ball_screw.follows", f"{law.ball_screw.follows!r}, but no axis drives {name} along {along}",
-                 "must be driven along the screw", "name the axis's direction in `along`, or remove follows")
+                 "must be driven along the screw", remedy="name the axis's direction in `along`, or remove follows")
     if law is None or law.bearing is None or not law.bearing.follows:
         return joint_law(joint)
     joint_law(joint)  # its own faults
@@ -87,7 +87,7 @@ def law_in(description: MachineDescription, name: str) -> LinearJoint:
     ends = [description.bodies[body] for body in (joint.parent, joint.child) if body in description.bodies]
     if all(body.spin is None for body in ends):
         fail("law.bearing.follows", "'spin', but neither body spins", "must join a spinning body",
-             f"give {joint.child} spin: {{speed: 12000 rpm}}, or give the bearing its speed")
+             remedy=f"give {joint.child} spin: {{speed: 12000 rpm}}, or give the bearing its speed")
     return joint_law(replace(joint, law=replace(law, bearing=replace(law.bearing, speed=speed, follows=""))))
 
 
@@ -105,13 +105,13 @@ def _screw_law(joint: JointDescription) -> LinearJoint:
     for name in ("stiffness", "damping", "free"):
         if getattr(joint, name):
             fail(name, "given beside screws", "speaks of directions, which a joint of screws has not",
-                 "give stiffness_matrix and damping_matrix over the screws")
+                 remedy="give stiffness_matrix and damping_matrix over the screws")
     if joint.stiffness_matrix is None:
         fail("stiffness_matrix", "missing", "a joint of screws needs it, one row and column a screw")
     if isinstance(joint.loss_factor, Mapping):
         fail("loss_factor", "values by direction", "a joint of screws has one for all")
     if joint.closes_loop:
         fail("screws", "in a joint that closes a loop", "must be a joint of the tree",
-             "close the loop at a joint of directions")
+             remedy="close the loop at a joint of directions")
     return screws(np.array(joint.screws), np.array(joint.stiffness_matrix),
                   None if joint.damping_matrix is None else np.array(joint.damping_matrix), loss_factor=joint.loss_factor)

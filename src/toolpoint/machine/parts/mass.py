@@ -56,13 +56,13 @@ def mass_properties(body: BodyDescription) -> MassProperties:
         return within("matrices", matrices_mass, body.matrices)
     if body.mesh is not None or body.shape is not None:
         if body.inertia is not None:
-            fail("inertia", "given beside a shape or a mesh", "must come from one source", "remove one of them")
+            fail("inertia", "given beside a shape or a mesh", "must come from one source", remedy="remove one of them")
         return _from_solid(body)
     if body.mass is None or body.inertia is None:
         missing = "mass" if body.mass is None else "inertia"
         fail(missing, "missing", "a body needs mass and inertia, or a shape, or a mesh with a density")
     if body.density is not None:
-        fail("density", "given beside mass and inertia", "serves a shape or a mesh only", "remove it")
+        fail("density", "given beside mass and inertia", "serves a shape or a mesh only", remedy="remove it")
     return MassProperties(body.mass, np.array(body.centre), body.inertia.tensor)
 
 
@@ -75,9 +75,10 @@ def check_sources(body: BodyDescription) -> None:
     kinds = [kind for kind in ELASTIC if getattr(body, kind) is not None]
     given = [name for name in ("mass", "inertia", "density", "shape", "mesh") if getattr(body, name) is not None]
     if kinds and given:
-        fail(given[0], f"given beside {kinds[0]}", "must come from one source", "remove it: finite elements have their mass")
+        fail(given[0], f"given beside {kinds[0]}", "must come from one source",
+             remedy="remove it: finite elements have their mass")
     if len(kinds) > 1:
-        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", "remove one")
+        fail(kinds[1], f"given beside {kinds[0]}", "must be one of them", remedy="remove one")
 
 
 def _from_solid(body: BodyDescription) -> MassProperties:
@@ -91,7 +92,7 @@ def _from_solid(body: BodyDescription) -> MassProperties:
         shape = body.shape
         assert shape is not None
         if shape.kind not in SHAPES:
-            fail("shape.kind", repr(shape.kind), f"must be of {', '.join(SHAPES)}", suggestion(shape.kind, SHAPES))
+            fail("shape.kind", repr(shape.kind), f"must be of {', '.join(SHAPES)}", remedy=suggestion(shape.kind, SHAPES))
         unit = SHAPES[shape.kind](shape, 1.0)
     factor = density if body.mass is None else body.mass / unit.mass
     centre = unit.centre if body.mesh is not None else np.zeros(3)

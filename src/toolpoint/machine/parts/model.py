@@ -145,7 +145,7 @@ class Machine(NotebookText):
         if body == GROUND:
             return -1
         if body not in self.body_names:
-            fail("body", f"no {body!r}", f"must be of {', '.join(self.body_names)}", suggestion(body, self.body_names))
+            fail("body", f"no {body!r}", f"must be of {', '.join(self.body_names)}", remedy=suggestion(body, self.body_names))
         return self.body_names.index(body)
 
     def with_values(self, values: Mapping[str, float]) -> Machine:

@@ -92,7 +92,7 @@ class Placement:
         """Return the motion (v, w) of a named point about itself per coordinate, machine axes, shape (P, 6, n)."""
         points = self.machine.description.points
         if name not in points:
-            fail("point", f"no {name!r}", f"must be of {', '.join(points) or 'none'}", suggestion(name, points))
+            fail("point", f"no {name!r}", f"must be of {', '.join(points) or 'none'}", remedy=suggestion(name, points))
         point = points[name]
         body = self.jacobian(self.machine.link(point.body), point.interface)
         result = body.copy()

@@ -19,7 +19,7 @@ def tool_pair(machine: Machine) -> ToolOnWork:
     """Return the tool and the work of a machine: tool point and direction, and table point (else the machine's origin)."""
     description = machine.description
     if description.tool is None:
-        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+        fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     link, tip = _place(machine, description.tool)
     if description.table is None:
         return ToolOnWork(link, tip, np.array(description.tool_axis))

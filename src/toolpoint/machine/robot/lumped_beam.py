@@ -61,7 +61,8 @@ def _section(name: str, member: RobotMember, along: int) -> tuple[float, float, 
 
 def _check_wall(name: str, inner: float) -> None:
     if inner < 0:
-        fail(f"members.{name}.wall", "thicker than half the section", "must leave it hollow", "leave it out for a solid member")
+        fail(f"members.{name}.wall", "thicker than half the section", "must leave it hollow",
+             remedy="leave it out for a solid member")
 
 
 def split(member: RobotMember, sense: float) -> tuple[RobotMember, RobotMember]:

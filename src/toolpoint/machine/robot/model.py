@@ -173,7 +173,8 @@ def calibrate_density(sheet: RobotDatasheet, meshes: Meshes | None = None) -> fl
     volume = sum(_filled_volume(name, member, dict(meshes or {})) for name, member in sheet.members.items()
                  if member.mass is None)
     if volume == 0:
-        fail("members", "none of unknown mass", "at least one must take up the rest of the weight", "leave the mass of one out")
+        fail("members", "none of unknown mass", "at least one must take up the rest of the weight",
+             remedy="leave the mass of one out")
     if sheet.weight <= rest:
         fail("weight", f"{sheet.weight:g} kg", f"must be above that of motors, reducers and known members, {rest:.3g} kg")
     return (sheet.weight - rest) / volume
@@ -192,7 +193,7 @@ def _body(name: str, member: RobotMember, density: float, meshes: Meshes) -> d.B
     if member.kind == "mesh":
         if name not in meshes:
             fail(f"members.{name}.mesh", member.mesh or "none", "its triangles must be given",
-                 "read the datasheet from its file")
+                 remedy="read the datasheet from its file")
     elif member.kind == "box":
         shape = d.ShapeDescription("box", size=_vector(np.array(member.size)))
     else:
@@ -221,7 +222,7 @@ class _Gathered:
         for number in range(len(self.sheet.axes) + 1):
             members = {name: part for name, part in self.sheet.members.items() if part.link == number}
             if not members:
-                fail("members", f"none of link {number}", "every link needs at least one", "a small one will do")
+                fail("members", f"none of link {number}", "every link needs at least one", remedy="a small one will do")
             link = f"link{number}"
             (name, first), *others = members.items()
             outward = (frames[number] if number < len(frames) else self.flange)[:3, 3] - np.array(first.at)
@@ -262,7 +263,7 @@ class _Gathered:
 
     def _solid(self, name: str) -> SolidBody:
         if name not in self.solids:
-            fail(f"members.{name}.mesh", "no finite elements", "must be given", "read the datasheet from its file")
+            fail(f"members.{name}.mesh", "no finite elements", "must be given", remedy="read the datasheet from its file")
         return self.solids[name]
 
     def _hold(self, start: Holder, end: Holder, cut: tuple[int, float, float] | None) -> None:

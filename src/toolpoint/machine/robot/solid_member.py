@@ -48,7 +48,8 @@ def solid_member(name: str, member: RobotMember, mass: float, *, sense: float) -
         inside = np.full(3, member.wall)
         inside[along] = min(ENDS * member.wall, _MOST_OF_LENGTH * size[along])
         if (2 * inside >= size).any():
-            fail(f"members.{name}.wall", f"{1e3 * member.wall:g} mm", "must leave it hollow", "leave it out for a solid member")
+            fail(f"members.{name}.wall", f"{1e3 * member.wall:g} mm", "must leave it hollow",
+                 remedy="leave it out for a solid member")
         boxes.append(CastingBox(_place(low + inside), _place(high - inside), window=True, round=turned))
         volume -= fill * float((size - 2 * inside).prod())
     material = ElasticMaterial(member.modulus, mass / volume, POISSON, member.loss_factor)

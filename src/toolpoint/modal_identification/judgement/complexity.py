@@ -57,7 +57,7 @@ def real_modes(modes: Modes) -> Modes:
     unscaled one is turned to its mean phase. The notes name the modes whose phase collinearity is below 0.9.
     """
     if modes.frequency.ndim > 1:
-        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
+        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
     if not np.iscomplexobj(modes.shape):
         return modes
     scaled = modes.scaling == "modal A"

@@ -46,7 +46,7 @@ def significance(modes: Modes, plus: str | int, minus: str | int,
     Unscaled modes are compared by their shapes relative to the rms of each; the peaks then have no unit.
     """
     if modes.frequency.ndim > 1:
-        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use at_pose(i)")
+        fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use at_pose(i)")
     ways = tuple(directions)
     relative = modes.shape_at([Dof(plus, way) for way in ways]) - modes.shape_at([Dof(minus, way) for way in ways])
     square = np.abs(relative.T) ** 2

@@ -74,7 +74,7 @@ def poles_with(frf: Frf, modes: Modes, choice: PoleChoice) -> tuple[ComplexArray
         for other in poles:
             if abs(s - other) < SAME * abs(other.real):
                 fail("choice.add", f"{abs(s) / (2 * np.pi):g} Hz", f"is there already as {abs(other) / (2 * np.pi):.5g} Hz",
-                     "leave it out, or remove that mode too")
+                     remedy="leave it out, or remove that mode too")
         residue = residues(frf, np.array([s])).values[:, :, 0]  # a start; the refinement sees all poles
         poles = np.append(poles, s)
         participation = np.column_stack([participation, np.linalg.svd(residue)[2][0].conj()])
@@ -122,7 +122,7 @@ def _removed(modes: Modes, frequencies: tuple[float, ...]) -> set[int]:
         if abs(near - f) > max(NEAR * float(modes.damping_ratio[k]) * near, NEAR_SHARE * f):
             fail("choice.remove", f"{f:g} Hz", f"must be the frequency of a mode; the nearest is {near:.5g} Hz")
         if k in gone:
-            fail("choice.remove", f"{f:g} Hz", f"means the mode at {near:.5g} Hz a second time", "name each mode once")
+            fail("choice.remove", f"{f:g} Hz", f"means the mode at {near:.5g} Hz a second time", remedy="name each mode once")
         gone.add(k)
     return gone
 
@@ -130,9 +130,10 @@ def _removed(modes: Modes, frequencies: tuple[float, ...]) -> set[int]:
 def _pole(frf: Frf, pole: AddedPole) -> complex:
     low, high = float(frf.frequency[0]), float(frf.frequency[-1])
     if not low <= pole.frequency <= high:
-        fail("choice.add", f"{pole.frequency:g} Hz", f"must be within the band, {low:g} .. {high:g} Hz", "widen the band")
+        fail("choice.add", f"{pole.frequency:g} Hz", f"must be within the band, {low:g} .. {high:g} Hz",
+             remedy="widen the band")
     if not 0 < pole.damping_ratio <= 0.5:
         fail("choice.add", f"damping ratio {pole.damping_ratio:g}", "must be above 0 and at most 0.5",
-             "it is a ratio: 0.02 is two per cent")
+             remedy="it is a ratio: 0.02 is two per cent")
     w = 2 * np.pi * pole.frequency
     return complex(-pole.damping_ratio * w, w * np.sqrt(1 - pole.damping_ratio**2))

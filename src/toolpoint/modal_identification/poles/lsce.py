@@ -73,7 +73,7 @@ def impulse_responses(frf: Frf) -> tuple[FloatArray, float]:
     first, last = round(frf.frequency[0] / step), round(frf.frequency[-1] / step)
     if abs(frf.frequency[0] - first * step) > 1e-3 * step:
         fail("frf.frequency", f"a start of {frf.frequency[0]:g} Hz with lines {step:g} Hz apart",
-             "must be a whole number of spacings for impulse responses", "use method='refined' or interpolate")
+             "must be a whole number of spacings for impulse responses", remedy="use method='refined' or interpolate")
     spectrum = np.zeros((last + 1, *frf.values.shape[1:]), complex)
     rms = np.sqrt((np.abs(frf.values) ** 2).mean(axis=0))
     spectrum[first:] = frf.values / np.where(rms > 0, rms, 1.0)
@@ -88,7 +88,7 @@ def lag_products(responses: FloatArray, order: int) -> FloatArray:
     samples = n - order
     if samples < order:
         fail("order", f"{order} with {n} samples of impulse response", "must be at most half of them",
-             "lower the order or measure with a finer line spacing")
+             remedy="lower the order or measure with a finer line spacing")
     result = np.empty((order + 1, inputs, order + 1, inputs))
     for j in range(order + 1):
         first = responses[j:j + samples].reshape(-1, inputs)

@@ -44,7 +44,7 @@ def poles_of_orders(frf: Frf, order: int = 60, step: int = 2, *, weight: FloatAr
     order = count("order", order, 2)
     if frf.frequency.size < order + 2:
         fail("order", f"{order} with {frf.frequency.size} lines", "must be smaller than the number of lines less two",
-             "lower the order or widen the band")
+             remedy="lower the order or widen the band")
     values, reference_scale = _weighted(frf.values, weight)
     # Coefficients are real and frequencies are never shifted: a shift makes poles near the start of the band wrong. The
     # small gap keeps the top of the band clear of z = -1, where a pole and its mirror image fall together.
@@ -113,7 +113,7 @@ def cholesky(normal: FloatArray, scale: float) -> FloatArray:
             return np.asarray(np.linalg.cholesky(normal + ridge * identity), float)
         except np.linalg.LinAlgError:
             ridge *= 10
-    fail("frf", "the normal matrix of the poles is not positive", "must be", "check the responses for corrupt values")
+    fail("frf", "the normal matrix of the poles is not positive", "must be", remedy="check the responses for corrupt values")
 
 
 def roots_of_order(factor: FloatArray, order: int, inputs: int) -> tuple[ComplexArray, ComplexArray]:

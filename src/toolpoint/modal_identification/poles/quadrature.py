@@ -89,7 +89,7 @@ def quadrature(
     if not peaks:
         fail("frf", "no peak of the imaginary part stands out of the noise",
              f"prominence must be {prominence:g} of the height, {floor:g} of the highest and {NOISE_FACTOR:g} noise",
-             "lower them, or widen the band")
+             remedy="lower them, or widen the band")
     return _modes(inside, sorted(peaks, key=lambda peak: peak.omega))
 
 

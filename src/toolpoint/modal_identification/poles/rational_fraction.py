@@ -68,7 +68,8 @@ class RationalFraction:
 
     def _fixed(self, frf: Frf, values: ComplexArray) -> Start:
         if self.modes is None:
-            fail("modes", "none", "must be given for the local method", "for example RationalFraction(local=True, modes=3)")
+            fail("modes", "none", "must be given for the local method",
+                 remedy="for example RationalFraction(local=True, modes=3)")
         modes = count("modes", self.modes)
         basis, upper = orthogonal(frf.omega / frf.omega[-1], 2 * modes + EXTRA)
         parts = [values[:, [k]] for k in range(values.shape[1])] if self.local else [values]
@@ -79,7 +80,8 @@ class RationalFraction:
             if s.size == modes:
                 orders.append(s[np.argsort(np.abs(s))])
         if not orders:
-            fail("modes", f"{modes} modes in no response", "must all lie within the band", "narrow the band or ask for fewer")
+            fail("modes", f"{modes} modes in no response", "must all lie within the band",
+                 remedy="narrow the band or ask for fewer")
         table = np.array(orders)
         poles = np.median(table.real, axis=0) + 1j * np.median(table.imag, axis=0)
         notes = () if len(orders) == len(parts) else (f"{len(parts) - len(orders)} of {len(parts)} responses did not show "

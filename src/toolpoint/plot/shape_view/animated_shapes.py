@@ -46,7 +46,7 @@ class AnimatedShapes:
         put(self, "frequency", floats("AnimatedShapes.frequency", np.atleast_1d(self.frequency)))
         if self.frequency.ndim != 1 or self.frequency.size == 0:
             fail("AnimatedShapes.frequency", f"shape {self.frequency.shape}", "must be (m,) with at least one mode",
-                 "for a batch of poses take one with modes.at_pose(i)")
+                 remedy="for a batch of poses take one with modes.at_pose(i)")
         m = self.frequency.size
         put(self, "damping_ratio", floats("AnimatedShapes.damping_ratio", np.broadcast_to(self.damping_ratio, (m,))))
         put(self, "displacement", complexes("AnimatedShapes.displacement", self.displacement, (m, None, 3)))
@@ -54,7 +54,7 @@ class AnimatedShapes:
             fail("AnimatedShapes.displacement", f"shape {self.displacement.shape}", f"must be ({m}, n, 3)")
         labels = tuple(str(label) for label in self.labels) or ("",) * m
         if len(labels) != m:
-            fail("AnimatedShapes.labels", f"{len(labels)} labels", f"must be {m}", "one for each mode")
+            fail("AnimatedShapes.labels", f"{len(labels)} labels", f"must be {m}", remedy="one for each mode")
         put(self, "labels", labels)
         n = self.displacement.shape[1]
         known = np.ones(n, bool) if self.known is None else np.array(self.known, bool)
@@ -76,7 +76,7 @@ class AnimatedShapes:
         free. Rotations and Dofs at points without coordinates are left out, the latter with a ToolpointWarning.
         """
         if modes.frequency.ndim > 1:
-            fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i) first")
+            fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use modes.at_pose(i) first")
         rows: dict[str | int, list[int]] = {point: [] for point in points}
         notes, lost = list(modes.notes), set()
         for i, dof in enumerate(modes.dofs):

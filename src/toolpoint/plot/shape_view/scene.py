@@ -94,7 +94,7 @@ class Scene:
         body = np.zeros(count, int) if self.node_body is None else self.node_body
         put(self, "node_body", _indices("Scene.node_body", body, None, len(names)))
         if self.node_body is None or self.node_body.shape != (count,):
-            fail("Scene.node_body", f"shape {np.shape(body)}", f"must be ({count},)", "one body index for each node")
+            fail("Scene.node_body", f"shape {np.shape(body)}", f"must be ({count},)", remedy="one body index for each node")
 
     @classmethod
     def of_boxes(cls, boxes: Iterable[Box]) -> Scene:

@@ -70,7 +70,7 @@ class ShapeView:
                      f"must be the {scene.nodes.shape[0]} nodes of its scene")
         if self.other is not None and self.other[1].count != self.shapes.count:
             fail("ShapeView.other", f"{self.other[1].count} modes beside {self.shapes.count}", "must be equally many",
-                 "pair the modes first and take shapes.selected([...]) of both")
+                 remedy="pair the modes first and take shapes.selected([...]) of both")
 
     @property
     def panes(self) -> tuple[tuple[Scene, AnimatedShapes, str], ...]:

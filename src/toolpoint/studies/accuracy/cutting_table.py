@@ -74,4 +74,4 @@ def check_regeneration(problem: MillingProblem) -> None:
     """Raise ToolpointError for cutters whose teeth do not follow each other alike: they have several delays."""
     if not problem.tool.is_regular or problem.tool.runout or problem.tool.tilt:
         fail("regenerative", "a cutter of unequal pitch, helix or run-out", "needs one delay",
-             "leave regeneration out, or `toolpoint mill`")
+             remedy="leave regeneration out, or `toolpoint mill`")

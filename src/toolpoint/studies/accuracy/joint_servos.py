@@ -145,7 +145,7 @@ def add_servos(machine: Machine, system: VaryingSystem, coordinates: tuple[str, 
     """
     n, count = system.size, len(servos) + sum(_inner(servo) for servo in servos.values())
     if len(coordinates) != n:
-        fail("servos", "a machine whose loops close", "must be a chain without loops here", "leave the servos out")
+        fail("servos", "a machine whose loops close", "must be a chain without loops here", remedy="leave the servos out")
     stiffness, viscous, mass = (_grown(matrix, count) for matrix in (system.stiffness, system.damping, system.mass))
     for (at, factors), joint, way in _driven(machine, coordinates, servos):
         part = machine.description.joints[joint]
@@ -224,7 +224,7 @@ def _driven(machine: Machine, coordinates: tuple[str, ...], servos: Mapping[str,
             way = drive.direction.lstrip("+-")
             if f"{drive.joint}.{way}" not in coordinates:
                 fail("servos", f"{name}: {drive.joint}.{way} is locked", "must be elastic there",
-                     "give the joint a stiffness in its driven direction")
+                     remedy="give the joint a stiffness in its driven direction")
             sense = -1.0 if drive.direction.startswith("-") else 1.0
             factors.setdefault((drive.joint, way), np.zeros(len(servos)))[i] += sense * drive.factor
     return [((coordinates.index(f"{joint}.{way}"), row), joint, way) for (joint, way), row in factors.items()]

@@ -196,7 +196,7 @@ def mill_side(machine: Machine, side: PathSide, setup: MillingSetup, *, cut: Cut
         check_regeneration(problem)
     if setup.with_energy and any(servo.feeds_energy for servo in (setup.servos or {}).values()):
         fail("with_energy", "servos with an integral part or sampled loops", "feed energy as they like: there is no balance",
-             "take their integral gains and sample times (to 1e-9 s) away for it")
+             remedy="take their integral gains and sample times (to 1e-9 s) away for it")
     top = float(side.law.sample(np.linspace(0, side.law.duration, 2001))[:, 1].max())
     arcs = _arcs(structure, setup, bed, problem.tool.diameter / 2)
 
@@ -233,7 +233,7 @@ def _arcs(structure: MovingStructure, setup: MillingSetup, bed: PixelBed | None,
     up = float(structure.axes[0][:, 2] @ side.place[:3, 2])
     if abs(up) < 0.99:
         fail("work", "a tool that leans to the plane of the path", "must stand upright on it for pixels",
-             "leave the block out: the cut's own arc holds then")
+             remedy="leave the block out: the cut's own arc holds then")
     return mill_bed(setup.work.bed() if bed is None else bed, side, radius, is_left=up > 0)
 
 

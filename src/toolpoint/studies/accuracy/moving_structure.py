@@ -139,7 +139,8 @@ def _systems(machine: Machine, place: Placement, batch: dict[str, FloatArray], r
     if description.damping_ratio is not None:
         system = damping.modal(system, description.damping_ratio)
     if system.damping is None or not np.any(system.damping):
-        fail("machine", "no damping", "what rings at the start would never die", "give damping_ratio, or damping to joints")
+        fail("machine", "no damping", "what rings at the start would never die",
+             remedy="give damping_ratio, or damping to joints")
     basis = equations(place)[-1]
     align = np.broadcast_to(np.eye(system.size), (place.poses, system.size, system.size)).copy()
     if basis is not None:  # null-space bases of neighbouring poses differ by a rotation that means nothing
@@ -158,7 +159,7 @@ def _cutter_axes(machine: Machine, side: PathSide, length: FloatArray, batch: di
     if across.min() < 0.2:
         k = int(across.argmin())
         fail("path", f"{side.name} runs along the tool's axis at {1e3 * length[k]:.4g} mm", "must run across it",
-             "drilling is no milling; turn the tool or the path")
+             remedy="drilling is no milling; turn the tool or the path")
     feed = feed / across[:, None]
     return np.stack([feed, np.cross(tool, feed), tool], axis=-1)
 

@@ -218,7 +218,7 @@ def run_side(structure: MovingStructure, system: VaryingSystem, setup: MillingSe
     kept, out, base = run.kept, run.out, run.base
     if not np.isfinite(out[:kept]).all() or np.abs(out[:kept, :3]).max(initial=0.0) > 0.1:
         fail("depth", f"{1e3 * setup.depth:g} mm at {setup.speed:g} rev/min", "the vibration grows without bound",
-             "the cut chatters: take it below the stable depth (toolpoint lobes)")
+             remedy="the cut chatters: take it below the stable depth (toolpoint lobes)")
     time = begin + (np.arange(kept) * keep + 1) * dt
     travelled = law.sample(time)
     after = _energy(system, state, float(law.sample(np.array([begin + steps * dt]))[0, 0]))

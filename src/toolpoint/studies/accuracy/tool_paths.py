@@ -106,7 +106,7 @@ def along_points(points: ArrayLike, *, place: FloatArray | None = None, feed: fl
         fail("points",
              f"a jump of {1e3 * step[k]:.4g} mm from point {k + 1} to {k + 2}, the others are {1e3 * np.median(step):.4g} mm "
              "apart",
-             "a path must be followed", "add the points between, or give the parts as paths of their own")
+             "a path must be followed", remedy="add the points between, or give the parts as paths of their own")
     n = len(step)
     path = Path(np.full(n, LINE), at[:-1], at[1:], np.zeros((n, 3)), np.zeros(n), np.tile([0, 1], (n, 1)),
                 np.full(n, float(feed)),
@@ -126,7 +126,7 @@ def sides_of(path: Path, *, place: FloatArray | None = None, feed: float | None 
     frame = np.eye(4) if place is None else floats("place", place, (4, 4))
     cutting = np.flatnonzero(~path.rapid & (path.lengths > 0))
     if not cutting.size:
-        fail("path", "no segment that cuts", "must have one", "positioning alone (G0) mills nothing")
+        fail("path", "no segment that cuts", "must have one", remedy="positioning alone (G0) mills nothing")
     turns = path.turns()
     groups: list[list[int]] = []
     for k in cutting:

@@ -109,7 +109,7 @@ def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None =
     planes = [plane for plane in SLOPES if f"+{plane}" in struck]
     if not planes:
         fail("frf", f"responses at {', '.join(map(str, frf.outputs))}", "must be of the gauge's stations "
-             f"{', '.join(gauge.stations) or '(it has none)'} along +x or +y", "name files like 1=+x__2=+x.txt")
+             f"{', '.join(gauge.stations) or '(it has none)'} along +x or +y", remedy="name files like 1=+x__2=+x.txt")
     return [identify_base(frf, gauge, plane, draws=draws, generator=generator) for plane in planes]
 
 

@@ -66,7 +66,7 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
     for k in used:
         if _AXES[k] not in labels:
             fail("direction", f"({n[0]:g}, {n[1]:g}, {n[2]:g}), force along ({f[0]:g}, {f[1]:g}, {f[2]:g})",
-                 f"the response along {_AXES[k]} is not known", f"known are {', '.join(labels.values())}")
+                 f"the response along {_AXES[k]} is not known", remedy=f"known are {', '.join(labels.values())}")
     known = [labels[_AXES[k]] for k in used]
     x, y, z = [*(known if len(known) > 1 else known * 2), None][:3]
     plane = plane_dynamics(response, x, y, z=z)
@@ -92,7 +92,7 @@ def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> Uncondition
     Production Engineering (1963) 465; Altintas, Manufacturing Automation, 2nd ed., section 4.2.
     """
     if problem.process_damping > 0:
-        fail("problem", "process damping", "its limit depends on the speed", "read it from the chart")
+        fail("problem", "process damping", "its limit depends on the speed", remedy="read it from the chart")
     f, g = _least_real(problem.plane)
     if g.real >= 0:
         return UnconditionalLimit(float("inf"), f, float(g.real), np.zeros(0))

@@ -144,11 +144,11 @@ def loop_margins(loop: ComplexArray) -> LoopMargins:
     """
     ends = np.abs(loop[[0, -1]]).max()
     if ends > 0.5:
-        fail("loop", f"{ends:.2g} at an end of its lines", "must be below 0.5 there", "take lines further down and up")
+        fail("loop", f"{ends:.2g} at an end of its lines", "must be below 0.5 there", remedy="take lines further down and up")
     turn = np.angle((1 + loop)[1:] / (1 + loop)[:-1])
     if np.abs(turn).max() > _TURN:
         fail("loop", f"1 + L turns by {np.abs(turn).max():.2g} rad between two lines", f"must be below {_TURN:g}",
-             "take more lines about the loop's poles, or a smaller gain")
+             remedy="take more lines about the loop's poles, or a smaller gain")
     start, end = np.angle(1 + loop[0]), np.angle(1 + loop[-1])
     turns = (float(turn.sum()) + start - end) / (2 * np.pi)
     # Crossings of the negative real axis, and of the unit circle.
@@ -209,7 +209,7 @@ def _largest_gain(loop: ComplexArray) -> float:
               for k in crossing]
     if not values:
         fail("loop", "no crossing of the negative real axis", "must have one: every actuator turns its force's sign somewhere",
-             "take lines from well below its own frequency")
+             remedy="take lines from well below its own frequency")
     return 1 / max(-value for value in values)
 
 

@@ -57,7 +57,7 @@ def _check_lines(modes: Modes, lines: FloatArray) -> None:
     worst = int(np.argmax(gap / np.maximum(width, 1e-300))) if inside.size else 0
     if inside.size and gap[worst] > 0.5 * width[worst]:
         fail("lines", f"{gap[worst]:.3g} Hz apart at mode {inside[worst] + 1}, whose half-power width is {width[worst]:.3g} Hz",
-             "must be two within it, or more", "take closer lines about the modes")
+             "must be two within it, or more", remedy="take closer lines about the modes")
 
 
 def damper_stiffness(omega: FloatArray, mass: float, natural: float, *, ratio: float) -> ComplexArray:

@@ -123,7 +123,7 @@ def run_hammer_test(
     top = 1.1 * float(modes.frequency[min(9, modes.count - 1)]) if highest is None else positive("highest", highest)
     decay = float((modes.damping_ratio * modes.omega).min())
     if decay <= 0:
-        fail("damping_ratio", "0", "must be above 0 for every mode", "a ring-down without end fits no block")
+        fail("damping_ratio", "0", "must be above 0 for every mode", remedy="a ring-down without end fits no block")
     block = float(np.log(1 / _LEFT) / decay)
     hammer = Hammer(contact=_PULSE / top, hits=hits, block=_REST * block, sample_rate=float(np.ceil(_RATE * top)))
     parts = []
@@ -167,7 +167,7 @@ def reachable_nodes(machine: FiniteElementMachine) -> tuple[IndexArray, list[lis
                 numbers.append(machine.starts[name] // 3 + i + 1)
                 normals.append(ways)
     if not numbers:
-        fail("machine", "no node on the outside of its parts' boxes", "must have some", "give nodes by hand")
+        fail("machine", "no node on the outside of its parts' boxes", "must have some", remedy="give nodes by hand")
     return np.array(numbers), normals
 
 

@@ -83,7 +83,7 @@ def face_problem(response: Frf, cut: CuttingDescription) -> MillingProblem:
 def mean_factors(problem: MillingProblem) -> FloatArray:
     """Return the mean directional matrix in the plane, Pa, (2, 2)."""
     if problem.mean_matrix.shape != (2, 2):
-        fail("cut", "axial force", "must be in the plane here", "leave the axial coefficient out")
+        fail("cut", "axial force", "must be in the plane here", remedy="leave the axial coefficient out")
     return problem.mean_matrix
 
 

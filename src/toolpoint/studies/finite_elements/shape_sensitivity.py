@@ -124,7 +124,7 @@ def _sensitivity(machine: FiniteElementMachine, pairs: EigenPairs, names: tuple[
                  functions: Functions) -> ShapeSensitivity:
     if at.size and at.max() >= pairs.count - 1:
         fail("pairs", f"{pairs.count} modes", f"must be at least {int(at.max()) + 2}, one more than the highest studied",
-             "solve for some more; it converges faster too")
+             remedy="solve for some more; it converges faster too")
     stiffness, mass = machine.matrices
     inverse = machine.inverse
     squares, vectors = polish(stiffness, mass, pairs, inverse=inverse)

@@ -162,5 +162,5 @@ def _den_hartog(modes: Modes, tool: Dof | str, place: Dof | str, mass: float) ->
     worst = int(np.argmax(strong))
     ratio = mass * float(shape_p[worst]) ** 2
     if ratio <= 0:
-        fail("place", str(place), "must move in a mode that moves the tool", "put the damper where the shape is large")
+        fail("place", str(place), "must move in a mode that moves the tool", remedy="put the damper where the shape is large")
     return float(modes.frequency[worst] / (1 + ratio)), float(np.sqrt(3 * ratio / (8 * (1 + ratio) ** 3)))

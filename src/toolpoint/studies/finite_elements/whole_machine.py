@@ -53,7 +53,7 @@ class PatchJoint:
             gap = float(np.linalg.norm(self.parent_patch.centre - self.child_patch.centre))
             if gap > _GAP:
                 fail(f"PatchJoint {self.name}", f"patches {1e3 * gap:.3g} mm apart", f"must be within {1e3 * _GAP:g} mm",
-                     "give both in the machine frame, where the parts touch")
+                     remedy="give both in the machine frame, where the parts touch")
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,7 +120,7 @@ class FiniteElementMachine:
         joints = tuple(replace(joint, parent=GROUND, parent_patch=None) for joint in self.joints if joint.child == part)
         if not joints:
             fail("part", repr(part), "must be carried by a joint as its child",
-                 f"one of {', '.join(dict.fromkeys(joint.child for joint in self.joints))}")
+                 remedy=f"one of {', '.join(dict.fromkeys(joint.child for joint in self.joints))}")
         points = {name: place for name, place in self.points.items() if place[0] == part}
         return FiniteElementMachine({part: self.parts[part]}, joints, points)
 
@@ -159,7 +159,7 @@ class FiniteElementMachine:
         if pairs.rigid_count:
             part = max(self.parts, key=lambda name: float(np.abs(self.shape_of(name, pairs)[:, 0]).max()))
             fail("joints", f"{pairs.rigid_count} motions without stiffness, of {part} most of all", "must hold every part",
-                 "a drive that is missing, or a joint with a zero?")
+                 remedy="a drive that is missing, or a joint with a zero?")
         return pairs
 
     def shape_of(self, part: str, pairs: EigenPairs) -> FloatArray:

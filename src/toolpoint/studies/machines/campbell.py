@@ -75,7 +75,8 @@ def map_speeds(machine: Machine, speeds: ArrayLike, modes: int = 8, *, pose: Map
     if n.size < 2:
         fail("speeds", f"{n.size}", "must be two or more")
     if not fastest_spin(machine.description):
-        fail("machine", "no body that spins", "must have one", "give the spindle's body spin: {speed: 12000 rpm, axis: z}")
+        fail("machine", "no body that spins", "must have one",
+             remedy="give the spindle's body spin: {speed: 12000 rpm, axis: z}")
     keep = count("modes", modes)
     parts = [_at_speed(machine, float(speed), dict(pose or {}), keep) for speed in n]
     frequency, whirl = (np.array([part[k] for part in parts]) for k in (0, 1))
@@ -96,7 +97,7 @@ def _at_speed(machine: Machine, speed: float, pose: Mapping[str, float], keep: i
 def _anchor(machine: Machine) -> list[str]:
     """Any point of the machine: only its equations are looked at."""
     if not machine.description.points:
-        fail("machine", "no points", "must have one", "give the machine a point")
+        fail("machine", "no points", "must have one", remedy="give the machine a point")
     return [f"{next(iter(machine.description.points))}:+x"]
 
 

@@ -103,7 +103,7 @@ def study_responses_of_machine(
     chosen = tuple(check_poses(poses) if poses is not None else machine.description.poses) or ({},)
     if not machine.description.damping_ratio and not _has_loss(machine):
         fail("machine", "no damping", "its responses would be infinite at every resonance",
-             "give damping_ratio, or loss_factor or damping to joints")
+             remedy="give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(machine, chosen) if frequency is None else increasing("frequency",
                                                                          np.atleast_1d(np.asarray(frequency, float)))
 
@@ -127,7 +127,7 @@ def _response(machine: Machine, pose: Mapping[str, float], outputs: Sequence[Dof
     description = machine.description
     if description.tool is None:
         fail("outputs", "none, and the machine names no tool", "must be point:direction labels",
-             "add 'tool: NAME' to the machine file, or name outputs")
+             remedy="add 'tool: NAME' to the machine file, or name outputs")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     batch = {name: np.atleast_1d(float(value)) for name, value in pose.items()}
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")], inputs=inputs)

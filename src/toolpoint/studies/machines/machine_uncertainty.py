@@ -96,7 +96,7 @@ class MachineUncertainty(NotebookText):
             left -= 1
         if left:
             fail("identified.covariance", f"{20 * count} draws gave {count - left} possible machines", f"must give {count}",
-                 "the numbers are known too badly for samples; measure more")
+                 remedy="the numbers are known too badly for samples; measure more")
 
     @property
     def _scale(self) -> FloatArray:

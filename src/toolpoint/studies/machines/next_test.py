@@ -87,7 +87,7 @@ def rank_tests(
     uncertainty = machine_uncertainty(machine)
     if uncertainty is None:
         fail("machine", "no identified numbers", "must hold them with their covariance (section identified)",
-             "make the machine with `toolpoint joints`")
+             remedy="make the machine with `toolpoint joints`")
     for name, value in (("frequency_deviation", frequency_deviation), ("damping_deviation", damping_deviation),
                         ("shape_deviation", shape_deviation)):
         positive(name, value)
@@ -145,7 +145,7 @@ def _log_compliance(machine: Machine, pose: Pose) -> FloatArray:
     """Return ln of the greatest |H| of tool against table along x, y or z over the modes, shape (1,)."""
     description = machine.description
     if description.tool is None:
-        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+        fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     system = assemble(machine, pose, [Dof.parse(f"{point}:{way}") for way in ("+x", "+y", "+z")])
     at = body_shapes(machine, pose).frequency

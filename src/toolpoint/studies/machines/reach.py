@@ -216,7 +216,7 @@ def _solver(machine: Machine, pair: ToolOnWork, direction: FloatArray, turn: flo
     if arm is not None:
         return _Arm(arm, pair, direction, turn, branch)
     if branch:
-        fail("branch", repr(branch), "serves arms of six turning joints with a spherical wrist", "leave it out")
+        fail("branch", repr(branch), "serves arms of six turning joints with a spherical wrist", remedy="leave it out")
     return _Iterative(machine.chain, pair, direction, turn)
 
 

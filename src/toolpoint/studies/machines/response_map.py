@@ -144,7 +144,7 @@ def _lines(machine: Machine, grid: Grid) -> FloatArray:
     frequency = pose_map(machine, _few(grid), _MODES).frequency
     moving = frequency[frequency > _STILL]
     if not moving.size:
-        fail("axes", "no pose that can be computed at their ends and middles", "must have one", "give `lines`")
+        fail("axes", "no pose that can be computed at their ends and middles", "must have one", remedy="give `lines`")
     return np.linspace(0.2 * float(moving.min()), 1.3 * float(moving.max()), _LINES)
 
 

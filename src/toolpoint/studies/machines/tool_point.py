@@ -84,7 +84,7 @@ def tool_point(
     """
     description = machine.description
     if description.tool is None:
-        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+        fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     poses = tuple(check_poses(poses) if poses is not None else description.poses) or ({},)
     batch = batch_of(machine, poses)
@@ -98,7 +98,7 @@ def tool_point(
     modes = _modes(unify_damping(system), description.damping_ratio)
     if not modes.damping_ratio.any():
         fail("machine", "no damping", "its FRF would be infinite at every resonance",
-             "give damping_ratio, or loss_factor or damping to joints")
+             remedy="give damping_ratio, or loss_factor or damping to joints")
     lines = _lines(modes) if frequency is None else increasing("frequency", np.asarray(frequency, float))
     return ToolPoint(machine, poses, point, modes, frequency_response.modal(modes, lines), axes)
 
@@ -148,7 +148,7 @@ def tool_axes(machine: Machine, pose: Pose | None = None, count: int = 1) -> Flo
     """Return the tool's x, y and z at a batch of poses as columns in the machine frame, shape (n_poses, 3, 3)."""
     description = machine.description
     if description.tool is None:
-        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+        fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     link = machine.link(description.points[description.tool].body)
     direction = np.array(description.tool_axis)
     if link >= 0:

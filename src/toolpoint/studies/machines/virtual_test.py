@@ -105,7 +105,7 @@ def surface_points(machine: Machine, number: int, rng: np.random.Generator) -> M
         if shape is not None and shape.size is not None:
             boxes[name] = (np.array(body.centre if body.draw_at is None else body.draw_at), np.array(shape.size))
     if not boxes:
-        fail("machine", "no body with a box", "must have bodies with a shape or drawn as one", "give points by hand")
+        fail("machine", "no body with a box", "must have bodies with a shape or drawn as one", remedy="give points by hand")
     areas = np.array([2 * (s[0] * s[1] + s[1] * s[2] + s[0] * s[2]) for _, s in boxes.values()])
     share = np.maximum(6, np.floor(number * areas / areas.sum())).astype(int)
     share[int(np.argmax(areas))] += number - share.sum()

@@ -53,7 +53,7 @@ def _names_in(frame: FloatArray, axes: Mapping[str, DrivenAxis]) -> dict[str, st
         if way is None:
             fail(f"axes.{name}", "neither along nor square to the other axis of its joint",
                  "must be for one joint to hold both",
-                 "leave one of them out, or give it a component of its own")
+                 remedy="leave one of them out, or give it a component of its own")
         result[name] = way
     return result
 

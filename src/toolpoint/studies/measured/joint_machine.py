@@ -64,7 +64,7 @@ def machine_of(joints: JointIdentification, components: Components, *, modes: Mo
     """
     whole = joints.machine
     if whole is None:
-        fail("joints", "no machine", "the masses of all components must be known", "give every component its body")
+        fail("joints", "no machine", "the masses of all components must be known", remedy="give every component its body")
     layouts = _layouts(whole, components)
     machine = _described(whole, whole.fit.x, components, layouts)
     measured = ReferenceDescription("measured", tuple(float(modes.frequency[i]) for i in whole.modes),

@@ -73,7 +73,7 @@ def systems(
     if slopes.damping is not None and np.abs(slopes.damping + np.swapaxes(slopes.damping, -1, -2)).max() < np.abs(
             slopes.damping).max():
         fail("parameters", "the density or a section of an elastic body that spins", "must be of a machine at standstill",
-             "take spin from the body while it is updated: its gyroscopic matrix has no place in a fit")
+             remedy="take spin from the body while it is updated: its gyroscopic matrix has no place in a fit")
     affine = AffineSystem(general.system(values), slopes, tuple(values.values()))
     other = {n: v * (1.1 + 0.4 * (k % 3)) if v else 1e-3 for k, (n, v) in enumerate(values.items())}
     return affine if _equal(affine.system(other), general.system(other)) else general
@@ -194,7 +194,8 @@ def problem(
             have, want = machine.value(name or p.name), factor * p.value
             if abs(have - want) > 1e-6 * max(abs(have), abs(want)):
                 fail("parameters", f"{name or p.name} is {have:.8g} in the machine, {want:.8g} by the parameter",
-                     "must agree at the start", "start from machine.with_values, or correct the value or the link's factor")
+                     "must agree at the start",
+                     remedy="start from machine.with_values, or correct the value or the link's factor")
     names = [n for p in given for n in (p.name, *p.links)]
     sets = (targets,) if isinstance(targets, Targets) else tuple(targets)
     poses = (pose,) * len(sets) if pose is None or isinstance(pose, Mapping) else tuple(pose)
@@ -257,7 +258,7 @@ def update(
     if targets is None:
         targets = default_targets([p if isinstance(p, str) else p.name for p in parameters], modes, frf)
     elif modes is not None or frf is not None:
-        fail("targets", "given beside modes or frf", "must hold them itself", "Targets(modes, frf, ...)")
+        fail("targets", "given beside modes or frf", "must hold them itself", remedy="Targets(modes, frf, ...)")
     task = problem(machine, parameters, targets, pose=pose)
     _say_silent(task)
     start = _led_by(machine, parameters, lead, pose, method, limit=limit, least=least_influence, restarts=restarts)

@@ -219,6 +219,6 @@ def _with_responses(result: ModelCorrelation, machine: Machine, frf: Frf, pose: 
             used.append((low, high))
             values.append(correlation.frac(measured.between(low, high), predicted.between(low, high)))
     if not used:
-        fail("bands", "none with three measured lines", "must hold some", "give bands within the measured lines")
+        fail("bands", "none with three measured lines", "must hold some", remedy="give bands within the measured lines")
     return replace(result, bands=np.array(used), frac=np.stack(values), measured_frf=measured, predicted_frf=predicted,
                    doubts=(*result.doubts, *question(measured), *question_responses(measured, predicted)))

@@ -50,9 +50,9 @@ class PointPairing:
         keep = [d for d in measured if d.point in self.pairs]
         if not keep:
             fail(what, f"no paired point ({self.status})", "must share points with the pairing",
-                 "toolpoint correlate: give --components, three of --pair TEST=MODEL, or a larger --furthest")
+                 remedy="toolpoint correlate: give --components, three of --pair TEST=MODEL, or a larger --furthest")
         if any(d.is_rotation for d in keep):
-            fail(what, "rotational Dofs", "points are paired for translations", "use at_dofs or selected first")
+            fail(what, "rotational Dofs", "points are paired for translations", remedy="use at_dofs or selected first")
         return keep
 
     @classmethod

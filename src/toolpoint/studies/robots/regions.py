@@ -139,7 +139,8 @@ def search_regions(machine: Machine, starts: ArrayLike, directions: ArrayLike, *
     if not good.size:
         reason = next((text for text in seen.reasons if text), "")
         fail("starts", f"{len(segments)} segments", "none can be reached whole and judged" + (f": {reason}" if reason else ""),
-             "take a shorter length or other places" + ("" if not seen.bounds.any() else ", or speeds that have a limit"))
+             remedy="take a shorter length or other places"
+                    + ("" if not seen.bounds.any() else ", or speeds that have a limit"))
     regions = [EvenSegment(ends[i, 0], ends[i, -1], segments[i]) for i in good]
     return RegionSearch(asked, float(length), tuple(sorted(regions, key=lambda r: r.total)), len(segments), samples,
                         _notes(seen))

@@ -94,7 +94,7 @@ def _followed(merit: FloatArray, reaches: Sequence[Reach], largest_step: float) 
         value = reward.max(axis=0) + np.where(np.isnan(merit[i]), -np.inf, merit[i])
         if not np.isfinite(value).any():
             fail(f"places[{i}]", "no turn leads on from the place before", f"an axis may move {largest_step:g} rad at most",
-                 "take places nearer to each other, or another branch")
+                 remedy="take places nearer to each other, or another branch")
     path = [int(value.argmax())]
     for i in range(len(merit) - 1, 0, -1):
         path.insert(0, int(back[i][path[0]]))

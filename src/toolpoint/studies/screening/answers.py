@@ -183,7 +183,7 @@ class PeriodicError:
     def evaluate(self, system: TipSystem, slopes: TipSystem | None) -> tuple[FloatArray, FloatArray]:
         """See `Answer.evaluate`."""
         if self.cut.feed_per_tooth <= 0:
-            fail("cut.feed_per_tooth", "0", "must be above zero", "the error hangs on the chip")
+            fail("cut.feed_per_tooth", "0", "must be above zero", remedy="the error hangs on the chip")
         table = cutting_table(cutting_problem(self.cut), speed=self.speed, depth=self.depth,
                               largest_feed=self.cut.feed_per_tooth,
                               steps=256)

@@ -68,7 +68,8 @@ def full_factorial(changes: Sequence[Change], levels: int = 2) -> ScreeningDesig
              else list(np.linspace(0, 1, count("levels", levels, 2))) for c in changes]
     number = int(np.prod([len(part) for part in steps]))
     if number > MOST_RUNS:
-        fail("changes", f"{number} combinations", f"must be at most {MOST_RUNS}", "take fewer levels, or a fractional design")
+        fail("changes", f"{number} combinations", f"must be at most {MOST_RUNS}",
+             remedy="take fewer levels, or a fractional design")
     return ScreeningDesign(f"full factorial, {levels} levels", tuple(changes), np.array(list(itertools.product(*steps))))
 
 
@@ -80,7 +81,7 @@ def fractional_factorial(changes: Sequence[Change], resolution: int = 4) -> Scre
     for change in changes:
         if isinstance(change, Swap) and len(change.options) != 2:
             fail(f"swap {change.name}", f"{len(change.options)} options", "a two-level design needs two",
-                 "take a full factorial")
+                 remedy="take a full factorial")
     if resolution not in (3, 4):
         fail("resolution", str(resolution), "must be 3 or 4")
     size = 1 << len(changes).bit_length()
@@ -124,5 +125,5 @@ def given_points(changes: Sequence[Change], points: FloatArray, labels: Sequence
     """Return a design of points (n, n_changes) of one's own, shares of the ranges."""
     at = floats("points", points, (None, len(changes)))
     if at.min() < 0 or at.max() > 1:
-        fail("points", f"{at.min():g} .. {at.max():g}", "must be within 0 .. 1", "shares of every range")
+        fail("points", f"{at.min():g} .. {at.max():g}", "must be within 0 .. 1", remedy="shares of every range")
     return ScreeningDesign("given points", tuple(changes), at, tuple(labels))

@@ -110,7 +110,7 @@ def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt |
     columns = (points - (ends[0] + ends[1]) / 2) / np.where(ends[1] > ends[0], ends[1] - ends[0], 1.0)
     matrix = np.column_stack([np.ones(len(points)), columns])
     if len(points) <= matrix.shape[1]:
-        fail("design", f"{len(points)} points for {matrix.shape[1]} numbers", "must be more", "take a larger fraction")
+        fail("design", f"{len(points)} points for {matrix.shape[1]} numbers", "must be more", remedy="take a larger fraction")
     solution, *_ = np.linalg.lstsq(matrix, values, rcond=None)
     rest = values - matrix @ solution
     variance = float(rest @ rest) / (len(points) - matrix.shape[1]) * np.linalg.inv(matrix.T @ matrix).diagonal()[1:]
@@ -127,7 +127,8 @@ def _contrasts(result: Screening, name: str) -> tuple[list[Effect], str, Doubt |
 def _indices(result: Screening, name: str, rng: np.random.Generator) -> tuple[list[Effect], str, Doubt | None]:
     values, d = result.metric(name)[0], len(result.design.changes)
     if np.isnan(values).any():
-        fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them", "narrow the ranges")
+        fail("screening", f"{int(np.isnan(values).sum())} failed variants", "indices need all of them",
+             remedy="narrow the ranges")
     n = len(values) // (d + 2)
     parts = values.reshape(d + 2, n)
     data: dict[str, FloatArray] = {"f_A": parts[0][None], "f_B": parts[1][None], "f_AB": parts[2:, None, :]}
@@ -153,7 +154,7 @@ def _correlations(result: Screening, name: str, rng: np.random.Generator) -> tup
         return np.linalg.lstsq(matrix, (answer - answer.mean()) / answer.std(), rcond=None)[0][1:]
 
     if len(good) <= points.shape[1] + 2:
-        fail("design", f"{len(good)} points", f"must be more than {points.shape[1] + 2}", "take more points")
+        fail("design", f"{len(good)} points", f"must be more than {points.shape[1] + 2}", remedy="take more points")
     central = partial(good)
     drawn = np.array([partial(rng.choice(good, good.size)) for _ in range(_RESAMPLES)])
     low, high = np.percentile(drawn, _LEVEL, axis=0)

@@ -58,7 +58,7 @@ def _affine_parts(machine: Machine, design: ScreeningDesign, pose: Mapping[str, 
     mass, stiffness = [], []
     for k, change in enumerate(design.changes):
         if not isinstance(change, Factor):
-            fail(f"swap {change.name}", "a swap", "only factors are fast here", "use screen")
+            fail(f"swap {change.name}", "a swap", "only factors are fast here", remedy="use screen")
         end = rest.copy()
         end[k] = 1.0 if rest[k] < 0.5 else 0.0
         other = _matrices(machine.rebuild(vary(machine.description, design.changes, list(map(float, end)))), pose)
@@ -92,4 +92,4 @@ def _check(machine: Machine, design: ScreeningDesign, pose: Mapping[str, float] 
                        row.size)[0]
         if np.abs(row / full - 1).max() > _LARGEST:
             fail("design", f"differs from the full model by {np.abs(row / full - 1).max():.2g} at point {int(i)}",
-                 "the matrices must be affine in the changes", "use screen")
+                 "the matrices must be affine in the changes", remedy="use screen")

@@ -119,7 +119,7 @@ def improve(machine: Machine, factors: Sequence[Factor], answer: Answer, *, goal
     error = abs(estimate / value - 1)
     if error > (_REDUCED if machine.reduced else _CLOSE):
         fail("factors", f"the full model differs by {error:.2g} at the solution", "the matrices must be affine in the factors",
-             "leave out sizes and places; stiffness, damping, mass and density are")
+             remedy="leave out sizes and places; stiffness, damping, mass and density are")
     met = value >= goal if answer.rises else value <= goal
     near = bool(machine.reduced) and abs(value / goal - 1) <= error
     interval = np.full(2, np.nan)
@@ -152,7 +152,7 @@ def _full_value(description: MachineDescription, factors: Sequence[Factor], shar
 def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
     description = machine.description
     if description.tool is None:
-        fail("tool", "none", "must name the point where the tool cuts", "add 'tool: NAME' to the machine file")
+        fail("tool", "none", "must name the point where the tool cuts", remedy="add 'tool: NAME' to the machine file")
     point = description.tool if description.table is None else f"{description.tool}-{description.table}"
     batch = {name: np.array([value]) for name, value in pose.items()}
     system = assemble(machine, batch, [f"{point}:{way}" for way in ("+x", "+y", "+z")], modal_damping=False)
@@ -166,7 +166,7 @@ def _tip_system(machine: Machine, pose: Pose) -> TipSystem:
     if description.damping_ratio is not None:
         loss = loss + 2 * description.damping_ratio * system.stiffness
     if not np.any(loss) and (system.damping is None or not np.any(system.damping)):
-        fail("machine", "no damping", "its response would be infinite", "give damping_ratio, or damping to joints")
+        fail("machine", "no damping", "its response would be infinite", remedy="give damping_ratio, or damping to joints")
     return TipSystem(system.mass, zero if system.damping is None else system.damping, loss, system.stiffness, maps.T)
 
 

@@ -42,7 +42,7 @@ class NamedMetrics:
         for name in self.names:
             one_of("metric", name.rsplit(" ", 1)[0] if name.startswith("frequency ") else name, METRICS)
             if name.startswith("frequency ") and not name.rsplit(" ", 1)[1].isdigit():
-                fail("metric", repr(name), "must end in the number of a mode", "frequency 1")
+                fail("metric", repr(name), "must end in the number of a mode", remedy="frequency 1")
 
     @property
     def identity(self) -> str:

@@ -97,7 +97,7 @@ class _Variant:
         branch = branch_of(self.changes, point[:size])
         if branch:
             if not hasattr(metric, "on_branch"):
-                fail("metric", type(metric).__name__, "knows no branches", "screen branches with an accuracy metric")
+                fail("metric", type(metric).__name__, "knows no branches", remedy="screen branches with an accuracy metric")
             metric = metric.on_branch(branch)
         answers = metric(build(described))
         return {"names": np.array(list(answers)), "values": np.array(list(answers.values()), float)}
@@ -128,7 +128,7 @@ def screen(
     check_changes(description, design.changes)
     if draws and (rng is None or not doubts):
         fail("draws", str(draws), "needs doubts and a random generator",
-             "give doubts=[Factor(...)], rng=numpy.random.default_rng(1)")
+             remedy="give doubts=[Factor(...)], rng=numpy.random.default_rng(1)")
     if doubts:
         check_changes(description, doubts)
     from toolpoint.machine.description.variation import resting_shares

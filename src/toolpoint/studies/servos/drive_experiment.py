@@ -145,7 +145,8 @@ def run_drives(
     turning = [name for name, axis in drives.axes.items() if axis.mechanics.kind == "reducer"]
     if turning:
         fail("drives", f"{', '.join(turning)} behind a reducer", "must be linear axes: a program or a circle is their path",
-             "`toolpoint drive FILE` alone gives loops of rotary axes, `toolpoint accuracy --drives` what they do to a path")
+             remedy="`toolpoint drive FILE` alone gives loops of rotary axes, `toolpoint accuracy --drives` what they do "
+                    "to a path")
     if (path is None) == (circle is None):
         fail("path, circle", "both" if path else "neither", "must be one of the two")
     say = progress or (lambda name: None)

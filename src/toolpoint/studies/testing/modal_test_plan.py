@@ -143,7 +143,7 @@ def plan_test(machine: Machine, number: int = 12, *, pose: Pose | None = None, h
     places = surface_points(machine, CANDIDATES, rng) if candidates is None else candidates
     if len(places.places) < number:
         fail("number", f"{number} points of {len(places.places)} that could be measured", "must not be more",
-             "name more points in the machine file, or ask for fewer")
+             remedy="name more points in the machine file, or ask for fewer")
     modes, notes = _modes(machine, places, pose, highest)
     progress("points", 0, 1)
     chosen = _struck(modes, modes.dofs, struck)

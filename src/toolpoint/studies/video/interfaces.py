@@ -94,7 +94,7 @@ def rank_interfaces(machine: Machine, videos: Sequence[VideoStudy],
     for video in videos:
         if not video.bodies:
             fail("videos", f"{video.scan.clip.name} has no bodies", "must show bodies of the machine",
-                 "give their regions, or a view that places the machine in the picture")
+                 remedy="give their regions, or a view that places the machine in the picture")
         motion, sigma, weight = _relative(machine, video, pose)
         motions.append(motion)
         weights.append(weight)

@@ -28,7 +28,8 @@ def body_regions(machine: Machine, view: View, shape: tuple[int, int], *, pose: 
             region = Region(int(low[0]), int(low[1]), int(high[0] - low[0] + 1), int(high[1] - low[1] + 1))
             seen.append((-float((corners @ view.normal).min()), name, region))
     if not seen:
-        fail("view", "no body of the machine lies in the picture", "must show them", "check scale, origin and directions")
+        fail("view", "no body of the machine lies in the picture", "must show them",
+             remedy="check scale, origin and directions")
     return {name: region for _, name, region in sorted(seen)}
 
 
@@ -45,5 +46,5 @@ def body_corners(machine: Machine, pose: Mapping[str, float] | None = None) -> d
         result[name] = tf.move(place.frames[0, machine.link(name)], centre + signs * np.array(box.size))
     if not result:
         fail("machine", "no body with a box", "must have bodies with a shape or drawn as one",
-             "state the bodies' regions by hand")
+             remedy="state the bodies' regions by hand")
     return result

@@ -42,7 +42,7 @@ def _responses(record: Record) -> Frf:
     first = int(np.argmax(energy)) + round(SETTLING * record.sample_rate)
     part = samples[first:]
     if len(part) < 64:
-        fail("record", f"{len(part)} samples after the largest", "must be 64 at least", "record longer after the blow")
+        fail("record", f"{len(part)} samples after the largest", "must be 64 at least", remedy="record longer after the blow")
     part = part - part.mean(axis=0)
     spectra = np.fft.rfft(part, axis=0)[1:] / record.sample_rate
     frequency = np.fft.rfftfreq(len(part), 1 / record.sample_rate)[1:]

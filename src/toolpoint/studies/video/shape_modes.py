@@ -34,7 +34,7 @@ def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, *, places
     for name, (owner, place) in places.items():
         if owner not in known:
             fail("places", f"no body {owner!r} in the video", f"must be of {', '.join(known) or 'none'}",
-                 suggestion(owner, list(known)))
+                 remedy=suggestion(owner, list(known)))
         body = known[owner]
         if "unknown" in body.orders:
             continue
@@ -43,6 +43,6 @@ def body_modes(poles: Modes, bodies: Sequence[BodyMotion], view: View, *, places
         variances.append((body.deviation_at(pixel)[0] * view.metres) ** 2)
         labels += [Dof(name, view.right), Dof(name, view.down)]
     if not rows:
-        fail("places", "none on a body whose motion is known", "must be one at least", "put texture on the bodies")
+        fail("places", "none on a body whose motion is known", "must be one at least", remedy="put texture on the bodies")
     return Modes(poles.frequency, poles.damping_ratio, np.concatenate(rows), tuple(labels), "unscaled",
                  covariance=poles.covariance, shape_variance=np.concatenate(variances))

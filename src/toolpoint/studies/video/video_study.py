@@ -242,7 +242,7 @@ def _steady(field: DisplacementField, scanned: Scan, still: Sequence[Region], me
     extra = rows.selected(np.flatnonzero(inside & (rows.sight > BLIND)))
     if len(extra.corners) == 0:
         fail("background", "no texture in it", "must show whether the camera moves",
-             "a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
+             remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
     joined = join_fields(field, measure(scanned, extra, method))
     steady = without_shake(joined, background_windows(joined, still))
     return steady.selected(np.arange(len(joined.windows.corners)) < len(field.windows.corners))

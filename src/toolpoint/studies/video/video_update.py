@@ -68,7 +68,7 @@ def update_from_videos(
     ranking = rank_interfaces(machine, videos, pose)
     if not paths and not ranking.moving:
         fail("videos", "no interface moves beyond doubt", "must be one at least to update",
-             "strike harder, put texture on both bodies, or name the parameters")
+             remedy="strike harder, put texture on both bodies, or name the parameters")
     damped = all(video.gives_damping for video in videos)
     names = list(paths) or [
         f"joints.{name}.{kind}.{way}" for name in ranking.moving for kind in (("stiffness",
@@ -93,5 +93,5 @@ def seen_places(machine: Machine, video: VideoStudy, pose: Mapping[str, float] |
         if point.body in shown}
     if not seen:
         fail("machine", f"no named point on a body seen in {video.scan.clip.name}", "must have one at least",
-             "write points on the bodies under 'points:'")
+             remedy="write points on the bodies under 'points:'")
     return seen

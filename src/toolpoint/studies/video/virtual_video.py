@@ -96,7 +96,7 @@ def _ringing(machine: Machine, struck: Dof, pose: Mapping[str, float] | None) ->
 def _scaled(motion: Motion, now: float, then: float) -> Motion:
     if now <= 0:
         fail("struck", "the blow moves nothing in the picture", "must have a part along it",
-             "strike in the plane of the picture")
+             remedy="strike in the plane of the picture")
     return lambda times: motion(times) * (then / now)
 
 

@@ -84,7 +84,7 @@ def _prior(problem: Problem, at: list[int], method: LeastSquares) -> FloatArray:
     without = [problem.parameters[j].name for j in at if problem.parameters[j].prior is None]
     if without:
         fail("parameters", f"no prior for {', '.join(without)}", "a Bayesian fit needs prior_sd for every parameter",
-             "give prior_sd, or use LeastSquares()")
+             remedy="give prior_sd, or use LeastSquares()")
     return np.array([1 / (problem.parameters[j].prior or 1.0) for j in at])
 
 
@@ -93,7 +93,7 @@ def _solved(solver: Solver, method: LeastSquares) -> object:
     start = solver.x0[solver.at]
     if method.algorithm == "lm":
         if np.isfinite(low).any() or np.isfinite(high).any():
-            fail("algorithm", "lm with bounds", "lm knows no bounds", "use 'trf' or 'dogbox', or remove the bounds")
+            fail("algorithm", "lm with bounds", "lm knows no bounds", remedy="use 'trf' or 'dogbox', or remove the bounds")
         low, high = np.full_like(low, -np.inf), np.full_like(high, np.inf)
     return least_squares(
         solver.residual, np.clip(start, low, high), solver.jacobian, (low, high), method.algorithm, method.tolerance,

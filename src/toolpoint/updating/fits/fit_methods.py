@@ -25,7 +25,7 @@ class LeastSquares:
         count("evaluations", self.evaluations)
         positive("tolerance", self.tolerance, 0.1)
         if self.algorithm == "lm" and self.loss != "linear":
-            fail("loss", self.loss, "lm knows only 'linear'", "use algorithm='trf'")
+            fail("loss", self.loss, "lm knows only 'linear'", remedy="use algorithm='trf'")
 
 
 @dataclass(frozen=True)

@@ -86,7 +86,8 @@ def multi_start(
         free = problem.names if limit is None else identifiability(
             problem, limit=limit, least_influence=least_influence).identifiable
     if not free:
-        fail("problem", "no parameter that the data can tell", "must be at least one", "measure more, or raise the limit")
+        fail("problem", "no parameter that the data can tell", "must be at least one",
+             remedy="measure more, or raise the limit")
     fits, failures = {}, {}
     for k, start in enumerate(_points(problem, rng, starts, spread, free)):
         try:
@@ -100,7 +101,7 @@ def multi_start(
             failures[k] = trial.status.removeprefix("doubtful: fit: ").split(";")[0]
     if not fits:
         fail("multi_start", f"none of {starts} starts reached a minimum ({next(iter(failures.values()))})",
-             "must be at least one", "start nearer, use a smaller spread, or more evaluations")
+             "must be at least one", remedy="start nearer, use a smaller spread, or more evaluations")
     optima = _distinct(fits)
     result = MultiStart(optima, failures)
     if result.rivals:

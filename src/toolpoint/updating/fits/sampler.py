@@ -180,7 +180,7 @@ class _Run:
         with np.load(path, allow_pickle=False) as kept:
             same = kept["chain"].shape[1:] == self.chain.shape[1:]
             if not same or not np.allclose(kept["mark"], self.mark, rtol=1e-6, atol=1e-9):
-                fail("folder", f"{path} holds samples of another problem", "must be of this one", "use an empty folder")
+                fail("folder", f"{path} holds samples of another problem", "must be of this one", remedy="use an empty folder")
             self.chain, self.accepted = kept["chain"], float(kept["accepted"])
             state = kept["state"]
             self.sampler.random_state = ("MT19937", kept["keys"], int(state[0]), int(state[1]), float(state[2]))
@@ -258,7 +258,7 @@ def _check(problem: Problem, at: list[int], walkers: int, ensembles: int) -> Non
     open_ones = [p.name for p in (problem.parameters[j] for j in at) if p.prior is None and not np.isfinite(p.bounds).all()]
     if open_ones:
         fail("parameters", f"neither prior nor two finite bounds for {', '.join(open_ones)}", "the posterior would be improper",
-             "give prior_sd, or low and high")
+             remedy="give prior_sd, or low and high")
 
 
 def require_emcee() -> None:

@@ -56,7 +56,7 @@ def coefficients(measured: Modes, predicted: Modes, weight: ArrayLike | None = N
     """
     if measured.count != predicted.count or measured.count == 0:
         fail("predicted", f"{predicted.count} modes for {measured.count}", "must be paired one to one",
-             "use `pair_modes` first")
+             remedy="use `pair_modes` first")
     given = np.ones(measured.count) if weight is None else weight
     shares = nonnegative("weight", floats("weight", given, (measured.count,)))
     if shares.sum() <= 0:

@@ -24,7 +24,7 @@ def check_correlation(name: str, value: Array, size: int) -> Array:
     if np.abs(matrix - matrix.conj().T).max() > 1e-9 or np.abs(np.diag(matrix) - 1).max() > 1e-9:
         fail(name, "not Hermitian or not one on its diagonal", "must be a correlation matrix")
     if np.linalg.eigvalsh(matrix)[0] <= 1e-10:
-        fail(name, "not positive definite", "must be", "shrink it towards the identity: 0.99 C + 0.01 I")
+        fail(name, "not positive definite", "must be", remedy="shrink it towards the identity: 0.99 C + 0.01 I")
     return matrix
 
 

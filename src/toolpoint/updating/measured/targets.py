@@ -78,7 +78,7 @@ class Targets:
             self._check_modes(self.modes)
         if self.frf is not None:
             if self.frf.values.ndim != 3:
-                fail("Targets.frf", repr(self.frf), "must be one pose", "use at_pose(i)")
+                fail("Targets.frf", repr(self.frf), "must be one pose", remedy="use at_pose(i)")
             if not np.abs(self.frf.values).max() > 0:
                 fail("Targets.frf", "zero everywhere", "must hold a response")
             object.__setattr__(self, "frf", self.frf.converted_to("receptance"))
@@ -94,9 +94,9 @@ class Targets:
 
     def _check_modes(self, modes: Modes) -> None:
         if modes.frequency.ndim != 1:
-            fail("Targets.modes", repr(modes), "must be one pose", "use at_pose(i)")
+            fail("Targets.modes", repr(modes), "must be one pose", remedy="use at_pose(i)")
         if (modes.frequency <= 0).any():
-            fail("Targets.modes", "a mode at 0 Hz", "must be above zero", "leave rigid-body modes out: modes.selected")
+            fail("Targets.modes", "a mode at 0 Hz", "must be above zero", remedy="leave rigid-body modes out: modes.selected")
         if not (np.abs(modes.shape) > 0).any(axis=0).all():
             fail("Targets.modes", "a shape that is zero at all Dofs", "must move somewhere")
         if not (self.frequency or self.damping or self.shape or self.mac):
@@ -160,7 +160,7 @@ class Targets:
             part = matrix[np.ix_(used, used)]
             if used and np.linalg.eigvalsh(part)[0] <= 0:
                 fail("Targets.modes", f"covariance of mode {r + 1} is not positive", "must be positive definite",
-                     "remove the covariance, then the assumed standard deviations count")
+                     remedy="remove the covariance, then the assumed standard deviations count")
             if used:
                 result[r][np.ix_(used, used)] = np.linalg.inv(np.linalg.cholesky(part))
         return result

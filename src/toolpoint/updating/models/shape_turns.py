@@ -75,7 +75,7 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, ratio
     omega = modal.omega[:keep]
     if (omega <= 0).any():
         fail("model", f"{int((omega <= 0).sum())} modes at 0 Hz or unstable", "must be held in all directions",
-             "raise the lower bounds of the stiffnesses, or ground the model")
+             remedy="raise the lower bounds of the stiffnesses, or ground the model")
     damping, damping_slopes = _damping(system, modal, keep, ratio)
     shape = system.output_map @ modal.vectors
     modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,

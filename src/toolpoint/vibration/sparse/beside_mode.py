@@ -95,4 +95,4 @@ def _complement(stiffness: csc_array, mass: csc_array, shift: FloatArray, right:
         direction = step + direction * np.where(power > 0, new / np.where(power > 0, power, 1.0), 0.0)
         power = new
     fail("vectors", f"solutions beside modes did not converge in {_STEPS} steps", "must hold enough of the lowest modes",
-         "ask for more modes than those whose shapes are studied")
+         remedy="ask for more modes than those whose shapes are studied")

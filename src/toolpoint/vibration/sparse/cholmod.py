@@ -18,11 +18,12 @@ class Cholmod:
         try:
             from sksparse import cholmod
         except ImportError:
-            fail("solver", "CHOLMOD", "needs the package scikit-sparse", "pip install scikit-sparse, or solver='multifrontal'")
+            fail("solver", "CHOLMOD", "needs the package scikit-sparse",
+                 remedy="pip install scikit-sparse, or solver='multifrontal'")
         try:
             self._factor = cholmod.cholesky(csc_matrix(matrix))
         except cholmod.CholmodNotPositiveDefiniteError:
-            fail("matrix", "not positive definite", "must be for CHOLMOD", "take solver='multifrontal'")
+            fail("matrix", "not positive definite", "must be for CHOLMOD", remedy="take solver='multifrontal'")
 
     def solve(self, right: FloatArray) -> FloatArray:
         """Return the solution for one right side (n,) or several (n, k)."""

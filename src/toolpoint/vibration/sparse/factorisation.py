@@ -145,5 +145,5 @@ def check_symmetric(name: str, matrix: SparseMatrix) -> csc_array:
     error = _asymmetry(columns)
     if error > _SYMMETRY * scale:
         fail(name, f"unsymmetric by {error:g} (largest entry {scale:g})", "must be symmetric",
-             "is only a triangle stored, or does it hold gyroscopic or follower terms?")
+             remedy="is only a triangle stored, or does it hold gyroscopic or follower terms?")
     return columns

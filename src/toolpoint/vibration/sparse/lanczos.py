@@ -97,7 +97,7 @@ def _dense_modes(search: _Search, number: int) -> EigenPairs:
     squares = np.where(np.abs(squares) <= _RIGID * search.shift, 0.0, squares)
     if (squares < 0).any():
         fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
-             "an element of negative stiffness, or a load beyond buckling?")
+             remedy="an element of negative stiffness, or a load beyond buckling?")
     return EigenPairs(squares, vectors[:, held] / np.sqrt(inverse[held]), np.zeros(len(held)),
                       float(np.sqrt(squares.max(initial=0.0))) / (2 * np.pi), search.pencil.solver_name,
                       "all modes found, by a dense solution")
@@ -133,7 +133,7 @@ class _Search:
         factors = self.pencil.inverse
         if factors.negative_pivots:
             fail("stiffness", f"{factors.negative_pivots} negative eigenvalues below {-self.shift:.3g} rad^2/s^2",
-                 "must be positive semidefinite", "an element of negative stiffness, or a load beyond buckling?")
+                 "must be positive semidefinite", remedy="an element of negative stiffness, or a load beyond buckling?")
         return factors
 
     def rank(self) -> int:
@@ -165,7 +165,7 @@ class _Search:
         number = self._count(top)
         if most is not None and number > most:
             fail("band", f"{number} of {self.rank()} modes lie below {np.sqrt(top) / (2 * np.pi):.4g} Hz",
-                 f"must be at most {most}", "the mesh carries no more: write a lower band or a finer "
+                 f"must be at most {most}", remedy="the mesh carries no more: write a lower band or a finer "
                  "mesh; are the units of band and modulus right?")
         basis = _Basis(self, max(number, 1))
         for _ in range(4):
@@ -186,7 +186,7 @@ class _Search:
         squares = np.where(np.abs(squares) <= _RIGID * self.shift, 0.0, squares)
         if (squares < 0).any():
             fail("stiffness", f"eigenvalue {squares.min():g} rad^2/s^2", "must not be negative",
-                 "an element of negative stiffness, or a load beyond buckling?")
+                 remedy="an element of negative stiffness, or a load beyond buckling?")
         return EigenPairs(squares, vectors, residual, float(counted), self.pencil.solver_name, status)
 
 

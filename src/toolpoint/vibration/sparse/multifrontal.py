@@ -86,4 +86,4 @@ def _refuse(plan: EliminationPlan, place: int) -> None:
     if place < 0:
         return
     fail("matrix", f"no usable pivot in row {int(plan.order[place])}", "must have an inverse, as its leading parts must",
-         "hold the body, or shift a free body's stiffness: K + s M with s above zero; move a shift off an eigenvalue")
+         remedy="hold the body, or shift a free body's stiffness: K + s M with s above zero; move a shift off an eigenvalue")

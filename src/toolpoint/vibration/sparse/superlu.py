@@ -19,10 +19,10 @@ class SuperLu:
             self._factor = splu(matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True})
         except RuntimeError as error:
             fail("matrix", f"singular ({error})", "must have an inverse",
-                 "hold the body, or shift a free body's stiffness: K + s M with s above zero")
+                 remedy="hold the body, or shift a free body's stiffness: K + s M with s above zero")
         if not np.array_equal(self._factor.perm_r, self._factor.perm_c):
             fail("matrix", "a pivot off the diagonal", "must be factorised with diagonal pivots",
-                 "move the shift away from an eigenvalue")
+                 remedy="move the shift away from an eigenvalue")
         self.negative_pivots = int((self._factor.U.diagonal() < 0).sum())
 
     def solve(self, right: FloatArray) -> FloatArray:

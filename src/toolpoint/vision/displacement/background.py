@@ -48,7 +48,7 @@ def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementFie
     used = still[window]
     if used.sum() < FEWEST_DIRECTIONS:
         fail("background", f"{int(used.sum())} measured directions in it", f"must be {FEWEST_DIRECTIONS} at least",
-             "a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
+             remedy="a plain wall shows no motion: put a fixed pattern there, or use a stiff tripod")
     centres = field.windows.centres
     middle = centres[still].mean(axis=0)
     length = float(np.ptp(centres, axis=0).max())

@@ -53,7 +53,7 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
     """
     chosen = METHODS[one_of("method", method, METHODS)] if isinstance(method, str) else method
     if len(windows.corners) == 0:
-        fail("windows", "none", "must be one at least", "choose points where the picture has texture")
+        fail("windows", "none", "must be one at least", remedy="choose points where the picture has texture")
     clip = scanned.clip
     run, covariance, lost = chosen.prepare(scanned.reference, windows)
     values = np.empty((scanned.survey.frames, len(windows.corners), 2), np.float32)

@@ -82,7 +82,8 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, *, sid
     rows, columns = reference.picture.shape
     margin = side // 2 + 6
     if min(rows, columns) <= 2 * margin:
-        fail("window", f"{side} pixels in a picture of {columns} x {rows}", "must leave room to move", "take a smaller one")
+        fail("window", f"{side} pixels in a picture of {columns} x {rows}", "must leave room to move",
+             remedy="take a smaller one")
     size = np.linalg.eigvalsh(reference.information(side))
     size[:margin], size[-margin:], size[:, :margin], size[:, -margin:] = 0.0, 0.0, 0.0, 0.0
     score = np.maximum(size[..., 0], 1e-3 * size[..., 1])
@@ -97,7 +98,7 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, *, sid
     places.sort(reverse=True)
     if not places:
         fail("clip", "no texture", "needs edges or corners that move",
-             "stick or spray a pattern on the machine, light it, focus")
+             remedy="stick or spray a pattern on the machine, light it, focus")
     corners = np.array([(y - side // 2, x - side // 2) for _, y, x in places])
     windows = windows_at(reference, corners, side, saturated=survey.saturated)
     return windows.selected(np.flatnonzero(windows.sight > BLIND)[:count])

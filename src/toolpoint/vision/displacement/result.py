@@ -98,7 +98,7 @@ class DisplacementField(NotebookText):
         view = view or View()
         part = self if windows is None else self.selected(windows)
         if not (part.windows.sight > BLIND).any():
-            fail("record", "no window that sees motion", "must be one at least", "add texture, light or focus")
+            fail("record", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
         values, _, window, direction = part.measured()
         factor = 1.0 if view.scale is None else view.scale
         labels = [_label(int(w) + 1, d, view) for w, d in zip(window, direction, strict=True)]

@@ -65,7 +65,7 @@ def survey_clip(clip: Clip, progress: Progress | None = None) -> Survey:
     for frames in clip.chunks():
         if (at + len(frames)) * (rows // side) * (columns // side) > MOST_VALUES:
             fail("clip", f"more than {at} frames of {columns} x {rows} pixels", "is too long to be surveyed at once",
-                 "cut it to the decay, or state a region")
+                 remedy="cut it to the decay, or state a region")
         means = np.empty((len(frames), rows // side, columns // side), np.float32)
         sum_blocks(frames, side, means, extremes, clip.white)
         before = [last, *frames[:-1]] if last is not None else [None, *frames[:-1]]
@@ -76,7 +76,7 @@ def survey_clip(clip: Clip, progress: Progress | None = None) -> Survey:
         if progress is not None:
             progress("reading frames", at, 0)
     if at < FEWEST_FRAMES:
-        fail("clip", f"{at} frames", f"must be {FEWEST_FRAMES} at least", "film longer")
+        fail("clip", f"{at} frames", f"must be {FEWEST_FRAMES} at least", remedy="film longer")
     whole = np.concatenate(parts)
     return Survey(at, side, whole, extremes / max(sampled, 1), tuple(repeats), _quiet(whole), _alike(whole),
                   _stamps(clip))

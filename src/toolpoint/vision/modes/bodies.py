@@ -187,7 +187,8 @@ def _choose(rows: FloatArray, values: ComplexArray, terms: FloatArray, spread: F
             wider = max(1.0, misfit / freedom)
             best = (score, order, turn.T @ (parts[:, 0] + 1j * parts[:, 1]), turn.T @ inverse @ turn * wider, misfit / freedom)
     if best is None:
-        fail("bodies", f"{len(rows)} measured directions", "are too few for any motion", "take a larger region or more texture")
+        fail("bodies", f"{len(rows)} measured directions", "are too few for any motion",
+             remedy="take a larger region or more texture")
     return best[1], best[2], best[3], best[4]
 
 

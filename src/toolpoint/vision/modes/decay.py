@@ -86,14 +86,14 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
     """
     values, sigma, _, _ = field.measured()
     if values.shape[1] == 0:
-        fail("field", "no window that sees motion", "must be one at least", "add texture, light or focus")
+        fail("field", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
     scaled = np.divide(values, sigma, out=values)  # in place: of a long clip this is the largest array
     scaled -= scaled.mean(axis=0)
     first = _onset(scaled, field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
     last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * field.frame_rate))
     if last - first < FEWEST_FRAMES or first < 0:
         fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
-             "film longer after the blow, or state where the decay starts and stops")
+             remedy="film longer after the blow, or state where the decay starts and stops")
     part = scaled[first:last]
     part -= part.mean(axis=0)
     left, singular, right = _svd(part)
@@ -104,7 +104,7 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
         fail("field", "no motion stands out of the noise of the camera",
              f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the "
              "noise's)",
-             "strike harder, come closer, light better; motion along the line of sight does not show")
+             remedy="strike harder, come closer, light better; motion along the line of sight does not show")
     return FreeDecay(left[:, kept] * singular[kept], right[kept].T, singular / edge, first, field.frame_rate)
 
 

@@ -67,7 +67,7 @@ def decay_basis(poles: ComplexArray, times: FloatArray, lines: Sequence[float] =
     condition = np.linalg.cond(columns / size)
     if condition > LARGEST_CONDITION:
         fail("poles", ", ".join(f"{abs(p) / 2 / np.pi:.4g} Hz" for p in s), "the frames cannot tell them apart",
-             "leave one out, or film longer; at this frame rate two of them may be aliases of each other")
+             remedy="leave one out, or film longer; at this frame rate two of them may be aliases of each other")
     weights = np.linalg.pinv(columns / size) / size[:, None]
     return DecayBasis(columns, s, weights @ weights.T, weights)
 

@@ -51,7 +51,7 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
     common = [dof for dof in first.dofs if dof in second.dofs]
     if not common:
         fail("join_views", "no common point and direction", "must be one at least",
-             "both planes show z: name points that both see")
+             remedy="both planes show z: name points that both see")
     extra = [dof for dof in second.dofs if dof not in first.dofs]
     kept, pairs, deviations, notes = [], [], [], []
     for i in range(first.count):
@@ -73,7 +73,7 @@ def join_views(first: Modes, second: Modes, *, frequency_shift: float = 0.01) ->
         deviations.append(float(np.sqrt(noise)))
     if not kept:
         fail("join_views", "; ".join(notes) or "no modes", "must have a mode that both videos show in their common direction",
-             "use the videos apart: each plane updates its own parameters")
+             remedy="use the videos apart: each plane updates its own parameters")
     at = [i for i, _ in pairs]
     modes = Modes(first.frequency[at], first.damping_ratio[at], np.stack(kept, axis=1), (*first.dofs, *extra), "unscaled",
                   covariance=None if first.covariance is None else first.covariance[at])

@@ -47,7 +47,7 @@ def read(
     place = Path(path)
     kind = _kind(place)
     if shape is not None and kind not in RAW:
-        fail("shape", f"{shape} for {place.name}", "is for plain binary frames only", "leave it out")
+        fail("shape", f"{shape} for {place.name}", "is for plain binary frames only", remedy="leave it out")
     if kind == "folder":
         clip = images.read(place, frame_rate)
     elif kind in ARRAYS:
@@ -60,7 +60,8 @@ def read(
         clip = video.read(place, frame_rate, scratch)
         if row_delay and video.is_turned(clip):
             fail("row_delay", f"{row_delay:g} s for {place.name}, which is turned by its metadata",
-                 "rows of the sensor are not rows of the picture", "remove the rotation from the file, or leave the delay out")
+                 "rows of the sensor are not rows of the picture",
+                 remedy="remove the rotation from the file, or leave the delay out")
     clip = Clip(clip.source, clip.frame_rate, row_delay, None, place.name, clip.doubts, clip.is_lossy)
     return clip if region is None else clip.cropped_to(region.within(clip.shape))
 
@@ -69,7 +70,7 @@ def _kind(place: Path) -> str:
     try:
         mode = place.stat().st_mode
     except OSError as error:
-        fail("path", str(place), f"cannot be read ({error.strerror})", "check the name and the folder")
+        fail("path", str(place), f"cannot be read ({error.strerror})", remedy="check the name and the folder")
     if stat.S_ISDIR(mode):
         return "folder"
     if not stat.S_ISREG(mode):
@@ -77,5 +78,5 @@ def _kind(place: Path) -> str:
     kind = place.suffix.lower()
     if kind not in (*VIDEOS, *ARRAYS, *RAW):
         fail("path", place.name, f"must end in one of {' '.join((*VIDEOS, *ARRAYS, *RAW))}, or be a folder of images",
-             "convert the video, for example to a folder of PNG images")
+             remedy="convert the video, for example to a folder of PNG images")
     return kind

@@ -47,7 +47,8 @@ def read(folder: Path, frame_rate: float) -> Clip:
         fail("path", f"{len(paths)} images in {folder}", f"must be two at least, of {' '.join(IMAGES)}")
     kinds = {path.suffix.lower() for path in paths}
     if len(kinds) > 1:
-        fail("path", f"{folder.name} holds images of {', '.join(sorted(kinds))}", "must be of one kind", "move the others away")
+        fail("path", f"{folder.name} holds images of {', '.join(sorted(kinds))}", "must be of one kind",
+             remedy="move the others away")
     paths.sort(key=_number)
     first = read_image(paths[0])
     doubts = _gaps(paths)

@@ -37,7 +37,7 @@ class FrameFile:
                 data = np.fromfile(file, kind, number * rows * columns)
                 if data.size != number * rows * columns:
                     fail("path", f"{self.path.name} ends in frame {start + data.size // (rows * columns)} of {self.frames}",
-                         "must hold whole frames", "it was changed while it was read, or cut")
+                         "must hold whole frames", remedy="it was changed while it was read, or cut")
                 yield data.reshape(number, rows, columns).astype(kind.newbyteorder("="), copy=False)
 
 
@@ -47,7 +47,8 @@ def read_array(path: Path, frame_rate: float, bits: int | None = None) -> Clip:
         with path.open("rb") as file:
             version = np.lib.format.read_magic(file)
             if version not in _HEADERS:
-                fail("path", f"{path.name} is of version {version}", "must be 1.0 or 2.0", "save it anew with numpy.save")
+                fail("path", f"{path.name} is of version {version}", "must be 1.0 or 2.0",
+                     remedy="save it anew with numpy.save")
             shape, by_columns, kind = _HEADERS[version](file)
             offset = file.tell()
     except ToolpointError:
@@ -57,7 +58,7 @@ def read_array(path: Path, frame_rate: float, bits: int | None = None) -> Clip:
                              argument="path") from None
     if len(shape) != 3 or kind.kind != "u" or kind.itemsize > 2 or by_columns:
         fail("path", f"{path.name} holds {kind} of shape {shape}" + (", by columns" if by_columns else ""),
-             "must be (frames, rows, columns) of uint8 or uint16, by rows", "scale, round and save it anew")
+             "must be (frames, rows, columns) of uint8 or uint16, by rows", remedy="scale, round and save it anew")
     return _clip(path, offset, tuple(int(n) for n in shape), frame_rate=frame_rate, bits=bits or 8 * kind.itemsize,
                  big_endian=kind.str[0] == ">")
 
@@ -65,14 +66,15 @@ def read_array(path: Path, frame_rate: float, bits: int | None = None) -> Clip:
 def read_binary(path: Path, frame_rate: float, shape: tuple[int, int] | None, *, bits: int | None = None) -> Clip:
     """Return the clip of plain frames (rows by columns, little-endian) of a stated shape."""
     if shape is None:
-        fail("shape", "not given", f"{path.name} does not say it", "state rows and columns")
+        fail("shape", "not given", f"{path.name} does not say it", remedy="state rows and columns")
     rows, columns = (count("shape", n, SMALLEST) for n in shape)
     bits = bits or 8
     wide = 2 if bits > 8 else 1
     size, frame = path.stat().st_size, rows * columns * wide
     if size % frame or size < 2 * frame:
         fail("shape", f"{columns} x {rows} pixels of {wide} bytes are {frame} bytes, the file has {size}",
-             f"must be a whole number of frames, two at least ({size / frame:.3f} here)", "correct the shape or the bits")
+             f"must be a whole number of frames, two at least ({size / frame:.3f} here)",
+             remedy="correct the shape or the bits")
     return _clip(path, 0, (size // frame, rows, columns), frame_rate=frame_rate, bits=bits)
 
 
@@ -85,5 +87,5 @@ def _clip(path: Path, offset: int, shape: tuple[int, ...], *, frame_rate: float,
              f"must be two frames at least, {SMALLEST} to {LARGEST} pixels wide and high")
     held, need = path.stat().st_size - offset, frames * rows * columns * (2 if bits > 8 else 1)
     if held < need:
-        fail("path", f"{path.name} has {held} bytes of frames", f"its header says {need}", "it was cut: copy it again")
+        fail("path", f"{path.name} has {held} bytes of frames", f"its header says {need}", remedy="it was cut: copy it again")
     return Clip(FrameFile(path, offset, frames, (rows, columns), bits, big_endian), frame_rate, name=path.name)

@@ -83,7 +83,8 @@ class VideoFrames:
                 for frame in container.decode(stream):
                     if (frame.height, frame.width) != self.header.shape:
                         fail("path", f"{self.path.name}: frame {len(self.times)} is {frame.width} x {frame.height} pixels",
-                             f"must be like the first, {self.header.shape[1]} x {self.header.shape[0]}", "cut the video there")
+                             f"must be like the first, {self.header.shape[1]} x {self.header.shape[0]}",
+                             remedy="cut the video there")
                     self.times.append(float("nan") if frame.time is None else float(frame.time))
                     yield np.ascontiguousarray(np.rot90(luminance(frame, self.header.bits), self.header.turns))
         except ToolpointError:

@@ -217,7 +217,7 @@ def _affordable(nodes: ArcNodes, speed: float) -> None:
     size = nodes.angle.size
     if size > LARGEST:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times tooth period)",
-             f"must be at most {LARGEST}", "leave out the modes far above the chatter band, raise the "
+             f"must be at most {LARGEST}", remedy="leave out the modes far above the chatter band, raise the "
              "least speed, or use ZeroOrder()")
 
 

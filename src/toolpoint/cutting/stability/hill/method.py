@@ -127,5 +127,5 @@ def _affordable(problem: MillingProblem, response: HarmonicResponse, speed: floa
     size, most = HillSystem.rows(problem, speed, response), LARGEST if is_plain(problem) else LARGEST_SHAPED
     if size > most:
         fail("speeds", f"{speed:g} rev/min needs a matrix of {size} (highest frequency times period)",
-             f"must be at most {most}", "leave out the modes or FRF lines far above the chatter band, raise the least "
+             f"must be at most {most}", remedy="leave out the modes or FRF lines far above the chatter band, raise the least "
              "speed, or identify modes and use PanelArnoldi()")

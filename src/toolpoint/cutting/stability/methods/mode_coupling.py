@@ -48,7 +48,7 @@ def mode_coupling(problem: MillingProblem | TurningProblem, depth_max: float = 0
         Depths at which the roots are computed before bisection.
     """
     if isinstance(problem, TurningProblem) and problem.process_damping > 0:
-        fail("problem", "process damping", "mode coupling is looked for without it", "leave the process damping out")
+        fail("problem", "process damping", "mode coupling is looked for without it", remedy="leave the process damping out")
     matrix = np.diag([problem.stiffness, 0.0]) if isinstance(problem, TurningProblem) else problem.mean_matrix
     system = ModalState(modal_plane(problem.plane))
     poles, left, right = system.poles, system.left, system.right

@@ -39,4 +39,4 @@ def check_affordable(problem: MillingProblem, speed: float) -> None:
         fail("speeds", f"{speed:g} rev/min takes about {seconds / 60:.0f} min (a tooth cuts through "
              f"{plane_with_static(problem).span[1] * mean_period(problem, speed):.0f} vibrations of the highest mode a period)",
              f"must be at most {LONGEST / 60:.0f} min a speed",
-             "raise the least speed, leave out the modes far above the chatter band, or use ZeroOrder()")
+             remedy="raise the least speed, leave out the modes far above the chatter band, or use ZeroOrder()")

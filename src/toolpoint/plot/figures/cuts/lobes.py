@@ -208,7 +208,7 @@ def _top(parts: Sequence[StabilityCurve | StabilityIntervals]) -> float:
     depth = np.concatenate(depths)
     depth = depth[np.isfinite(depth) & (depth > 0)]
     if depth.size == 0:
-        fail("limits", "no finite depth", "a depth must be finite", "give max_depth, m, for the top of the chart")
+        fail("limits", "no finite depth", "a depth must be finite", remedy="give max_depth, m, for the top of the chart")
     return 1.15 * float(min(depth.max(), 8 * np.median(depth)))
 
 

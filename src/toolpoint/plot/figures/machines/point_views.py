@@ -69,7 +69,8 @@ def point_values(
     at = {name: floats(f"points[{name!r}]", xyz, (3,)) for name, xyz in points.items()}
     unknown = [name for name in values if name not in at]
     if unknown or not values:
-        fail("values", f"{unknown[0]!r} without a position" if unknown else "none", "must be of points", "give its position")
+        fail("values", f"{unknown[0]!r} without a position" if unknown else "none", "must be of points",
+             remedy="give its position")
     chart = views(title)
     known = {name: at[name] for name in values}
     scale = "RdYlBu" if good_is_high else "RdYlBu_r"

@@ -86,7 +86,7 @@ def frequency_map(
     values = floats("frequency", frequency, (across.size, along.size, None), finite=False)
     if values.ndim != 3 or across.size < 2 or along.size < 2:
         fail("frequency", f"shape {values.shape}", "must be (nx, ny, modes) with nx and ny of 2 or more",
-             "for one axis use frequency_curves")
+             remedy="for one axis use frequency_curves")
     words = _names(names, values.shape[2])
     chart = figure(title, 500)
     point = (f"{plain(axes[0])} %{{x:.4g}} {plain(units[0])}, {plain(axes[1])} %{{y:.4g}} {plain(units[1])}<br>%{{z:.5g}}"

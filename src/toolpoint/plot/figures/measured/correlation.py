@@ -62,7 +62,7 @@ def mac_matrix(
 def _names(what: str, names: Modes | Sequence[str], count: int) -> list[str]:
     if isinstance(names, Modes):
         if names.frequency.ndim > 1:
-            fail(what, f"{names.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
+            fail(what, f"{names.frequency.shape[0]} poses", "must be one pose", remedy="use modes.at_pose(i)")
         names = [f"{i}: {f:.4g} Hz" for i, f in enumerate(names.frequency, start=1)]
     if len(names) != count:
         fail(what, f"{len(names)} names", f"must be {count}, as the matrix")

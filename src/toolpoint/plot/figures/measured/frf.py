@@ -122,7 +122,7 @@ def coherence(
     without = [name for name, frf in named.items() if frf.coherence is None]
     if without:
         fail("frfs", f"no coherence in {without[0] or 'the Frf'}", "must carry one",
-             "estimate it from several averages")
+             remedy="estimate it from several averages")
     chart = _stacked([1.0], title, 320)
     for curve in curves:
         _line(chart, curve, curve.coherence, 1, True, "%{y:.3f}")
@@ -138,15 +138,15 @@ def _curves(frfs: Frf | Mapping[str, Frf], outputs: Labels, inputs: Labels) -> t
     for name, frf in named.items():
         if frf.values.ndim != 3:
             fail("frfs", f"{name or 'the Frf'} has {frf.values.shape[0]} poses", "must be one pose",
-                 "use frf.at_pose(i)")
+                 remedy="use frf.at_pose(i)")
         if frf.quantity != first.quantity:
             fail("frfs", f"{name} is {frf.quantity} beside {first.quantity}", "must be one quantity",
-                 f"use frf.converted_to({first.quantity!r})")
+                 remedy=f"use frf.converted_to({first.quantity!r})")
     chosen = {name: frf.selected(_many(outputs), _many(inputs)) for name, frf in named.items()}
     count = sum(frf.values[0].size for frf in chosen.values())
     if count > _MOST:
         fail("frfs", f"{count} curves", f"must be at most {_MOST} to be readable",
-             "choose outputs=[...] and inputs=[...]")
+             remedy="choose outputs=[...] and inputs=[...]")
     return chosen, list(_each(chosen))
 
 
@@ -195,7 +195,7 @@ def _finished(
     high = max(float(frf.frequency[-1]) for frf in named.values())
     if modes is not None:
         if modes.frequency.ndim > 1:
-            fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", "use modes.at_pose(i)")
+            fail("modes", f"{modes.frequency.shape[0]} poses", "must be one pose", remedy="use modes.at_pose(i)")
         inside = modes.frequency[(modes.frequency >= low) & (modes.frequency <= high)]
         mark_modes(chart, inside, (low, high), logarithmic=log_frequency, row=1, col=1)
         for row in range(2, rows + 1):
