@@ -2,18 +2,25 @@
 
 from __future__ import annotations
 
+import ctypes
+import gc
+import importlib
 import os
 import resource
 import subprocess
 import sys
 from pathlib import Path
 
+# Collecting makes millions of objects that stay: looking for garbage among them took a third of its time.
+gc.disable()
 # One thread of linear algebra a worker: more of them only wait for each other, and double the time of the suite. Before NumPy.
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 
+import numpy as np  # noqa: E402
 import pytest  # noqa: E402
 from hypothesis import settings  # noqa: E402
+from numba.core.dispatcher import Dispatcher  # noqa: E402
 
 from toolpoint.io.yaml import machine_file  # noqa: E402
 
@@ -38,6 +45,12 @@ def pytest_collection_modifyitems(items):
             item.add_marker("browser")
         if "dask" in item.name or "worker" in item.name:
             item.add_marker("cluster")
+
+
+def pytest_collection_finish():
+    """Look for garbage again, but never among what was collected."""
+    gc.freeze()
+    gc.enable()
 
 
 def pytest_terminal_summary(terminalreporter):
@@ -66,3 +79,39 @@ def measured():
     if not folder.is_dir():
         pytest.skip("measured data are not beside the project (../shared/data)")
     return folder
+
+
+@pytest.fixture
+def interpreted(monkeypatch):
+    """Return a function that lets the kernels of modules run as plain Python.
+
+    The law of kernels that few tests need is held on a small case so, with indices checked, and without half a minute of
+    compiling; their compiled twins are slow tests.
+    """
+    def interpret(*names):
+        for name in names:
+            importlib.import_module(f"toolpoint.{name}")
+        for module in [module for name, module in sys.modules.items() if name.startswith("toolpoint.")]:
+            for name, value in list(vars(module).items()):
+                if isinstance(value, Dispatcher):
+                    monkeypatch.setattr(module, name, value.py_func)
+
+    return interpret
+
+
+@pytest.fixture
+def interpreted_solver(interpreted, monkeypatch):
+    """The sparse solver as plain Python: also what its kernels leave to numba, a call by address and a choice by type."""
+    from toolpoint.vibration.sparse import dense_calls, kernels
+
+    def call(address, arguments):
+        ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * len(arguments))(int(address))(*map(int, arguments))
+
+    def gather(*arguments):
+        kernels._gather_of(*arguments)(*arguments)
+
+    interpreted("vibration.sparse.multifrontal", "vibration.sparse.elimination")
+    monkeypatch.setattr(dense_calls, "call", call)
+    monkeypatch.setattr(kernels, "_gather", gather)
+    with np.errstate(over="ignore"):  # sums of keys tell patterns apart: they go round, as 64 bits do
+        yield

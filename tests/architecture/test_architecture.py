@@ -1,6 +1,7 @@
 """The house rules that a program can hold: floors, forbidden libraries, light import, size of modules, no drawers."""
 
 import ast
+import contextlib
 import gc
 import json
 import re
@@ -21,15 +22,23 @@ HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distrib
 @cache
 def tree_of(path):
     """A module's syntax tree; each is asked by many tests."""
-    return ast.parse(path.read_text(encoding="utf-8"))
+    with without_garbage():
+        return ast.parse(path.read_text(encoding="utf-8"))
 
 
 @cache
 def nodes_of(path):
     """All nodes of a module's syntax tree."""
-    gc.disable()  # a million nodes, none of them garbage: looking for it takes longer than parsing
-    try:
+    with without_garbage():
         return list(ast.walk(tree_of(path)))
+
+
+@contextlib.contextmanager
+def without_garbage():
+    """A million nodes, none of them garbage: looking for it takes longer than parsing."""
+    gc.disable()
+    try:
+        yield
     finally:
         gc.enable()
 

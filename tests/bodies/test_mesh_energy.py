@@ -55,7 +55,7 @@ def angle(mesh_size):
 
 def free_modes(model, count=6):
     shift = (2 * np.pi * 100) ** 2
-    pairs = modes(model.stiffness() + shift * model.mass(), model.mass(), 6 + count)
+    pairs = modes(model.stiffness() + shift * model.mass(), model.mass(), 6 + count, solver="SuperLU")
     return pairs.squares[6:] - shift, pairs.vectors[:, 6:]
 
 

@@ -50,9 +50,10 @@ def test_random_matrices(n: int, seed: int, fall: float, scale: float) -> None:
 
 
 def test_zero_and_no_numbers() -> None:
-    """Nothing gives zeros; what is no number, or infinite, gives no numbers."""
-    assert (eigenvalues(np.zeros((4, 4))) == 0).all()
+    """Nothing gives zeros; what is no number, or infinite, gives no numbers. A part of a matrix, as Arnoldi's method has it:
+    the kernel is compiled for that."""
+    assert (eigenvalues(np.zeros((5, 5))[:4, :4]) == 0).all()
     for bad in (np.nan, np.inf):
-        h = np.eye(4)
+        h = np.eye(5)[:4, :4]
         h[1, 2] = bad
         assert np.isnan(eigenvalues(h)).all()

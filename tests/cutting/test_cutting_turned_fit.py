@@ -52,13 +52,13 @@ def test_straight_teeth_that_enter_in_jumps(rate: float, begin: float) -> None:
     assert np.mean(inside) > 0.85
 
 
-def test_a_sample_right_on_an_edge_is_beside_a_jump_too() -> None:
+@pytest.mark.parametrize("seed", [0, *(pytest.param(seed, marks=pytest.mark.slow) for seed in range(1, 6))])
+def test_a_sample_right_on_an_edge_is_beside_a_jump_too(seed: int) -> None:
     """200 samples a revolution, the first on the edge: the fit went to and fro about it and was called a misfit."""
-    for seed in range(6):
-        rng = np.random.default_rng(seed)
-        records = [(str(feed), slot(feed, rng, rate=10000.0, begin=0.0)) for feed in FEEDS]
-        result = calibrate(records, CuttingTest(SLOT, 3000.0, 2e-3, FEEDS))
-        assert not any("residual" in doubt for doubt in result.doubts)
+    rng = np.random.default_rng(seed)
+    records = [(str(feed), slot(feed, rng, rate=10000.0, begin=0.0)) for feed in FEEDS]
+    result = calibrate(records, CuttingTest(SLOT, 3000.0, 2e-3, FEEDS))
+    assert not any("residual" in doubt for doubt in result.doubts)
 
 
 def test_teeth_named_wrongly_at_the_start_are_named_anew() -> None:

@@ -142,18 +142,36 @@ def test_modes_have_the_threefold_symmetry_and_split_with_tilt(head):
     assert home[1] - home[0] < 1e-6
 
 
-@pytest.mark.parametrize("make", [parallel_machines.three_rps, parallel_machines.hexapod, parallel_machines.three_prs])
+MAKERS = [parallel_machines.three_rps, parallel_machines.hexapod, parallel_machines.three_prs]
+
+
+@pytest.fixture
+def interpreted_frequencies(interpreted):
+    """The kernels of frequencies at many poses as plain Python."""
+    interpreted("machine.frequencies.closed", "machine.frequencies.kernel")
+
+
+@pytest.mark.parametrize("make", MAKERS)
+def test_interpreted_kernels_equal_the_general_path(make, interpreted_frequencies):
+    compare_paths(make(), 2)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("make", MAKERS)
 def test_compiled_path_equals_the_general_one(make):
-    machine = make()
+    compare_paths(make(), 60)
+
+
+def compare_paths(machine, number):
     z = machine.chain.axis("Z").rest
-    poses = {name: at[:60] for name, at in (random_poses(60, 5) | {"Z": np.linspace(z - 0.08, z + 0.08, 60)}).items()}
+    poses = random_poses(number, 5) | {"Z": np.linspace(z - 0.08, z + 0.08, number)}
     legs = machine.chain.positions(poses)
     named = {axis.name: legs[:, i] for i, axis in enumerate(machine.chain.driven_axes)}
     expected = natural_frequencies(machine, named, 6)
     np.testing.assert_allclose(natural_frequencies(machine, named, 6, path="compiled"), expected, rtol=1e-10)
 
 
-def test_compiled_path_gives_the_reason_of_a_pose_that_cannot_be(head):
+def test_kernels_give_the_reason_of_a_pose_that_cannot_be(head, interpreted_frequencies):
     with pytest.raises(ValueError, match="cannot be reached"):
         natural_frequencies(head, {"L1": [0.9, 0.4], "L2": [0.9, 1.4], "L3": [0.9, 1.4]}, path="compiled")
 

@@ -12,6 +12,7 @@ def html(tmp_path_factory):
     return (folder / "index.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow
 def test_it_renders_moves_and_asks_nothing(opened, html):
     seen = opened(html, reduced_motion="reduce")
     seen.wait("Object.keys(window.toolpointViews).length === 2")

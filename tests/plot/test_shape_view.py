@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 
 import numpy as np
@@ -69,10 +70,9 @@ def test_policy_stops_requests_and_foreign_scripts(opened, view):
     assert seen.page.evaluate("window.broken") is None
 
 
-@pytest.mark.parametrize("phase", [0.0, np.pi / 2, 2.2])
-def test_shader_positions_are_the_real_part_of_the_turned_shape(opened, view, machine, shapes, phase):
+def test_shader_positions_are_the_real_part_of_the_turned_shape(opened, view, machine, shapes):
     seen = opened(view.html(), reduced_motion="reduce")
-    for mode in range(3):
+    for mode, phase in itertools.product(range(3), [0.0, np.pi / 2, 2.2]):
         seen.page.evaluate(f"{VIEW}.showMode({mode}); {VIEW}.setPhase({phase})")
         drawn = np.reshape(seen.page.evaluate(f"{VIEW}.positions()"), (-1, 3))
         scale = seen.page.evaluate(f"{VIEW}.scale(0)")
@@ -82,6 +82,7 @@ def test_shader_positions_are_the_real_part_of_the_turned_shape(opened, view, ma
         np.testing.assert_allclose(drawn, wanted, atol=2 * step + 1e-6)
 
 
+@pytest.mark.slow
 def test_complex_shape_travels_and_real_one_stands_still_at_90_degrees(opened, view, machine):
     seen = opened(view.html(), reduced_motion="reduce")
     for mode, moves in ((0, False), (1, True)):
@@ -184,12 +185,14 @@ def test_reduced_motion_starts_at_rest_and_full_motion_plays(opened, view):
         assert (seen.page.evaluate(f"{VIEW}.phase") > 0) is plays
 
 
+@pytest.mark.slow
 def test_dark_and_light_differ(opened, view):
     pages = [opened(view.html(), color_scheme=scheme, reduced_motion="reduce") for scheme in ("dark", "light")]
     colours = [seen.page.evaluate("getComputedStyle(document.body).backgroundColor") for seen in pages]
     assert colours[0] != colours[1]
 
 
+@pytest.mark.slow
 def test_set_shape_from_a_script(opened, view, machine):
     seen = opened(view.html(), reduced_motion="reduce")
     count = machine.nodes.size
@@ -228,6 +231,7 @@ def test_names_cannot_start_a_script(opened, machine, shapes):
     assert seen.errors == []
 
 
+@pytest.mark.slow
 def test_mode_of_zeros_is_drawn_at_rest(opened, machine):
     still = AnimatedShapes([10.0], [0.0], np.zeros((1, machine.nodes.shape[0], 3)))
     seen = opened(ShapeView(machine, still).html(), reduced_motion="reduce")
@@ -262,6 +266,7 @@ def test_packed_arrays_arrive_exactly(opened, view, count):
         assert np.array_equal(back, np.asarray(values).astype(kind).ravel())
 
 
+@pytest.mark.slow
 def test_a_slow_machine_gets_less_detail_in_motion_and_all_of_it_at_rest(opened, view):
     seen = opened(view.html(), reduced_motion="reduce")
     still, width = picture(seen.page), seen.page.evaluate(f"{VIEW}.canvas.width")

@@ -7,7 +7,7 @@ from scipy.sparse import block_diag, csc_array, diags_array, kron
 from scipy.sparse import random as sparse_random
 
 from toolpoint import ToolpointError
-from toolpoint.vibration.sparse import count_below, elimination, factorise, modes, symbolic
+from toolpoint.vibration.sparse import count_below, elimination, factorise, kernels, modes, symbolic
 from toolpoint.vibration.sparse.factorisation import check_symmetric
 from toolpoint.vibration.sparse.pencil import Pencil
 
@@ -85,9 +85,20 @@ def grid_laplacian(n):
 
 
 @pytest.mark.parametrize("with_places", [True, False])
+def test_interpreted_solver_solves_and_counts(with_places, interpreted_solver, monkeypatch):
+    """The kernels as plain Python on a small grid, cut into parts of a dozen nodes: every index is checked."""
+    monkeypatch.setattr(elimination, "_LEAF", 12)
+    solve_and_count(4, with_places)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("with_places", [True, False])
 def test_our_own_factorisation_solves_and_counts(with_places):
+    solve_and_count(9, with_places)
+
+
+def solve_and_count(n, with_places):
     """Against the closed form of the eigenvalues of a sum of chains: inertia, and solutions by residual."""
-    n = 9
     k = grid_laplacian(n)
     at = np.arange(n)
     places = np.repeat(np.stack(np.meshgrid(at, at, at, indexing="ij"), axis=-1).reshape(-1, 3), 3, axis=0).astype(float)
@@ -104,7 +115,8 @@ def test_our_own_factorisation_solves_and_counts(with_places):
         assert np.allclose(factors.solve(right[:, 0]), factors.solve(right)[:, 0], atol=1e-12)
 
 
-def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
+def test_our_own_factorisation_takes_apart_pieces_and_lone_rows(interpreted_solver, monkeypatch):
+    monkeypatch.setattr(elimination, "_LEAF", 12)
     k, m = chain(40)
     matrix = csc_array(block_diag([k + m, [[2.0]], k + m, [[3.0]]]))
     right = np.arange(82.0)
@@ -113,11 +125,21 @@ def test_our_own_factorisation_takes_apart_pieces_and_lone_rows():
         factorise(csc_array(block_diag([k + m, [[0.0]]])), solver="multifrontal")
 
 
+def test_interpreted_counts_keep_no_factors(interpreted_solver, monkeypatch):
+    monkeypatch.setattr(elimination, "_LEAF", 12)
+    monkeypatch.setattr(elimination, "_CHUNK", 300)
+    count_beside_factors(3)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("numbers", [elimination._CHUNK, 5000])
 def test_negative_eigenvalues_are_counted_without_keeping_factors(numbers, monkeypatch):
-    """In the order of the factors: the closed form's count, before there are factors, beside them and after them."""
     monkeypatch.setattr(elimination, "_CHUNK", numbers)  # of a factor that a piece may hold: all of it, or many pieces
-    n = 12
+    count_beside_factors(12)
+
+
+def count_beside_factors(n):
+    """In the order of the factors: the closed form's count, before there are factors, beside them and after them."""
     k, at = grid_laplacian(n), np.arange(n)
     square = 4 * np.sin(np.pi * at / (2 * n)) ** 2
     three = (square[:, None, None] + square[None, :, None] + square[None, None, :]).ravel()
@@ -179,13 +201,26 @@ def test_a_mass_between_rows_that_no_stiffness_joins_is_in_the_factors(solver):
     assert pencil.count_below(2.2345) == (exact < 2.2345).sum()
 
 
+def test_interpreted_wide_fronts_are_solved_by_blocks(interpreted_solver, monkeypatch):
+    for kernel_size in ("BLOCK", "_PANEL"):
+        monkeypatch.setattr(kernels, kernel_size, 8)
+    solve_by_blocks(19)
+
+
+@pytest.mark.slow
 def test_wide_fronts_are_solved_by_blocks():
+    solve_by_blocks(150)
+
+
+def solve_by_blocks(n):
     """A full matrix is one front: more columns than a block holds, and a part below the last whole block."""
     rng = np.random.default_rng(4)
-    a = rng.standard_normal((150, 150))
-    for matrix, positive in ((a @ a.T + 150 * np.eye(150), True), ((a + a.T) / 2 + 5 * np.eye(150), False)):
-        sparse = csc_array(block_diag([matrix, np.eye(30)]) + csc_array(([0.5, 0.5], ([3, 160], [160, 3])), shape=(180, 180)))
+    a = rng.standard_normal((n, n))
+    size = n + 30
+    for matrix, positive in ((a @ a.T + n * np.eye(n), True), ((a + a.T) / 2 + 5 * np.eye(n), False)):
+        pair = csc_array(([0.5, 0.5], ([3, n + 10], [n + 10, 3])), shape=(size, size))
+        sparse = csc_array(block_diag([matrix, np.eye(30)]) + pair)
         factors = factorise(sparse, solver="multifrontal", is_positive=positive)
-        right = rng.standard_normal((180, 5))
+        right = rng.standard_normal((size, 5))
         assert np.allclose(sparse @ factors.solve(right), right, atol=1e-8)
         assert factors.negative_pivots == (np.linalg.eigvalsh(sparse.toarray()) < 0).sum()
