@@ -59,15 +59,16 @@ def test_a_record_of_known_friction_and_gain():
     axis = data.axes[0]
     assert axis.velocity_gain == pytest.approx(25)
     assert axis.friction is not None
-    assert (axis.friction.law.coulomb, axis.friction.offset, axis.friction.law.viscous) == pytest.approx((1.2, 3, 4), rel=0.01)
-    assert any("offset is larger" in words for words in axis.doubts)
+    assert (axis.friction.dry, axis.friction.offset, axis.friction.slope) == pytest.approx((1.2, 3, 4), rel=0.01)
+    assert any("offset is larger" in words for words in axis.notes)
+    assert any("two speeds only" in words for words in axis.doubts)
     assert data.table().startswith("doubt:")
 
 
 def test_a_sign_that_is_turned_is_said():
     data = judge_servo_data(record_of(-1.2 * np.sign(SPEED) - 4 * SPEED, SPEED / 25))
     assert any("opposite signs" in words for words in data.axes[0].doubts)
-    assert data.axes[0].friction.law.coulomb == pytest.approx(1.2, rel=0.01)
+    assert data.axes[0].friction.dry == pytest.approx(1.2, rel=0.01)
 
 
 def test_rotary_table_of_a_trace(measured):

@@ -40,6 +40,12 @@ class AxisSignal:
         return np.asarray(self.values[np.clip(place, 0, self.time.size - 1)])
 
 
+    @property
+    def way(self) -> FloatArray:
+        """The values as they go on: positions of a turning axis without the jumps from 360 deg to 0."""
+        return np.unwrap(self.values) if self.unit == "rad" else self.values
+
+
 @dataclass(frozen=True, eq=False)
 class AxisRecord(NotebookText):
     """Signals of a controller's record, with notes on what was assumed of it."""
@@ -70,6 +76,7 @@ class PositioningRun:
     forward: FloatArray
     backward: FloatArray
     source: str = ""
+    notes: tuple[str, ...] = ()
 
 
 # Words of a signal's name (in capitals), and what it is; the first that fits.

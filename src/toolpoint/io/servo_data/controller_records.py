@@ -141,4 +141,5 @@ def _read_positioning(path: Path, text: str) -> PositioningRun:
         if missing or cycles == 0:
             raise FileFaults(str(path), text, [Fault(1, 1, direction, f"{len(missing)} positions are missing: {missing[:3]}")])
         tables.append(si[1] * np.array([[cells[i, j] for j in range(1, cycles + 1)] for i in sorted(targets)]))
-    return PositioningRun(si[1] * np.array([targets[i] for i in sorted(targets)]), tables[0], tables[1], str(path))
+    return PositioningRun(si[1] * np.array([targets[i] for i in sorted(targets)]), tables[0], tables[1], str(path),
+                          () if unit else ("the file names no unit; its positions are read as mm",))

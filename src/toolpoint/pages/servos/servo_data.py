@@ -8,7 +8,8 @@ import numpy as np
 
 from toolpoint.plot import Chart, Notes, Report, Table
 from toolpoint.plot.figures.servos.drives import friction_points
-from toolpoint.studies.servos.servo_data import AxisFindings, ServoData
+from toolpoint.studies.servos.axis_findings import AxisFindings
+from toolpoint.studies.servos.servo_data import ServoData
 
 
 def servo_data_page(result: ServoData, *, warnings: Sequence[str] = ()) -> Report:
