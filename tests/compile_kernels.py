@@ -32,6 +32,8 @@ from toolpoint.vibration import Dof, Modes, frequency_response
 from toolpoint.vision.clip import clip_of
 from toolpoint.vision.displacement.measure import measure, scan
 from toolpoint.vision.displacement.points import windows_at
+from toolpoint.vision.rendering import texture
+from toolpoint.vision.rendering.scene import MARGIN, Camera, PicturedBody, Scene2D, film
 
 ROOT = Path(__file__).resolve().parents[1]
 MACHINES = ROOT / "src" / "toolpoint" / "app" / "machines"
@@ -74,7 +76,10 @@ def main() -> None:
     for method in ("templates", "lucas-kanade", "phase"):
         measure(scanned, windows_at(scanned.reference, np.array([[20, 20]]), 17), method)
     block = Casting([Cuboid([0, 0, 0], [1, 1, 1])], {"body": STEEL}).meshed(0.5)
-    block.stiffness()
+    block.stiffness() @ np.ones(block.size)
+    body = PicturedBody("body", (20, 20, 8, 8), texture.plain((8 + 2 * MARGIN,) * 2, 130.0), np.zeros((1, 2, 6)))
+    scene = Scene2D((body,), lambda t: np.ones((len(t), 1)), texture.plain((48 + 2 * MARGIN,) * 2, 205.0))
+    film(scene, Camera(shape=(48, 48), frame_rate=100.0), 4, rng=np.random.default_rng(1))
     feed = line([0, 0, 0], [0.002, 0, 0])[0]
     mill_side(slide(), feed, MillingSetup(15000, 0.5e-3, window=None, steps=20, halved=False))
     with warnings.catch_warnings():

@@ -91,12 +91,19 @@ def interpreted(monkeypatch):
     def interpret(*names):
         for name in names:
             importlib.import_module(f"toolpoint.{name}")
-        for module in [module for name, module in sys.modules.items() if name.startswith("toolpoint.")]:
-            for name, value in list(vars(module).items()):
-                if isinstance(value, Dispatcher):
-                    monkeypatch.setattr(module, name, value.py_func)
+        for module, name, kernel in _kernels():
+            monkeypatch.setattr(module, name, kernel.py_func)
 
-    return interpret
+    yield interpret
+    late = {module.__name__ for module, _, _ in _kernels()}
+    assert not late, f"loaded after the test began, so its kernels were compiled: {sorted(late)}"
+
+
+def _kernels():
+    """Return every compiled function of the modules that are loaded, with its module and its name there."""
+    modules = [module for name, module in sys.modules.items() if name.startswith("toolpoint.")]
+    return [(module, name, value) for module in modules for name, value in list(vars(module).items())
+            if isinstance(value, Dispatcher)]
 
 
 @pytest.fixture

@@ -23,7 +23,7 @@ HOME = {"plotly": "plot", "h5py": "io", "netgen": "io", "ruamel": "io", "distrib
 def tree_of(path):
     """A module's syntax tree; each is asked by many tests."""
     with without_garbage():
-        return ast.parse(path.read_text(encoding="utf-8"))
+        return ast.parse(text_of(path))
 
 
 @cache
@@ -47,7 +47,7 @@ def without_garbage():
 def _trees():
     """Syntax trees are let go of when the rules are through."""
     yield
-    for kept in (tree_of, nodes_of, imports):
+    for kept in (tree_of, nodes_of, text_of, code_of, imports):
         kept.cache_clear()
 
 
@@ -57,11 +57,22 @@ def in_modules(faults_of, paths=MODULES):
 
 
 @cache
+def text_of(path):
+    """A module's text: what a rule looks for must stand there, most modules need no tree."""
+    return path.read_text(encoding="utf-8")
+
+
+@cache
+def code_of(path):
+    """A module's text without its docstrings and comments."""
+    return re.sub(r'"""[\s\S]*?"""|#.*', "", text_of(path))
+
+
+@cache
 def imports(path):
-    """Every module that a file imports, also inside functions."""
-    nodes = nodes_of(path)
-    plain = [alias.name for node in nodes if isinstance(node, ast.Import) for alias in node.names]
-    return plain + [node.module for node in nodes if isinstance(node, ast.ImportFrom) and node.module]
+    """Every word of the lines that import, also inside functions."""
+    return {word for line in re.findall(r"^\s*(?:import|from) +(.*)", code_of(path), re.MULTILINE)
+            for word in re.findall(r"(?<![.\w])\w+", line.split(" import ")[0])}
 
 
 def test_floors_are_kept():
@@ -73,7 +84,7 @@ def test_floors_are_kept():
 @pytest.mark.parametrize(("library", "home"), HOME.items())
 def test_libraries_stay_in_their_rooms(library, home):
     strangers = [path.relative_to(SOURCE).as_posix() for path in MODULES
-                 if any(name.split(".")[0] == library for name in imports(path))
+                 if library in imports(path)
                  and not path.relative_to(SOURCE).as_posix().startswith(home)]
     assert strangers == []
 
@@ -124,9 +135,9 @@ def test_numba_is_loaded_only_when_asked_for():
 
 def test_modules_are_small_and_say_what_they_own():
     def faults_of(path):
-        if (length := len(path.read_text(encoding="utf-8").splitlines())) > 400:
+        if (length := len(text_of(path).splitlines())) > 400:
             yield f"{length} lines"
-        if not ast.get_docstring(tree_of(path)):
+        if not re.match(r'r?"""\s*[^\s"]', text_of(path)):
             yield "no first docstring line"
         if {"utils", "tools", "helpers", "common", "misc"} & {*path.parts, path.stem}:
             yield "a drawer"
@@ -134,8 +145,8 @@ def test_modules_are_small_and_say_what_they_own():
 
 
 def test_class_names_stand_for_one_thing():
-    names = [node.name for path in MODULES for node in nodes_of(path)
-             if isinstance(node, ast.ClassDef)]
+    names = [name for path in MODULES for name in re.findall(r"^\s*class (\w+)", code_of(path), re.MULTILINE)]
+    assert len(names) > 300
     assert sorted({name for name in names if names.count(name) > 1}) == []
 
 
@@ -175,7 +186,7 @@ def test_names_are_plain():
 
 def vague_locals(path):
     faults = []
-    for node in nodes_of(path):
+    for node in nodes_of(path) if re.search(rf"\b(?:{'|'.join(VAGUE)})\b", code_of(path)) else ():
         if isinstance(node, ast.FunctionDef) and (node.end_lineno or 0) - node.lineno > 15:
             faults += [f"{node.name}: {name.id}" for name in ast.walk(node) if isinstance(name, ast.Name) and name.id in VAGUE]
     return sorted(set(faults))
@@ -188,7 +199,7 @@ def test_long_functions_name_their_variables():
 
 def bare_doubts(path):
     bare = []
-    for node in nodes_of(path):
+    for node in nodes_of(path) if re.search("doubt|warnings", code_of(path)) else ():
         named = []
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             named = [(node.target.id, node.annotation)]
@@ -214,7 +225,7 @@ SPEAKS = SOURCE / "_doubt.py"  # the only place that spells how a doubt begins
 def test_no_sentence_is_made_a_doubt_by_its_first_word():
     """What begins with ``doubt:`` was marked by `mark_notes`; a sentence written so would be text, without parts."""
     def spelled(path):
-        return [f"{node.lineno}: {node.value[:40]!r}" for node in nodes_of(path)
+        return [f"{node.lineno}: {node.value[:40]!r}" for node in (nodes_of(path) if "doubt:" in text_of(path) else ())
                 if isinstance(node, ast.Constant) and isinstance(node.value, str) and re.match(r"\s*doubt:", node.value)]
     assert in_modules(spelled, [path for path in MODULES if path != SPEAKS]) == []
 

@@ -148,7 +148,7 @@ MAKERS = [parallel_machines.three_rps, parallel_machines.hexapod, parallel_machi
 @pytest.fixture
 def interpreted_frequencies(interpreted):
     """The kernels of frequencies at many poses as plain Python."""
-    interpreted("machine.frequencies.closed", "machine.frequencies.kernel")
+    interpreted(*(f"machine.frequencies.{name}" for name in ("closed_kernel", "condense_kernel", "kernel")))
 
 
 @pytest.mark.parametrize("make", MAKERS)

@@ -168,7 +168,7 @@ def carry(frequency: FloatArray, shaft: ShaftDescription, base: ComplexArray) ->
     """
     from toolpoint.substructuring import segment_kernel
 
-    start = np.ascontiguousarray(base, complex)
+    start = np.array(base, complex, order="C")  # of its own: the kernel would be compiled for read-only ones too
     tip, sway = np.empty_like(start), np.empty_like(start)
     segment_kernel.carry_receptances(2 * np.pi * frequency, shaft.rows, start, tip, sway)
     if not np.isfinite(tip).all():

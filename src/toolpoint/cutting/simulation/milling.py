@@ -309,7 +309,9 @@ def modal_steps(system: ModalState, lengths: FloatArray) -> ModalSteps:
     phi2 = np.where(small, 0.5 + x / 6 + x**2 / 24 + x**3 / 120 + x**4 / 720, (phi1 - 1) / np.where(small, 1, x))
     first, last = (weight[:, None, :] * lengths[:, None, None] * system.right.T for weight in (phi1 - phi2, phi2))
     compliance = 2 * np.real(np.einsum("am,nbm->nab", system.left, last))
-    return ModalSteps(np.ascontiguousarray(system.left), np.exp(x), first, last, compliance, lengths)
+    # In one order of storage whatever the number of modes: the kernel would be compiled for each.
+    left, first, last = (np.ascontiguousarray(each) for each in (system.left, first, last))
+    return ModalSteps(left, np.exp(x), first, last, compliance, lengths)
 
 
 def edge_elements(problem: MillingProblem, depth: float, m: int, *, method: ExactSteps) -> EdgeElements:

@@ -52,10 +52,10 @@ def call(context: Any, address: Any, arguments: Any) -> Any:
 
 @njit(cache=True)
 def scratch():
-    """Return the places that arguments are passed in: integers, letters L N T U R, and the numbers 1, -1, 0."""
+    """Return the places that arguments are passed in: integers, letters L N T U R, and the numbers 1, -1."""
     integers = np.zeros(8, np.int32)
     letters = np.array([76, 78, 84, 85, 82], np.uint8)
-    numbers = np.array([1.0, -1.0, 0.0])
+    numbers = np.array([1.0, -1.0])
     return integers, letters, numbers
 
 
@@ -89,10 +89,11 @@ def square_update(routines, places, n, k, a, lda, c_address, ldc):
 
 
 @njit(cache=True)
-def product(routines, places, first, second, m, n, k, a, lda, b, ldb, scale, c_address, ldc):
-    """C (m, n) becomes scale C - op(A) op(B); `first`, `second` say whether A, B are transposed, scale is 1 or 0."""
+def product(routines, places, shape, transposed, a, b, target):
+    """C (m, n) becomes C - op(A) op(B), op(A) (m, k), op(B) (k, n); `shape` m, n, k, `transposed` whether A, whether B is;
+    each matrix is its address and its leading dimension."""
     integers, letters, numbers = places
     i, c, x = integers.ctypes.data, letters.ctypes.data, numbers.ctypes.data
-    integers[0], integers[1], integers[2], integers[3], integers[4], integers[5] = m, n, k, lda, ldb, ldc
-    call(routines[3], (c + (2 if first else 1), c + (2 if second else 1), i, i + 4, i + 8, x + 8, a, i + 12, b, i + 16,
-                       x + (0 if scale else 16), c_address, i + 20))
+    integers[0], integers[1], integers[2], integers[3], integers[4], integers[5] = *shape, a[1], b[1], target[1]
+    call(routines[3], (c + (2 if transposed[0] else 1), c + (2 if transposed[1] else 1), i, i + 4, i + 8, x + 8, a[0], i + 12,
+                       b[0], i + 16, x, target[0], i + 20))

@@ -194,8 +194,8 @@ def _indefinite_front(panel, rest, width, below, front, diagonal, routines, plac
                 panel[j * front + i] /= diagonal[j]
         for c in range(b, width, _STRIP):
             d = min(c + _STRIP, width)
-            product(routines, places, False, True, front - c, d - c, b - a, block + 8 * (c - b), front,
-                    scaled.ctypes.data + 8 * (c - b), under, True, address + 8 * (c * front + c), front)
+            product(routines, places, (front - c, d - c, b - a), (False, True), (block + 8 * (c - b), front),
+                    (scaled.ctypes.data + 8 * (c - b), under), (address + 8 * (c * front + c), front))
     _indefinite_rest(panel, rest, width, below, front, diagonal, routines, places)
     return -1
 
@@ -209,8 +209,8 @@ def _indefinite_rest(panel, rest, width, below, front, diagonal, routines, place
         for j in range(width):
             for i in range(c, d):
                 strip[j * (d - c) + i - c] = panel[j * front + width + i] * diagonal[j]
-        product(routines, places, False, True, below - c, d - c, width, address + 8 * (width + c), front, strip.ctypes.data,
-                d - c, True, out + 8 * (c * below + c), below)
+        product(routines, places, (below - c, d - c, width), (False, True), (address + 8 * (width + c), front),
+                (strip.ctypes.data, d - c), (out + 8 * (c * below + c), below))
 
 
 @njit(cache=True)
@@ -276,8 +276,8 @@ def _forward(kept, work, width, front, k, routines, places, positive):
         height, block = front - a, start + 8 * at
         solve_triangle(routines, places, False, False, not positive, b - a, k, block, height, x + 8 * a, front)
         if b < front:
-            product(routines, places, False, False, front - b, k, b - a, block + 8 * (b - a), height, x + 8 * a, front, True,
-                    x + 8 * b, front)
+            product(routines, places, (front - b, k, b - a), (False, False), (block + 8 * (b - a), height), (x + 8 * a, front),
+                    (x + 8 * b, front))
         at += height * (b - a)
 
 
@@ -290,6 +290,6 @@ def _backward(kept, work, width, front, k, routines, places, positive):
         at -= height * (b - a)
         block = start + 8 * at
         if b < front:
-            product(routines, places, True, False, b - a, k, front - b, block + 8 * (b - a), height, x + 8 * b, front, True,
-                    x + 8 * a, front)
+            product(routines, places, (b - a, k, front - b), (True, False), (block + 8 * (b - a), height), (x + 8 * b, front),
+                    (x + 8 * a, front))
         solve_triangle(routines, places, False, True, not positive, b - a, k, block, height, x + 8 * a, front)

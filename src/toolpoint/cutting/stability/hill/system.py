@@ -108,8 +108,7 @@ class HillSystem:
         rate = self._rate(hz)
         seen = self.seen.size
         out = np.empty((rows.size * response.shape[1], columns.size * seen), complex)
-        fill_blocks(cut.now[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
-               np.ascontiguousarray(response), rows[0], columns[0], out)
+        fill_blocks(*_seen_by(cut, seen), turned, rate, np.ascontiguousarray(response), rows[0], columns[0], out)
         return out
 
     def matrix(self, theta: float, cut: HillCut) -> ComplexArray:
@@ -158,8 +157,8 @@ class HillSystem:
         parts = []
         for turned, rate in inputs:
             out = np.empty((self.basis.shape[0], count * seen), complex)
-            fill_blocks(cut.now[..., :seen], cut.drag[..., :seen], cut.late[..., :seen], turned, rate,
-                        np.ascontiguousarray(self._unit_response(count)), self.harmonics[0], self.harmonics[0], out)
+            fill_blocks(*_seen_by(cut, seen), turned, rate, np.ascontiguousarray(self._unit_response(count)),
+                        self.harmonics[0], self.harmonics[0], out)
             parts.append(self.basis.conj().T @ out)
         direct, damped, *late = parts
         return [direct, (damped - direct) / largest, *(direct - part for part in late)]
@@ -289,6 +288,13 @@ def _seen(problem: MillingProblem, response: HarmonicResponse) -> Array:
     moves = np.abs(plane.residues if plane.values is None else plane.values).max(axis=(0, 2))
     sides = plane.size if problem.tool.corner_radius > 0 else 2
     return np.arange(1 + int(np.flatnonzero(moves[:sides] > 0).max(initial=0)))
+
+
+def _seen_by(cut: HillCut, seen: int) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+    """Return the force by what is seen of the vibration now, by its rate, and by that of a delay ago: whole arrays, as the
+    kernel would be compiled for parts of larger ones too."""
+    now, drag, late = (np.ascontiguousarray(each[..., :seen]) for each in (cut.now, cut.drag, cut.late))
+    return now, drag, late
 
 
 def _null_vectors(m: ComplexArray, start: tuple[ComplexArray, ComplexArray] | None) -> tuple[ComplexArray, ComplexArray]:

@@ -39,6 +39,7 @@ def extend(basis, h, have, most, operator, weight):
     weight : diagonal W of the similar map W^-1 U W whose basis this is (its multipliers are those of U); empty for U itself.
     """
     size = basis.shape[1]
+    none = np.int64(0)  # of a type: a written zero would be compiled for apart
     dots = np.empty(most)
     weighted = np.empty(weight.size)
     for k in range(have, most):
@@ -51,7 +52,7 @@ def extend(basis, h, have, most, operator, weight):
                 y[i] /= weight[i]
         else:
             advance(basis[k], y, operator)
-        whole = sweep(basis, 0, y, dots)
+        whole = sweep(basis, none, y, dots)
         if not whole < 1e290:  # also not a number: the cut grows beyond double precision within one period
             return OVERFLOW
         before, norm = whole, whole
@@ -109,7 +110,7 @@ def lead(basis, h, vector, operator, weight, plan):
     `OVERFLOW`, without multipliers.
     """
     accuracy, step, more = plan
-    most, have = h.shape[1], 0
+    most, have = h.shape[1], np.int64(0)  # of a type, as in `extend`
     step = min(most, step)
     while True:
         h[:step + 1, have:step] = 0.0

@@ -137,7 +137,7 @@ def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
                 heaps[side].append((outside[1 - side, v] - weight[v], v))
     for side in range(2):
         heapq.heapify(heaps[side])
-    log_vertex, log_part = [np.int64(0) for _ in range(0)], [np.int64(0) for _ in range(0)]
+    log = [(np.int64(0), np.int64(0)) for _ in range(0)]  # vertices that changed their part, and the part that they left
     before, best, best_uneven, kept = size[2], size[2], abs(size[0] - size[1]), 0
     since = 0
     patience = min(_PATIENCE, 15 + part.size // 40)
@@ -145,19 +145,19 @@ def _pass(xadj, adj, weight, part, outside, size, limit, locked, turn):
         side, v = _next_move(heaps, weight, part, outside, size, limit, locked, turn)
         if v < 0:
             break
-        _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log_vertex, log_part)
+        _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log)
         since += 1
         uneven = abs(size[0] - size[1])
         if size[2] < best or (size[2] == best and uneven < best_uneven):
-            best, best_uneven, kept, since = size[2], uneven, len(log_vertex), 0
+            best, best_uneven, kept, since = size[2], uneven, len(log), 0
     # Moves may make it worse for a while, to get out of a local minimum; those after the best state are undone.
-    for i in range(len(log_vertex) - 1, kept - 1, -1):
-        v = log_vertex[i]
+    for i in range(len(log) - 1, kept - 1, -1):
+        v, left = log[i]
         size[part[v]] -= weight[v]
-        part[v] = log_part[i]
+        part[v] = left
         size[part[v]] += weight[v]
-    for i in range(kept, len(log_vertex)):
-        v = log_vertex[i]
+    for i in range(kept, len(log)):
+        v, _ = log[i]
         _weigh(xadj, adj, weight, part, v, outside)
         for k in range(xadj[v], xadj[v + 1]):
             if part[adj[k]] == SEPARATOR:
@@ -187,9 +187,8 @@ def _next_move(heaps, weight, part, outside, size, limit, locked, turn):
 
 
 @njit(cache=True)
-def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log_vertex, log_part):
-    log_vertex.append(v)
-    log_part.append(SEPARATOR)
+def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, log):
+    log.append((v, np.int64(SEPARATOR)))
     part[v], locked[v] = side, turn
     size[2] -= weight[v]
     size[side] += weight[v]
@@ -199,8 +198,7 @@ def _move(xadj, adj, weight, part, outside, size, v, side, heaps, locked, turn, 
             outside[side, u] += weight[v]
             heapq.heappush(heaps[1 - side], (outside[side, u] - weight[u], u))
         elif part[u] == 1 - side:
-            log_vertex.append(u)
-            log_part.append(part[u])
+            log.append((np.int64(u), np.int64(part[u])))
             part[u] = SEPARATOR
             size[1 - side] -= weight[u]
             size[2] += weight[u]
