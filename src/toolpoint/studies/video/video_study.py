@@ -30,6 +30,7 @@ from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
+from toolpoint.vision.modes.scatter import widen_by_windows
 from toolpoint.vision.view import View
 
 HEADER = ("mode", "frequency Hz", "± Hz", "damping %", "± %", "largest motion px", "seen", "if aliased Hz", "remark")
@@ -203,21 +204,22 @@ def study_video(
     regions = {name: region.within(scanned.clip.shape, f"bodies[{name!r}]") for name, region in (bodies or {}).items()}
     field = _steady(measure(scanned, choose_points(scanned.reference, scanned.survey, points), method, progress=progress),
                     scanned, still, method)
-    decay = find_decay(_all_windows(scanned, field, still, side=side, method=method, progress=progress), start, stop)
+    whole = _all_windows(scanned, field, still, side=side, method=method, progress=progress)
+    decay = find_decay(whole, start, stop)
     lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
-    known, identification = (poles, None) if poles is not None else _identified(decay, band)
+    known, identification = (poles, None) if poles is not None else _identified(decay, whole, band)
     shapes = point_shapes(field, known.poles, decay.first)
     names = ("",) * known.count if poles is not None else name_modes(
         _with_shapes(known, shapes), lamps, clip.frame_rate, resolution=clip.frame_rate / len(decay.components))
-    whole = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
+    shown = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
     seen = _seen(shapes)
     names = _with_doubtful(names, identification, seen)
-    moved = fit_bodies(whole.windows, whole.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)))
+    moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)))
     doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
              *_advice(identification, names))
-    return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, whole, moved, view or View(),
+    return VideoStudy(scanned, quality, field, decay, identification, known, names, seen, shapes, shown, moved, view or View(),
                       "video" if poles is None else "record", doubts, tuple(dict.fromkeys(notes)))
 
 
@@ -260,14 +262,14 @@ def join_fields(first: DisplacementField, second: DisplacementField) -> Displace
                    doubts=tuple(dict.fromkeys((*first.doubts, *second.doubts))))
 
 
-def _identified(decay: FreeDecay, band: tuple[float, float] | None) -> tuple[Modes, Identification]:
+def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None) -> tuple[Modes, Identification]:
     length = len(decay.components) / decay.frame_rate
     try:
         result = identify(decay.responses(CYCLES / length), band=band)
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
-    return result.modes, result
+    return widen_by_windows(result.modes, field, decay.first, len(decay.components)), result
 
 
 def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray) -> tuple[str, ...]:

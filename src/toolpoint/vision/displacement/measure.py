@@ -63,9 +63,15 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
         at += len(frames)
         if progress is not None:
             progress("measuring displacement", at, scanned.survey.frames)
-    windows, values = _without_lost(windows, values, lost)
+    windows, values = _without_lost(_that_are_measured(windows, covariance), values, lost)
     doubts = _doubts(windows, lost, scanned.survey.frames)
     return DisplacementField(windows, values, covariance, clip.frame_rate, clip.row_delay, lost, chosen.name, tuple(doubts))
+
+
+def _that_are_measured(windows: Windows, covariance: FloatArray) -> Windows:
+    """Return the windows with those blind that a method cannot measure, as most methods an edge: they have no covariance."""
+    nothing = np.trace(covariance, axis1=1, axis2=2) <= 0
+    return replace(windows, sight=np.where(nothing, BLIND, windows.sight), bound=np.where(nothing[:, None], np.inf, windows.bound))
 
 
 def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tuple[Windows, FloatArray]:

@@ -15,6 +15,9 @@ SIGHTS = ("blind", "across the edge only", "both directions")
 # Pixels a frame: a direction whose standard deviation is above this is not measured.
 COARSEST = 0.3
 SURE = 1.0
+# Pixels along the border of a window, and the least share of its information within them over that of even texture: an edge that
+# only reaches into a window leaves it by its own motion, and a window that follows it wanders.
+BORDER, INNER = 2, 0.5
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +60,9 @@ def windows_at(reference: Reference, corners: IndexArray, side: int, *, saturate
     bound = np.where(size > 0, 1 / np.sqrt(np.maximum(size, 1e-12)), np.inf)
     # What noise of the reference looks like is no texture; fluctuations of it neither.
     seen = (bound <= coarsest) & (size > SURE * reference.false_information(side))
+    inner = side - 2 * BORDER
+    within = np.einsum("nij,nik,nkj->nj", vectors, reference.information(inner)[middle[:, 0], middle[:, 1]], vectors)
+    seen &= within > INNER * (inner / side) ** 2 * size
     sight = seen[:, 0].astype(int) + (seen[:, 0] & seen[:, 1])
     clipped = np.zeros(len(corners)) if saturated is None else _share(saturated, corners, side)
     sight = np.where(clipped > SATURATED, BLIND, sight)
@@ -84,7 +90,7 @@ def choose_points(reference: Reference, survey: Survey, count: int = 200, *, sid
     if min(rows, columns) <= 2 * margin:
         fail("window", f"{side} pixels in a picture of {columns} x {rows}", "must leave room to move",
              remedy="take a smaller one")
-    size = np.linalg.eigvalsh(reference.information(side))
+    size = np.linalg.eigvalsh(reference.information(side - 2 * BORDER))
     size[:margin], size[-margin:], size[:, :margin], size[:, -margin:] = 0.0, 0.0, 0.0, 0.0
     score = np.maximum(size[..., 0], 1e-3 * size[..., 1])
     step = max(side // 2, int(np.sqrt(rows * columns / (4 * count))))

@@ -31,7 +31,7 @@ class TemplateProducts:
     step : templates a pixel each way; more follow the texture closer and take more memory.
     """
 
-    step: int = 2
+    step: int = 4
 
     @property
     def name(self) -> str:
