@@ -28,9 +28,11 @@ from toolpoint.vision.displacement.templates import TemplateProducts
 from toolpoint.vision.modes.bodies import ORDERS, RIGID, BodyMotion, fit_bodies
 from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
-from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, name_line, name_modes
+from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, lamps_alone, name_line, name_modes
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
-from toolpoint.vision.modes.scatter import widen_by_windows
+from toolpoint.vision.modes.rate import LEFT as MISFIT
+from toolpoint.vision.modes.rate import doubt_rate, motion_left
+from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
 from toolpoint.vision.view import View
 
 HEADER = ("mode", "frequency Hz", "± Hz", "damping %", "± %", "largest motion px", "seen", "if aliased Hz", "remark")
@@ -41,6 +43,8 @@ LARGE = 0.5
 FEWEST_WINDOWS = 12
 SEEN = 5.0
 BROKEN = 10.0
+FAINT = "doubtful: faint, it may be noise"
+OF_COMPRESSION = "doubtful: faint beside the strongest, compression makes such lines"
 
 
 @dataclass(frozen=True, eq=False)
@@ -207,15 +211,16 @@ def study_video(
     whole = _all_windows(scanned, field, still, side=side, method=method, progress=progress)
     decay = find_decay(whole, start, stop)
     lamps = lamp_lines(scanned.survey.brightness, clip.frame_rate)
-    known, identification = (poles, None) if poles is not None else _identified(decay, whole, band)
-    shapes = point_shapes(field, known.poles, decay.first)
-    names = ("",) * known.count if poles is not None else name_modes(
-        _with_shapes(known, shapes), lamps, clip.frame_rate, resolution=clip.frame_rate / len(decay.components))
+    known, identification = (poles, None) if poles is not None else _identified(decay, whole, band, loss=quality.loss)
+    shapes, line = point_shapes(field, known.poles, decay.first), clip.frame_rate / len(decay.components)
+    lamps = lamps_alone(lamps, known, clip.frame_rate, resolution=line)
+    names = ("",) * known.count if poles is not None else name_modes(_with_shapes(known, shapes), lamps, clip.frame_rate,
+                                                                     resolution=line)
     shown = _whole_picture(scanned, known, decay, field=field, still=still, side=side, progress=progress)
     seen = _seen(shapes)
-    names = _with_doubtful(names, identification, seen)
+    names = _with_doubtful(names, identification, seen, loss=quality.loss)
     moved = fit_bodies(shown.windows, shown.shapes, regions, orders=tuple(orders or (ORDERS if machine is None else RIGID)))
-    doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen)
+    doubts = _doubts(scanned, quality, field, decay, known=known, bodies=moved, seen=seen, of_record=poles is not None)
     notes = (*quality.notes, *field.doubts,
              *(f"{name_line(f, clip.frame_rate)} at {f:.2f} Hz in the brightness" for f in lamps),
              *_advice(identification, names))
@@ -262,26 +267,31 @@ def join_fields(first: DisplacementField, second: DisplacementField) -> Displace
                    doubts=tuple(dict.fromkeys((*first.doubts, *second.doubts))))
 
 
-def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None) -> tuple[Modes, Identification]:
+def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, float] | None, *, loss: float
+                ) -> tuple[Modes, Identification]:
     length = len(decay.components) / decay.frame_rate
     try:
         result = identify(decay.responses(CYCLES / length), band=band)
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
-    return widen_by_windows(result.modes, field, decay.first, len(decay.components)), result
+    return widen_by_loss(widen_by_windows(result.modes, field, decay.first, len(decay.components)), loss), result
 
 
-def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray) -> tuple[str, ...]:
+def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray, *, loss: float
+                   ) -> tuple[str, ...]:
     """Return the names with those poles marked that the decay or the picture does not bear."""
-    unsure = np.zeros(len(names), bool) if identification is None else identification.doubtful
-    return tuple(name or ("doubtful: faint, it may be noise" if unsure[i] or seen[i] < SEEN else "") for i,
-                 name in enumerate(names))
+    if identification is None:
+        return tuple(name or ("" if seen[i] >= SEEN else FAINT) for i, name in enumerate(names))
+    unsure, least = identification.doubtful, loss * float(seen.max())
+    return tuple(name or (FAINT if unsure[i] or seen[i] < SEEN else OF_COMPRESSION if seen[i] < least else "")
+                 for i, name in enumerate(names))
 
 
 def _with_shapes(poles: Modes, shapes: PointShapes) -> Modes:
     flat = shapes.shape.reshape(-1, poles.count)
-    return Modes(poles.frequency, poles.damping_ratio, flat, tuple(Dof(i + 1, "+x") for i in range(len(flat))), "unscaled")
+    return Modes(poles.frequency, poles.damping_ratio, flat, tuple(Dof(i + 1, "+x") for i in range(len(flat))), "unscaled",
+                 covariance=poles.covariance)
 
 
 def _whole_picture(scanned: Scan, known: Modes, decay: FreeDecay, *, field: DisplacementField, still: Sequence[Region],
@@ -308,11 +318,13 @@ def _seen(shapes: PointShapes) -> FloatArray:
 
 
 def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
-            bodies: tuple[BodyMotion, ...], seen: FloatArray) -> tuple[Doubt, ...]:
+            bodies: tuple[BodyMotion, ...], seen: FloatArray, of_record: bool) -> tuple[Doubt, ...]:
     doubts: list[Doubt] = [*quality.doubts, *scanned.clip.doubts]
+    doubts += doubt_rate(decay, known.poles) if of_record else ()
     at, gain = find_break(decay, known.poles)
     freedom = 2 * known.count * decay.components.shape[1]
-    if gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
+    # Poles that do not fit look like a break anywhere.
+    if not (of_record and motion_left(decay, known.poles, decay.frame_rate) > MISFIT) and gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
         doubts.append(Doubt("decay", f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine "
                             "was struck again; damping and intervals rest on one unbroken decay", "state start and stop"))
     doubts += [text for body in bodies for text in body.doubts]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from scipy.fft import dct, idct
@@ -58,13 +59,15 @@ def without_shake(field: DisplacementField, still: BoolArray) -> DisplacementFie
     columns = slice(0, 3 if turns else 2)
     weighted = design[used][:, columns] / sigma[used][:, None]
     motion = np.linalg.lstsq(weighted, (values[:, used] / sigma[used]).T, rcond=None)[0]
-    motion = smooth_motion(motion, np.diag(np.linalg.inv(weighted.T @ weighted)))
+    variance = np.diag(np.linalg.inv(weighted.T @ weighted))
+    motion = smooth_motion(motion, variance)
     whole = np.zeros((3, len(values)))
     whole[columns] = motion
     shift = np.stack([whole[0][:, None] - whole[2][:, None] * arm[:, 1], whole[1][:, None] + whole[2][:, None] * arm[:, 0]],
                      axis=2)
     size = float(np.ptp(motion[:2], axis=1).max())
-    return field.changed((field.values - shift).astype(np.float32),
+    # What the filter lets through of the background's noise, and what it hides of the shake, is at most that noise.
+    return replace(field, common=variance[:2]).changed((field.values - shift).astype(np.float32),
                          *([Doubt("camera", f"camera shake of {size:.2f} px peak to peak taken off by the background")]
                            if size > 0.1 else []))
 

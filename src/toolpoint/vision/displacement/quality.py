@@ -17,6 +17,8 @@ from toolpoint.vision.displacement.survey import SATURATED
 WHITE_ENOUGH, GRAIN, KURTOSIS = -0.46, 0.06, 3.8
 ROUNDED = 0.35
 FEW_REPEATS = 0
+# Excess kurtosis below which the noise does not tell compression from none.
+LEAST_LOSS = 0.03
 
 
 @dataclass(frozen=True, eq=False)
@@ -24,12 +26,14 @@ class Quality:
     """Verdict on a clip.
 
     accepts_amplitude : whether amplitudes, damping and their intervals can be trusted; doubts : reasons, worst first; notes :
-    remarks that change nothing.
+    remarks that change nothing; loss : what compression took of the noise (excess kurtosis of its changes), 0 for a clip without
+    loss: in 16 clips by x264 at qualities 1 to 14, damping came out up to 2.8 times this share too large.
     """
 
     accepts_amplitude: bool
     doubts: tuple[Doubt, ...] = ()
     notes: tuple[Doubt, ...] = field(default=())
+    loss: float = 0.0
 
 
 def judge_quality(scanned: Scan) -> Quality:
@@ -60,6 +64,7 @@ def judge_quality(scanned: Scan) -> Quality:
     if clipped > SATURATED:
         notes.append(Doubt("picture", f"{100 * clipped:.0f} % of it is black or white (saturated) and shows no motion",
                            figure=clipped))
-    return Quality(not refusals, tuple(refusals), tuple(dict.fromkeys((*clip.doubts, *notes))))
+    loss = max(reference.kurtosis - 3, LEAST_LOSS) if clip.is_lossy else 0.0
+    return Quality(not refusals, tuple(refusals), tuple(dict.fromkeys((*clip.doubts, *notes))), loss)
 
 

@@ -36,6 +36,9 @@ class DisplacementField(NotebookText):
     doubts : tuple of str
     start : float
         Time of the first frame, s.
+    common : (2,) floats
+        Variance of an error that all windows share in a frame, right and down, pixels squared: of the camera's motion that was
+        taken off.
     """
 
     windows: Windows
@@ -47,6 +50,7 @@ class DisplacementField(NotebookText):
     method: str
     doubts: tuple[Doubt, ...] = field(default=())
     start: float = 0.0
+    common: FloatArray = field(default_factory=lambda: np.zeros(2))
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "values", frozen(self.values))

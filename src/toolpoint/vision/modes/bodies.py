@@ -24,6 +24,8 @@ RIGID = ORDERS[:2]
 FEWEST_WINDOWS = 3
 # Pixels around a body in front that are left out behind it: its edge moves with it, and regions are rough.
 EDGE_MARGIN = 5.0
+# Chi-squared per degree of freedom from which a region is not taken for one body.
+STRANGE = 4.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,9 +143,18 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, at
         coefficients.append(solution)
         covariances.append(covariance)
         fits.append(fit)
-    body = BodyMotion(name, region, tuple(picked), np.array(coefficients), np.array(covariances), shapes.basis.covariance,
-                      np.array(fits), int(at.size))
-    return body
+    covariance = np.array(covariances)
+    covariance[:, [0, 6], [0, 6]] += shapes.common  # shared by all windows: no mean over them takes it away
+    return BodyMotion(name, region, tuple(picked), np.array(coefficients), covariance, shapes.basis.covariance, np.array(fits),
+                      int(at.size), _strangers(name, np.array(fits)))
+
+
+def _strangers(name: str, fits: FloatArray) -> tuple[Doubt, ...]:
+    worst = float(np.nanmax(fits))
+    if worst < STRANGE:
+        return ()
+    return (Doubt(name, f"its windows do not move as one body (chi-squared {worst:.1f} instead of 1): the region holds parts of others, "
+                  "or it bends more than its motions can", "check where the body is said to be seen"),)
 
 
 def _rows(windows: Windows, shapes: PointShapes, at: np.ndarray) -> tuple[FloatArray, ComplexArray]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.stats import chi2
 
 from toolpoint._check import ComplexArray, FloatArray, fail, scalar
 from toolpoint._notebook import NotebookText
@@ -24,6 +25,8 @@ SETTLING = 0.006
 FEWEST_FRAMES = 48
 # Above this share of the frame rate a pole's image beyond half the rate is too near to be a term outside the band.
 HIGHEST = 0.42
+# Chance that noise alone is taken for the onset in a frame.
+CHANCE = 1e-4
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,17 +92,13 @@ def find_decay(field: DisplacementField, start: float | None = None, stop: float
         fail("field", "no window that sees motion", "must be one at least", remedy="add texture, light or focus")
     scaled = np.divide(values, sigma, out=values)  # in place: of a long clip this is the largest array
     scaled -= scaled.mean(axis=0)
-    first = _onset(scaled, field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
     last = len(scaled) if stop is None else min(len(scaled), round(scalar("stop", stop) * field.frame_rate))
+    first = _onset(scaled[:last], field.frame_rate) if start is None else round(scalar("start", start) * field.frame_rate)
     if last - first < FEWEST_FRAMES or first < 0:
         fail("start", f"{max(0, last - first)} frames of decay after frame {first}", f"must be {FEWEST_FRAMES} at least",
              remedy="film longer after the blow, or state where the decay starts and stops")
     part = scaled[first:last]
-    part -= part.mean(axis=0)
-    left, singular, right = _svd(part)
-    edge = _noise_edge(singular, *part.shape)
-    above = np.flatnonzero(singular[:MOST_COMPONENTS] > edge)
-    kept = [int(k) for k in above if _stands_out(left[:, k])]
+    left, singular, right, edge, kept = _components(part)
     if not kept:
         fail("field", "no motion stands out of the noise of the camera",
              f"no component has a spectral line above that of noise (largest singular value {singular[0] / edge:.2f} of the "
@@ -115,6 +114,16 @@ def _stands_out(history: FloatArray) -> bool:
     """
     power = np.abs(np.fft.rfft(history)[1:]) ** 2
     return bool(power.max() > (np.log(power.size) + RARE) * power.mean())
+
+
+def _components(part: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray, float, list[int]]:
+    """Return the singular value decomposition of histories less their means (in place), the edge of the singular values of
+    noise, and the numbers of the components that stand out of it."""
+    part -= part.mean(axis=0)
+    left, singular, right = _svd(part)
+    edge = _noise_edge(singular, *part.shape)
+    above = np.flatnonzero(singular[:MOST_COMPONENTS] > edge)
+    return left, singular, right, edge, [int(k) for k in above if _stands_out(left[:, k])]
 
 
 def _svd(values: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -145,13 +154,19 @@ def _noise_edge(singular: FloatArray, frames: int, channels: int) -> float:
 
 
 def _onset(scaled: FloatArray, rate: float) -> int:
-    """Return the frame at which free motion begins: just after the onset, the first one where it is under way already."""
-    energy = (scaled**2).mean(axis=1)
+    """Return the frame at which free motion begins: just after the onset, the first one where it is under way already.
+
+    The onset is looked for in what stands out of the noise, and beyond what noise has there: a decay that begins in frames
+    before the blow comes out with half its damping, one that begins late as it is.
+    """
+    left, singular, _, edge, kept = _components(scaled.copy())
+    if not kept:
+        return 0
+    energy = ((left[:, kept] * singular[kept]) ** 2).mean(axis=1)
     short = max(3, round(0.004 * rate))
     smooth = np.convolve(energy, np.ones(short) / short, "same")
-    quiet = np.quantile(smooth, 0.1)
-    early = smooth[:short].mean()
-    if early > 0.2 * smooth.max() or smooth.max() < 1.5 * quiet:
+    freedom = len(kept) * short
+    early, noise = float(smooth[:short].mean()), edge**2 / len(scaled) * float(chi2.isf(CHANCE, freedom)) / freedom
+    if early > 0.2 * smooth.max() or smooth.max() < noise:
         return 0
-    level = early + 0.1 * (smooth.max() - early)
-    return int(np.argmax(smooth > level)) + max(1, round(SETTLING * rate))
+    return int(np.argmax(smooth > max(early + 0.1 * (smooth.max() - early), noise))) + max(1, round(SETTLING * rate))

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from toolpoint._check import ComplexArray, FloatArray
+from toolpoint._check import BoolArray, ComplexArray, FloatArray
 from toolpoint.vibration import Modes
 from toolpoint.vision.modes.decay import RARE, FreeDecay
 
@@ -14,6 +14,8 @@ MAINS = (50.0, 60.0)
 STEADY = 5e-4
 HARMONICS = (2, 3)
 LOBES = 24
+# Logarithm by which a decay must fall within the record to be none of a steady line, by its whole interval.
+FADED = 1.0
 
 
 def lamp_lines(brightness: FloatArray, frame_rate: float) -> tuple[float, ...]:
@@ -55,17 +57,36 @@ def name_line(frequency: float, frame_rate: float) -> str:
     return "lamp line"
 
 
+def fading(modes: Modes, resolution: float) -> BoolArray:
+    """Return which modes fade beyond doubt within the record: a lamp and what is driven do not.
+
+    resolution : width of a line of the record, Hz. The amplitude falls by e to the power of -2 pi ratio f / resolution.
+    """
+    ratio = modes.damping_ratio if modes.covariance is None else modes.damping_ratio - np.nan_to_num(modes.damping_interval,
+                                                                                                     nan=np.inf)
+    return np.asarray(2 * np.pi * ratio * modes.frequency / resolution > FADED)
+
+
+def lamps_alone(lamps: Sequence[float], modes: Modes, frame_rate: float, *, resolution: float) -> tuple[float, ...]:
+    """Return the lines of brightness that no fading mode explains: bodies that move towards the camera or over a bright wall
+    change the brightness of the whole picture at their own frequencies."""
+    at = modes.frequency[fading(modes, resolution)]
+    return tuple(lamp for lamp in lamps if name_line(lamp, frame_rate) != "lamp line" or not at.size
+                 or np.abs(at - lamp).min() > 0.5 * resolution)
+
+
 def name_modes(modes: Modes, lamps: Sequence[float], frame_rate: float, *, resolution: float) -> tuple[str, ...]:
     """Return for every identified mode what it may be instead of a mode of the machine, empty where nothing speaks for it.
 
     resolution : width of a line of the record, Hz.
     """
+    fades = fading(modes, resolution)
     names = []
     for i in range(modes.count):
         f, ratio = float(modes.frequency[i]), float(modes.damping_ratio[i])
         near = next((lamp for lamp in lamps if abs(lamp - f) < max(2 * resolution, 0.01 * f)), None)
         harmonic = _harmonic(modes, i)
-        if near is not None:
+        if near is not None and not fades[i]:
             names.append(name_line(near, frame_rate))
         elif harmonic or _sideband(modes, i, lamps):
             names.append(harmonic or _sideband(modes, i, lamps))

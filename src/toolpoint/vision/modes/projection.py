@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from dataclasses import field as dataclass_field
 
 import numpy as np
 
@@ -77,18 +78,20 @@ class PointShapes:
     """Complex shapes of windows.
 
     shape : (n, 2, r) right and down, pixels at the start of the decay; covariance : (n, 2, 2) of a real or imaginary part for
-    a basis covariance of one; basis : DecayBasis; scatter : (n,) residual over the stated noise, about one.
+    a basis covariance of one; basis : DecayBasis; scatter : (n,) residual over the stated noise, about one; common : (2,) variance
+    of an error that all windows share (`DisplacementField.common`), beside theirs.
     """
 
     shape: ComplexArray
     covariance: FloatArray
     basis: DecayBasis
     scatter: FloatArray
+    common: FloatArray = dataclass_field(default_factory=lambda: np.zeros(2))
 
     def deviation(self) -> FloatArray:
         """Return the standard deviation of |error| per entry, (n, 2, r)."""
         trace = np.trace(self.basis.covariance, axis1=1, axis2=2)
-        return np.sqrt(np.einsum("nii,r->nir", self.covariance, trace))
+        return np.sqrt(np.einsum("ni,r->nir", np.einsum("nii->ni", self.covariance) + self.common, trace))
 
 
 def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, *, lines: Sequence[float] = ()) -> PointShapes:
@@ -98,7 +101,7 @@ def point_shapes(field: DisplacementField, poles: ComplexArray, first: int = 0, 
     values = field.values[first:].astype(float)
     amplitude = np.moveaxis(basis.amplitudes(values), 0, -1)
     amplitude = amplitude * np.exp(-basis.poles * field.delay[:, None])[:, None, :]
-    return PointShapes(amplitude, field.covariance, basis, _scatter(field, basis, first))
+    return PointShapes(amplitude, field.covariance, basis, _scatter(field, basis, first), field.common)
 
 
 def _scatter(field: DisplacementField, basis: DecayBasis, first: int) -> FloatArray:

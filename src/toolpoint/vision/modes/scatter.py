@@ -20,6 +20,7 @@ from toolpoint.vision.displacement.result import DisplacementField
 from toolpoint.vision.modes.projection import decay_basis
 
 FEWEST_WINDOWS = 4
+DAMPED = 2.8
 
 
 def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: int) -> Modes:
@@ -51,6 +52,20 @@ def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: 
     return replace(modes, covariance=modes.covariance * ratio[:, :, None] * ratio[:, None, :])
 
 
+def widen_by_loss(modes: Modes, loss: float) -> Modes:
+    """Return the modes with intervals as wide as compression may have moved them (`Quality.loss`, no law: seen in x264).
+
+    Small motion is smoothed more than large, so a decay looks faster: the ratio by up to `DAMPED` times the loss, the frequency
+    by half of the half-power width's change.
+    """
+    if modes.covariance is None or loss == 0:
+        return modes
+    ratio = DAMPED * loss * modes.damping_ratio / 1.96
+    more = np.zeros(modes.covariance.shape)
+    more[:, 0, 0], more[:, 1, 1] = (0.5 * ratio * modes.frequency) ** 2, ratio**2
+    return replace(modes, covariance=modes.covariance + np.where(modes.covariance[:, :1, :1] >= 0, more, 0.0))
+
+
 def pole_scatter(field: DisplacementField, poles: ComplexArray, first: int, count: int) -> FloatArray | None:
     """Return the covariance (r, 2, 2) of real and imaginary part of every pole, rad/s, by the scatter between windows.
 
@@ -75,8 +90,18 @@ def pole_scatter(field: DisplacementField, poles: ComplexArray, first: int, coun
     np.add.at(total, window, scores)
     groups = total[seen] - total[seen].mean(axis=0)
     more = seen.size / max(seen.size - 1, 1)
-    every = inverse @ (groups.T @ groups) @ inverse * more
+    every = inverse @ (groups.T @ groups * more + _shared(turned, gram, field)) @ inverse
     return np.stack([every[2 * r:2 * r + 2, 2 * r:2 * r + 2] for r in range(poles.size)])
+
+
+def _shared(turned: FloatArray, gram: FloatArray, field: DisplacementField) -> FloatArray:
+    """Return the variance of the sum of scores by an error that all windows share, right and down."""
+    _, sigma, _, direction = field.measured()
+    total = np.zeros((turned.shape[2], turned.shape[2]))
+    for way, variance in enumerate(field.common):
+        together = np.einsum("cij,c->ij", turned, direction[:, way] / sigma)
+        total += variance * together.T @ gram @ together
+    return total
 
 
 def _turned(amplitude: ComplexArray) -> FloatArray:

@@ -169,8 +169,9 @@ def stamp_doubts(times: FloatArray, header: Header) -> list[Doubt]:
 def _header_doubts(header: Header, frame_rate: float) -> list[Doubt]:
     doubts: list[Doubt] = []
     if header.codec not in LOSSLESS:
-        doubts.append(Doubt("video", f"compressed with loss ({header.codec}): small motion is smoothed, and damping comes out "
-                            "some per cent too large, which the intervals do not hold", "record without loss"))
+        doubts.append(Doubt("video", f"compressed with loss ({header.codec}): small motion is smoothed, damping comes out too "
+                            "large, and lines appear that are no modes; intervals are widened by what the noise has lost, by "
+                            "experience with x264", "record without loss"))
     if header.stated_rate and abs(header.stated_rate / frame_rate - 1) > 0.02:
         doubts.append(Doubt("frame rate", f"the camera wrote a rate of {header.stated_rate:g} frames/s into the file, "
                             f"{frame_rate:g} was stated", "all frequencies scale with it"))

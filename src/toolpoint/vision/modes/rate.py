@@ -1,0 +1,42 @@
+"""Whether poles from beside the camera fit a decay at the stated frame rate, and at which rate they would."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from toolpoint._check import ComplexArray
+from toolpoint._doubt import Doubt
+from toolpoint.vision.modes.decay import FreeDecay
+
+# Share of the motion that poles may leave, and rates that are tried: from a quarter of the stated one to four times it.
+LEFT, WIDEST, MOST_RATES = 0.03, 4.0, 4000
+
+
+def doubt_rate(decay: FreeDecay, poles: ComplexArray) -> tuple[Doubt, ...]:
+    """Return a doubt where poles (rad/s) of a record leave much of the motion: of the frame rate, where another one fits."""
+    left = motion_left(decay, poles, decay.frame_rate)
+    if left < LEFT:
+        return ()
+    # Two rates are told apart by half a cycle of the fastest pole within the decay.
+    step = 0.4 * decay.frame_rate / len(decay.components) / (float(np.abs(poles).max()) / (2 * np.pi))
+    count = int(min(MOST_RATES, 2 * np.log(WIDEST) / step))
+    rates = decay.frame_rate * np.exp(np.linspace(-np.log(WIDEST), np.log(WIDEST), count))
+    every = np.array([motion_left(decay, poles, float(rate)) for rate in rates])
+    best = int(np.argmin(every))
+    seen = f"the record's poles explain {100 * (1 - left):.0f} % of the motion at {decay.frame_rate:g} frames/s"
+    if every[best] < 0.5 * left:
+        return (Doubt("frame rate", f"{seen} and {100 * (1 - every[best]):.0f} % at {rates[best]:.4g}", "state the camera's own rate; "
+                      "a record of another set-up does this too", figure=abs(float(rates[best]) / decay.frame_rate - 1)),)
+    return (Doubt("record", f"{seen}: it lacks modes that the video shows, or it is of another state of the machine",
+                  "take the poles from the video", figure=left),)
+
+
+def motion_left(decay: FreeDecay, poles: ComplexArray, frame_rate: float) -> float:
+    """Return the share of a decay's motion, less the noise, that poles do not explain at a frame rate (Hz)."""
+    n, k = decay.components.shape
+    waves = np.exp(poles * (np.arange(n) / frame_rate)[:, None])
+    columns = np.concatenate([waves.real, waves.imag, np.ones((n, 1)), np.linspace(-1, 1, n)[:, None]], axis=1)
+    columns = columns / np.linalg.norm(columns, axis=0)
+    fitted = columns @ np.linalg.lstsq(columns, decay.components, rcond=1e-8)[0]
+    power = float((decay.components**2).sum())
+    return (power - float((fitted**2).sum()) - (n - columns.shape[1]) * k) / max(power - n * k, 1e-9)
