@@ -13,7 +13,8 @@ import numpy as np
 from numba import njit
 from scipy.ndimage import gaussian_filter
 
-FINE, SUB, RIM = 8, 3, 6
+# Ink is soft by half a pixel: sharper ink would alias in the sub-samples, which a pixel of glass and silicon does not do.
+FINE, SUB, RIM, LENS = 8, 3, 6, 4.0
 
 
 @dataclass
@@ -70,7 +71,7 @@ def speckle(rng: np.random.Generator, box: tuple[int, int, int, int], *, grey: f
     coarse = rng.standard_normal((rows // 4 + 2, columns // 4 + 2))
     coarse = gaussian_filter(coarse, grain * FINE / 8)
     paint = np.kron(np.where(coarse > 0, 1.0, -1.0), np.ones((4, 4)))[:rows, :columns]
-    return (grey + contrast * gaussian_filter(paint, 2.0)).astype(np.float32)
+    return (grey + contrast * gaussian_filter(paint, LENS)).astype(np.float32)
 
 
 def stripes(rng: np.random.Generator, box: tuple[int, int, int, int], *, grey: float, contrast: float, period: float
@@ -80,7 +81,7 @@ def stripes(rng: np.random.Generator, box: tuple[int, int, int, int], *, grey: f
     turn = rng.uniform(0, 0.4)
     u, v = x * np.cos(turn) + y * np.sin(turn), -x * np.sin(turn) + y * np.cos(turn)
     paint = np.sign(np.sin(2 * np.pi * u / period)) * np.sign(np.sin(2 * np.pi * v / period))
-    return (grey + contrast * gaussian_filter(paint, 2.0)).astype(np.float32)
+    return (grey + contrast * gaussian_filter(paint, LENS)).astype(np.float32)
 
 
 @njit(cache=True)
@@ -144,7 +145,8 @@ def _seen(bodies: list[Body], wall: Body, modal: Callable[[np.ndarray], np.ndarr
             moves[:, 0, 1] += zoom
             moves[:, 1, 2] += zoom
         _look(fine, body.ink, *body.box, body.extent, moves, body is wall)
-    picture = gaussian_filter(fine, light.blur * SUB, truncate=3.5, mode="nearest").reshape(rows, SUB, columns, SUB).mean(axis=(1, 3))
+    soft = gaussian_filter(fine, light.blur * SUB, truncate=3.5, mode="nearest")
+    picture = soft.reshape(rows, SUB, columns, SUB).mean(axis=(1, 3))
     lamp = 1 + light.flicker * np.cos(4 * np.pi * light.mains * t)[:, None] * (
         1 + light.slope * np.linspace(-1, 1, columns)[None, :])
     return picture * lamp

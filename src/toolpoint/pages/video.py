@@ -48,7 +48,10 @@ def _assumptions(video: VideoStudy) -> list[str]:
     clip = video.scan.clip
     source = (f"of a free decay, on {clip.frame_rate:g} frames/s: a rate that is off by a per cent moves every frequency by "
               "that per cent" if video.source == "video" else f"from the record {video.source}")
-    return [f"{clip.name or 'the clip'}: poles {source}",
+    folded = [] if video.source != "video" else [
+        f"a mode above half the frame rate ({clip.frame_rate / 2:g} Hz) is seen at a lower frequency, and nothing in the clip "
+        "tells it from one that is there: the table says which it may be; a record beside the camera or another rate decides"]
+    return [f"{clip.name or 'the clip'}: poles {source}", *folded,
             "shapes are motion in the plane of the picture; motion towards the camera is not seen"]
 
 

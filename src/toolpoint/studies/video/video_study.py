@@ -30,8 +30,7 @@ from toolpoint.vision.modes.decay import FreeDecay, find_decay
 from toolpoint.vision.modes.full_field import FullField, full_field
 from toolpoint.vision.modes.lines import alias_candidates, find_break, lamp_lines, lamps_alone, name_line, name_modes
 from toolpoint.vision.modes.projection import PointShapes, point_shapes
-from toolpoint.vision.modes.rate import LEFT as MISFIT
-from toolpoint.vision.modes.rate import doubt_rate, motion_left
+from toolpoint.vision.modes.rate import doubt_rate
 from toolpoint.vision.modes.scatter import widen_by_loss, widen_by_windows
 from toolpoint.vision.view import View
 
@@ -320,13 +319,8 @@ def _seen(shapes: PointShapes) -> FloatArray:
 def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: FreeDecay, *, known: Modes,
             bodies: tuple[BodyMotion, ...], seen: FloatArray, of_record: bool) -> tuple[Doubt, ...]:
     doubts: list[Doubt] = [*quality.doubts, *scanned.clip.doubts]
-    doubts += doubt_rate(decay, known.poles) if of_record else ()
-    at, gain = find_break(decay, known.poles)
-    freedom = 2 * known.count * decay.components.shape[1]
-    # Poles that do not fit look like a break anywhere.
-    if not (of_record and motion_left(decay, known.poles, decay.frame_rate) > MISFIT) and gain > freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
-        doubts.append(Doubt("decay", f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine "
-                            "was struck again; damping and intervals rest on one unbroken decay", "state start and stop"))
+    rate = doubt_rate(decay, known.poles) if of_record else ()
+    doubts += rate or _broken(decay, known)  # poles that do not fit look like a break anywhere
     doubts += [text for body in bodies for text in body.doubts]
     for i in np.flatnonzero(seen < SEEN):
         doubts.append(Doubt(f"mode {i + 1} at {known.frequency[i]:.4g} Hz", "does not stand out of the noise in the video: its "
@@ -335,6 +329,15 @@ def _doubts(scanned: Scan, quality: Quality, field: DisplacementField, decay: Fr
     if scanned.clip.row_delay == 0:
         doubts += _rolling(known, field, decay, rows)
     return tuple(dict.fromkeys(doubts))
+
+
+def _broken(decay: FreeDecay, known: Modes) -> tuple[Doubt, ...]:
+    at, gain = find_break(decay, known.poles)
+    freedom = 2 * known.count * decay.components.shape[1]
+    if gain <= freedom + BROKEN * np.sqrt(2 * freedom) + 0.002 * float((decay.components**2).sum()):
+        return ()
+    return (Doubt("decay", f"the decay breaks near frame {at}: frames were dropped or repeated there, or the machine was "
+                  "struck again; damping and intervals rest on one unbroken decay", "state start and stop"),)
 
 
 def _rolling(known: Modes, field: DisplacementField, decay: FreeDecay, rows: FloatArray) -> list[Doubt]:

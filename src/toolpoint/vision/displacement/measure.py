@@ -71,7 +71,8 @@ def measure(scanned: Scan, windows: Windows, method: str | Method = "templates",
 def _that_are_measured(windows: Windows, covariance: FloatArray) -> Windows:
     """Return the windows with those blind that a method cannot measure, as most methods an edge: they have no covariance."""
     nothing = np.trace(covariance, axis1=1, axis2=2) <= 0
-    return replace(windows, sight=np.where(nothing, BLIND, windows.sight), bound=np.where(nothing[:, None], np.inf, windows.bound))
+    return replace(windows, sight=np.where(nothing, BLIND, windows.sight),
+                   bound=np.where(nothing[:, None], np.inf, windows.bound))
 
 
 def _without_lost(windows: Windows, values: FloatArray, lost: IndexArray) -> tuple[Windows, FloatArray]:

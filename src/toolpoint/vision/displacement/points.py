@@ -15,8 +15,8 @@ SIGHTS = ("blind", "across the edge only", "both directions")
 # Pixels a frame: a direction whose standard deviation is above this is not measured.
 COARSEST = 0.3
 SURE = 1.0
-# Pixels along the border of a window, and the least share of its information within them over that of even texture: an edge that
-# only reaches into a window leaves it by its own motion, and a window that follows it wanders.
+# Pixels along the border of a window, and the least share of its information within them over that of even texture: an edge
+# that only reaches into a window leaves it by its own motion, and a window that follows it wanders.
 BORDER, INNER = 2, 0.5
 
 

@@ -26,8 +26,8 @@ class Quality:
     """Verdict on a clip.
 
     accepts_amplitude : whether amplitudes, damping and their intervals can be trusted; doubts : reasons, worst first; notes :
-    remarks that change nothing; loss : what compression took of the noise (excess kurtosis of its changes), 0 for a clip without
-    loss: in 16 clips by x264 at qualities 1 to 14, damping came out up to 2.8 times this share too large.
+    remarks that change nothing; loss : what compression took of the noise (excess kurtosis of its changes), 0 for a clip
+    without loss: in 16 clips by x264 at qualities 1 to 14, damping came out up to 2.8 times this share too large.
     """
 
     accepts_amplitude: bool

@@ -24,8 +24,8 @@ RIGID = ORDERS[:2]
 FEWEST_WINDOWS = 3
 # Pixels around a body in front that are left out behind it: its edge moves with it, and regions are rough.
 EDGE_MARGIN = 5.0
-# Chi-squared per degree of freedom from which a region is not taken for one body.
-STRANGE = 4.0
+# Chi-squared per degree of freedom, and share of the motion's power left, from which a region is not taken for one body.
+STRANGE, STRANGERS = 2.5, 0.005
 
 
 @dataclass(frozen=True, eq=False)
@@ -136,25 +136,27 @@ def _fit(name: str, region: Region, windows: Windows, shapes: PointShapes, *, at
                                     "is not known", "stick or spray a pattern on it"),))
     rows, values = _rows(windows, shapes, at)
     terms = _terms(windows.centres[at], region)
-    picked, coefficients, covariances, fits = [], [], [], []
+    picked, coefficients, covariances, fits, left = [], [], [], [], []
     for r in range(modes):
-        order, solution, covariance, fit = _choose(rows, values[:, r], terms, shapes.basis.covariance[r], orders)
+        order, solution, covariance, fit, share = _choose(rows, values[:, r], terms, shapes.basis.covariance[r], orders)
         picked.append(order)
         coefficients.append(solution)
         covariances.append(covariance)
         fits.append(fit)
+        left.append(share)
     covariance = np.array(covariances)
     covariance[:, [0, 6], [0, 6]] += shapes.common  # shared by all windows: no mean over them takes it away
     return BodyMotion(name, region, tuple(picked), np.array(coefficients), covariance, shapes.basis.covariance, np.array(fits),
-                      int(at.size), _strangers(name, np.array(fits)))
+                      int(at.size), _strangers(name, np.array(fits), np.array(left)))
 
 
-def _strangers(name: str, fits: FloatArray) -> tuple[Doubt, ...]:
-    worst = float(np.nanmax(fits))
-    if worst < STRANGE:
+def _strangers(name: str, fits: FloatArray, left: FloatArray) -> tuple[Doubt, ...]:
+    strange = np.where(fits > STRANGE, left, 0.0)
+    if strange.max() < STRANGERS:
         return ()
-    return (Doubt(name, f"its windows do not move as one body (chi-squared {worst:.1f} instead of 1): the region holds parts of others, "
-                  "or it bends more than its motions can", "check where the body is said to be seen"),)
+    return (Doubt(name, f"its windows do not move as one body ({100 * strange.max():.1f} % of their motion is left): the "
+                  "region holds parts of others, or it bends more than its motions can",
+                  "check where the body is said to be seen", figure=float(strange.max())),)
 
 
 def _rows(windows: Windows, shapes: PointShapes, at: np.ndarray) -> tuple[FloatArray, ComplexArray]:
@@ -176,8 +178,9 @@ def _rows(windows: Windows, shapes: PointShapes, at: np.ndarray) -> tuple[FloatA
 
 
 def _choose(rows: FloatArray, values: ComplexArray, terms: FloatArray, spread: FloatArray, orders: tuple[str, ...]
-            ) -> tuple[str, ComplexArray, FloatArray, float]:
-    """Return the order of least penalised misfit, its coefficients (12,), their covariance and the misfit of the best."""
+            ) -> tuple[str, ComplexArray, FloatArray, float, float]:
+    """Return the order of least penalised misfit, its coefficients (12,), their covariance, its misfit per degree of freedom
+    and the share of the motion that it leaves, noise apart."""
     whiten = np.linalg.cholesky(np.linalg.inv(spread))
     seen = np.stack([values.real, values.imag], axis=1) @ whiten
     best = None
@@ -196,11 +199,12 @@ def _choose(rows: FloatArray, values: ComplexArray, terms: FloatArray, spread: F
             inverse = np.linalg.inv(design.T @ design)
             # Misfit beyond the noise (no model is quite right) widens what is stated, never narrows it.
             wider = max(1.0, misfit / freedom)
-            best = (score, order, turn.T @ (parts[:, 0] + 1j * parts[:, 1]), turn.T @ inverse @ turn * wider, misfit / freedom)
+            best = (score, order, turn.T @ (parts[:, 0] + 1j * parts[:, 1]), turn.T @ inverse @ turn * wider, misfit / freedom,
+                    max(0.0, misfit - freedom) / max(float((seen**2).sum()), 1e-300))
     if best is None:
         fail("bodies", f"{len(rows)} measured directions", "are too few for any motion",
              remedy="take a larger region or more texture")
-    return best[1], best[2], best[3], best[4]
+    return best[1], best[2], best[3], best[4], best[5]
 
 
 def _subspace(order: str) -> FloatArray:

@@ -167,6 +167,6 @@ def _onset(scaled: FloatArray, rate: float) -> int:
     smooth = np.convolve(energy, np.ones(short) / short, "same")
     freedom = len(kept) * short
     early, noise = float(smooth[:short].mean()), edge**2 / len(scaled) * float(chi2.isf(CHANCE, freedom)) / freedom
-    if early > 0.2 * smooth.max() or smooth.max() < noise:
+    if early > max(0.2 * smooth.max(), noise) or smooth.max() < noise:
         return 0
     return int(np.argmax(smooth > max(early + 0.1 * (smooth.max() - early), noise))) + max(1, round(SETTLING * rate))

@@ -78,8 +78,8 @@ class PointShapes:
     """Complex shapes of windows.
 
     shape : (n, 2, r) right and down, pixels at the start of the decay; covariance : (n, 2, 2) of a real or imaginary part for
-    a basis covariance of one; basis : DecayBasis; scatter : (n,) residual over the stated noise, about one; common : (2,) variance
-    of an error that all windows share (`DisplacementField.common`), beside theirs.
+    a basis covariance of one; basis : DecayBasis; scatter : (n,) residual over the stated noise, about one; common : (2,)
+    variance of an error that all windows share (`DisplacementField.common`), beside theirs.
     """
 
     shape: ComplexArray

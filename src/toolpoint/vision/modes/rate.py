@@ -25,8 +25,9 @@ def doubt_rate(decay: FreeDecay, poles: ComplexArray) -> tuple[Doubt, ...]:
     best = int(np.argmin(every))
     seen = f"the record's poles explain {100 * (1 - left):.0f} % of the motion at {decay.frame_rate:g} frames/s"
     if every[best] < 0.5 * left:
-        return (Doubt("frame rate", f"{seen} and {100 * (1 - every[best]):.0f} % at {rates[best]:.4g}", "state the camera's own rate; "
-                      "a record of another set-up does this too", figure=abs(float(rates[best]) / decay.frame_rate - 1)),)
+        return (Doubt("frame rate", f"{seen} and {100 * (1 - every[best]):.0f} % at {rates[best]:.4g}",
+                      "state the camera's own rate; a record of another set-up does this too",
+                      figure=abs(float(rates[best]) / decay.frame_rate - 1)),)
     return (Doubt("record", f"{seen}: it lacks modes that the video shows, or it is of another state of the machine",
                   "take the poles from the video", figure=left),)
 
