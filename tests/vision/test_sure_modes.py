@@ -119,7 +119,10 @@ def test_compression_widens_by_what_the_noise_lost():
     wider = widen_by_loss(modes, 0.2)
     # At x264 quality 10 damping came out up to 37 % too large.
     assert (wider.damping_interval > 0.5 * modes.damping_ratio).all()
-    assert widen_by_loss(modes, 0.0) is modes
+    # Without it, by the share to which windows follow a decay: 3.5 intervals off without it in a random film.
+    clean = widen_by_loss(modes, 0.0)
+    share = clean.damping_interval / modes.damping_ratio
+    assert share.min() > 0.01 and share.max() < 0.02
 
 
 @pytest.mark.parametrize("rate", [0.5, 1.03, 1.1, 2.0])

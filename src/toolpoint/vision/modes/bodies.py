@@ -155,7 +155,7 @@ def _strangers(name: str, fits: FloatArray, left: FloatArray) -> tuple[Doubt, ..
     if strange.max() < STRANGERS:
         return ()
     return (Doubt(name, f"its windows do not move as one body ({100 * strange.max():.1f} % of their motion is left): the "
-                  "region holds parts of others, or it bends more than its motions can",
+                  "region holds parts of others, it bends more, or it was smoothed",
                   "check where the body is said to be seen", figure=float(strange.max())),)
 
 

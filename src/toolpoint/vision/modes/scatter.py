@@ -21,6 +21,8 @@ from toolpoint.vision.modes.projection import decay_basis
 
 FEWEST_WINDOWS = 4
 DAMPED = 2.8
+# Share of the damping to which windows follow a decay as it shrinks: fitted to random films (benchmarks/video_records.py).
+FOLLOWED = 0.012
 
 
 def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: int) -> Modes:
@@ -53,16 +55,17 @@ def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: 
 
 
 def widen_by_loss(modes: Modes, loss: float) -> Modes:
-    """Return the modes with intervals as wide as compression may have moved them (`Quality.loss`, no law: seen in x264).
+    """Return the modes with intervals as wide as pixels and compression may move them (`Quality.loss`; no law: seen in films).
 
     Small motion is smoothed more than large, so a decay looks faster: the ratio by up to `DAMPED` times the loss, the frequency
-    by half of the half-power width's change.
+    by half of the half-power width's change. Without compression the following of windows is good to `FOLLOWED` of the damping.
     """
-    if modes.covariance is None or loss == 0:
+    if modes.covariance is None:
         return modes
-    ratio = DAMPED * loss * modes.damping_ratio / 1.96
+    ratio = max(DAMPED * loss, FOLLOWED) * modes.damping_ratio / 1.96
     more = np.zeros(modes.covariance.shape)
-    more[:, 0, 0], more[:, 1, 1] = (0.5 * ratio * modes.frequency) ** 2, ratio**2
+    part = ratio * modes.frequency * (0.5 if loss > 0 else 1.0)
+    more[:, 0, 0], more[:, 1, 1] = part**2, ratio**2
     return replace(modes, covariance=modes.covariance + np.where(modes.covariance[:, :1, :1] >= 0, more, 0.0))
 
 
