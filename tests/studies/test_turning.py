@@ -5,12 +5,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from toolpoint import ToolpointError
+from toolpoint import ToolpointError, ToolpointWarning
 from toolpoint.cutting import stability
 from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
+from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 from toolpoint.studies.cuts.turning import orient, unconditional_limit, width_range
-from toolpoint.vibration import Modes, frequency_response
+from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+from toolpoint.vibration import Frf, Modes, frequency_response
 
 LABELS = {"x": "t:+x", "y": "t:+y", "z": "t:+z"}
 TOOL = Modes([120.0, 180.0, 310.0], [0.03, 0.02, 0.04], np.array([[1.0, 0.3, 0.2], [0.1, 0.8, 0.3], [0.2, 0.1, 1.1]]) / 5,
@@ -75,3 +77,49 @@ def test_wrong_input():
     damped = TurningProblem(KF, orient(TOOL, LABELS, (1, 0, 0), force=(1, 0, 0)), None, 1e3, 2.0)
     with pytest.raises(ToolpointError, match="depends on the speed"):
         unconditional_limit(damped)
+
+
+def measured_study(frequency, noise=0.0, modes=TOOL):
+    """Return the study of measured lines with noise, as a share of the least real part."""
+    frf = frequency_response.modal(modes, frequency, ["t:+x"], inputs=["t:+x"])
+    rng, least = np.random.default_rng(0), -frf.values.real.min()
+    values = frf.values + noise * least * (rng.standard_normal(frf.values.shape) + 1j * rng.standard_normal(frf.values.shape))
+    dynamics = response_dynamics(Frf(frf.frequency, values, frf.outputs, frf.inputs))
+    return chart_turning(dynamics, TurningCut(KF), np.array([900.0]))
+
+
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+@pytest.mark.parametrize(("frequency", "noise", "words"), [
+    (np.arange(20, 121, 0.25), 0.0, "least at the edge"), (np.arange(20, 118, 0.25), 0.0, "least at the edge"),
+    (np.arange(20, 900, 0.25), 0.4, "noise, or lines too far apart"),
+    (np.arange(20, 900, 8.0), 0.0, "noise, or lines too far apart"),
+    (np.arange(20, 100, 0.25), 0.0, "no line has a negative real part")])
+def test_lines_that_cannot_carry_the_limit_are_doubted(frequency, noise, words):
+    study = measured_study(frequency, noise)
+    assert any(words in doubt for doubt in study.doubts) and study.to_dict()["doubts"]
+    assert "(doubtful)" in study.rows()[0][-1]
+
+
+@pytest.mark.filterwarnings("ignore::toolpoint.ToolpointWarning")
+def test_good_lines_are_not_doubted_and_say_their_band():
+    study = measured_study(np.arange(5, 1500, 0.25), 1e-3)
+    assert not study.doubts and any("measured from" in note for note in study.chart.notes)
+    assert study.limit.width == pytest.approx(unconditional_limit(TurningProblem(KF, orient(
+        TOOL, {"x": "t:+x"}, (1, 0, 0), force=(1, 0, 0)))).width, rel=0.01)
+
+
+def test_a_band_that_ends_too_early_is_a_doubt_of_the_limits():
+    """The mode at 310 Hz decides; the lines end before it."""
+    with pytest.warns(ToolpointWarning, match="missing is the band"):
+        study = measured_study(np.arange(5, 150, 0.25))
+    assert any(doubt.what == "limits" and "missing is the band" in doubt for doubt in study.doubts)
+
+
+def test_noise_of_responses_is_that_of_their_sum():
+    """var(n^T G f) = sum n_i^2 f_j^2 var_ij of independent noise."""
+    frf = frequency_response.modal(TOOL, F)
+    variance = np.random.default_rng(0).uniform(1e-20, 1e-18, frf.values.shape)
+    n, f = np.array([0.6, 0.8, 0.0]), np.array([0.6, 0.8, 1.5])
+    lines = Frf(F, frf.values, frf.outputs, frf.inputs, variance=variance)
+    found = orient(lines, LABELS, n, force=f).variance
+    np.testing.assert_allclose(found[:, 0, 0], np.einsum("i,kij,j->k", n**2, variance, f**2))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning, count, fail, floats, positive, scalar
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting.cut.coefficients import CuttingCoefficients, mean_matrix
 from toolpoint.cutting.cut.plane import Label, PlaneDynamics, from_frf, from_modes, from_pair
@@ -247,8 +248,8 @@ def check_speeds(speeds: FloatArray | float) -> FloatArray:
     return n
 
 
-def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tuple[str, ...]:
-    """Warn where a measured FRF does not cover the chatter band; return the remarks for the result.
+def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tuple[Doubt, ...]:
+    """Warn where a measured FRF does not cover the chatter band; return the doubts for the result.
 
     Chatter appears at and somewhat above resonances, and the harmonics of the tooth-passing frequency carry it: the
     response must have fallen off at the band's upper end (here: below a tenth of its largest value) and the band must
@@ -272,7 +273,7 @@ def coverage(problem: MillingProblem | TurningProblem, speeds: FloatArray) -> tu
                      "(largest resonance plus tooth-passing frequency)")
     if f[0] > 0.5 * peak:
         notes.append(f"the FRF begins at {f[0]:g} Hz; {MISSING} from {0.5 * peak:.0f} Hz")
-    notes = [f"{note}; limits may be far too high for it, and no stated error holds it" for note in notes]
-    for note in notes:
-        warnings.warn(note, ToolpointWarning, stacklevel=3)
-    return tuple(notes)
+    doubts = [Doubt("limits", note, "limits may be far too high for it, and no stated error holds it") for note in notes]
+    for doubt in doubts:
+        warnings.warn(doubt, ToolpointWarning, stacklevel=3)
+    return tuple(doubts)

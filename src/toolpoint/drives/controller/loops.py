@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ComplexArray, FloatArray, fail, floats
-from toolpoint._doubt import Doubt
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.axis.outputs import ANGLE, CURRENT_Q, OUTPUTS, SCALE, SPEED
+from toolpoint.drives.controller.loop_doubts import doubt_margins
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.controller.settings import Controller
 from toolpoint.vibration import StateSpace
@@ -187,14 +188,23 @@ class ServoLoops(NotebookText):
                 rows.append((level.name, name, m.gain_db, m.phase, bandwidth(f, closed)))
         return rows
 
+    @property
+    def doubts(self) -> list[Doubt]:
+        """Which loops are hardly stable."""
+        return doubt_margins(self.figures)
+
     def to_dict(self) -> dict[str, Any]:
-        """Return margins and bandwidth as plain data."""
-        return {"stable": self.stable, "loops": [
+        """Return margins, bandwidth and doubts as plain data."""
+        return {"stable": self.stable, "doubts": list(self.doubts), "loops": [
             {"loop": loop, "axis": name, "gain_margin_db": gain, "phase_margin_deg": phase, "bandwidth_hz": width}
             for loop, name, gain, phase, width in self.figures]}
 
     def table(self) -> str:
-        """Return margins and bandwidth, one line for each level and axis."""
+        """Return doubts, then margins and bandwidth, one line for each level and axis."""
+        return "\n".join([*mark_notes(self.doubts), self.margin_table()])
+
+    def margin_table(self) -> str:
+        """Return margins and bandwidth alone."""
         lines = ["loop      axis  gain margin dB  phase margin deg  bandwidth Hz"]
         return "\n".join(lines + [f"{loop:9s} {name:5s} {gain:14.2f}  {phase:16.1f}  {width:12.2f}"
                                   for loop, name, gain, phase, width in self.figures])

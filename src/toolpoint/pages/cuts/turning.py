@@ -49,6 +49,7 @@ def _answer(result: TurningStudy) -> str:
     words = limit_sentence(result.chart, width=True)
     if limit is not None and np.isfinite(limit.width):
         words += f" Below {text_below(1e3 * limit.width)} mm it is stable at any speed at all."
+        words += " That is doubtful: see below." if result.doubts else ""
     return words
 
 

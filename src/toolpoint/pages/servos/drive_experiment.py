@@ -17,7 +17,7 @@ def drive_page(result: DriveExperiment, *, source_text: str = "", warnings: Sequ
     """Return the page of a result; `source_text` is the drive file's, `warnings` those of the run."""
     drives = result.drives
     report = Report(drives.name, _answer(result), subtitle=drives.source)
-    report = report.with_doubts(*result.remarks, *warnings)
+    report = report.with_doubts(*result.doubts, *result.remarks, *warnings)
     report = report.with_section("Result", Table(["quantity", "value"], result.rows()))
     if result.turn is not None:
         report = report.with_section("Ballbar plot", Chart(

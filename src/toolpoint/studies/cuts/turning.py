@@ -80,7 +80,11 @@ def orient(response: Modes | Frf, labels: Mapping[str, str], normal: ArrayLike, 
         return out
 
     values = None if plane.values is None else along(plane.values)
-    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=None)
+    variance = None
+    if plane.variance is not None:  # of independent noise on every response
+        variance = np.zeros((*plane.variance.shape[:-2], 2, 2))
+        variance[..., 0, 0] = np.einsum("i,...ij,j->...", left**2, plane.variance, right**2)
+    return replace(plane, residues=along(plane.residues), static=along(plane.static), values=values, variance=variance)
 
 
 def unconditional_limit(problem: TurningProblem, lobes: int = 12) -> UnconditionalLimit:

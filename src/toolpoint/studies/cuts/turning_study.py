@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._doubt import Doubt, doubts_among
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart, stability
 from toolpoint.cutting.advice.best_speed import from_chart
@@ -17,6 +18,7 @@ from toolpoint.studies.cuts.lobes_study import doubtful_limits
 from toolpoint.studies.cuts.tool_directions import driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.cuts.turning import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
+from toolpoint.studies.cuts.turning_doubts import band_note, doubt_lines
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 
@@ -65,7 +67,9 @@ class TurningStudy(NotebookText):
         if limit is not None:
             finite = np.isfinite(limit.width)
             rows.append(["stable at every speed", "", f"below {1e3 * limit.width:.4f}" if finite else "every width",
-                         f"chatter at {limit.frequency:.1f} Hz above" if finite else "no negative real part"])
+                         (f"chatter at {limit.frequency:.1f} Hz above" if finite else "no negative real part")
+                         + ("" if self.problem.plane.is_modal else ", of the measured band")
+                         + (" (doubtful)" if self.doubts else "")])
         if self.coupling is not None:
             least, known = self.coupling.depth, np.isfinite(self.coupling.depth)
             width = f"above {1e3 * least:.4f}" if known else f"no width to {1e3 * chart.depth_max:.3g}"
@@ -83,6 +87,11 @@ class TurningStudy(NotebookText):
         """Return limits and best cut as text."""
         return text_table("Turning: stable widths", HEADER, self.rows())
 
+    @property
+    def doubts(self) -> list[Doubt]:
+        """What may be wrong with the limits."""
+        return doubts_among(self.chart.notes)
+
     def to_dict(self) -> dict[str, object]:
         """Return the result as plain numbers and text."""
         best = from_chart(self.chart)
@@ -93,7 +102,7 @@ class TurningStudy(NotebookText):
                 "mode_coupling": self._coupling(), "method": self.chart.method,
                 "stable_intervals_m": [self.chart.intervals(i).tolist() for i in range(self.chart.speeds.size)],
                 "best_cut": {"speed_rpm": best.speed, "width_m": best.depth, "reason": best.reason},
-                "notes": list(self.chart.notes)}
+                "doubts": list(self.doubts), "notes": list(self.chart.notes)}
 
     def _coupling(self) -> dict[str, float] | None:
         if self.coupling is None or not np.isfinite(self.coupling.depth):
@@ -117,8 +126,13 @@ def chart_turning(dynamics: ToolDynamics, cut: TurningCut, speeds: FloatArray | 
     limit = unconditional_limit(problem) if cut.process_damping == 0 else None
     modal = cut.process_damping == 0 and problem.plane.is_modal
     coupling = mode_coupling(problem, chart.depth_max) if modal else None
+    if not problem.plane.is_modal:
+        assumed = [*doubt_lines(problem.plane), *assumed, band_note(problem.plane)]
     kept = [note for note in dynamics.notes if "across" not in note and "rigid along y" not in note]
-    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubtful_limits(chart), *kept, *assumed])), limit, coupling)
+    doubts = doubts_among(assumed)
+    rest = [note for note in assumed if not isinstance(note, Doubt)]
+    return TurningStudy(cut, problem, chart.noted(*dict.fromkeys([*doubts, *doubtful_limits(chart), *kept, *rest])), limit,
+                        coupling)
 
 
 def build_turning(dynamics: ToolDynamics, cut: TurningCut) -> tuple[TurningProblem, list[str]]:

@@ -10,10 +10,12 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointError, ToolpointWarning, fail
+from toolpoint._doubt import Doubt, mark_notes
 from toolpoint._notebook import NotebookText
 from toolpoint.drives.accuracy.contour import ContourError
 from toolpoint.drives.accuracy.metrology import CircularTest, circular_test, quadrant_peaks
 from toolpoint.drives.build import build_servo
+from toolpoint.drives.controller.loop_doubts import doubt_gains
 from toolpoint.drives.controller.loops import ServoLoops, compute_loops
 from toolpoint.drives.controller.servo import Servo
 from toolpoint.drives.description import DriveDescription
@@ -31,6 +33,8 @@ PLACES = ("scale", "table", "tool")
 # Moving mean of the set points, and what is simulated after the last of them, s.
 _SMOOTHED, _AFTER = 0.01, 0.3
 _LONGEST, _FEWEST, _SLOWER = 1800.0, 40, 0.98
+# Share of a circle's radius beside which the axes run from which on the servo is doubted.
+_FAR = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,6 +75,18 @@ class DriveExperiment(NotebookText):
         """What the simulation rests on, in words."""
         return (*self.remarks, *self.result.notes)
 
+    @property
+    def doubts(self) -> list[Doubt]:
+        """Loops that are hardly stable, gains that no axis has, and a circle that the axes do not come near."""
+        names = [axis.name for axis in self.servo.plant.axes]
+        doubts = [*self.loops.doubts, *doubt_gains(names, self.servo.controllers)]
+        if self.circle is not None and self.turn is not None:
+            off = max(abs(self.circle.radial_max), abs(self.circle.radial_min)) / self.turn.radius
+            if off > _FAR:
+                doubts.append(Doubt("circular test", f"the axes run {100 * off:.0f} % of the radius beside the circle",
+                                    "gains too low for this feed, or lead or units are wrong", figure=off))
+        return doubts
+
     def largest_error(self, place: str, *, rapid: bool = False) -> float | None:
         """Return the largest contour error of the cutting moves (or of the rapids) at a place, m; None where there are none."""
         judged = self.cutting[place] ^ rapid
@@ -100,15 +116,15 @@ class DriveExperiment(NotebookText):
 
     def table(self) -> str:
         """Return the quantities, and below them the margins and bandwidths of the loops."""
-        return "\n".join([*(f"note: {note}" for note in self.remarks),
-                          *(f"{name:36s} {value}" for name, value in self.rows()), self.loops.table()])
+        return "\n".join([*mark_notes([*self.doubts, *self.remarks], "note: "),
+                          *(f"{name:36s} {value}" for name, value in self.rows()), self.loops.margin_table()])
 
     def to_dict(self) -> dict[str, Any]:
         """Return the largest contour errors of cuts and of rapids (m; None where there are none), the circular deviation (m),
         the status and the notes as plain values."""
         return {"contour_error_m": {name: self.largest_error(name) for name in self.errors},
                 "contour_error_rapid_m": {name: self.largest_error(name, rapid=True) for name in self.errors},
-                "notes": list(self.remarks),
+                "doubts": list(self.doubts), "notes": list(self.remarks),
                 "circular_deviation_m": None if self.circle is None else self.circle.deviation, "status": self.status}
 
 
