@@ -112,6 +112,7 @@ def test_errors_of_windows_that_repeat_with_the_motion_widen_the_intervals():
     few = replace(field_of(clean[:, :15], 0.002), common=np.full(2, 0.02**2))
     whole, part = (widen_by_windows(stated, field, 0, FRAMES).frequency_interval[0] for field in (shaken, few))
     assert part == pytest.approx(whole, rel=0.4)
+    assert whole > 3 * widen_by_windows(stated, field_of(clean, 0.002), 0, FRAMES).frequency_interval[0]
 
 
 def test_compression_widens_by_what_the_noise_lost():
