@@ -39,8 +39,12 @@ def pytest_configure(config):
 
 
 def pytest_collection_modifyitems(items):
-    """What opens a page is marked `browser`, what starts workers `cluster`, by what each test asks for."""
+    """What opens a page is marked `browser`, what starts workers `cluster`, by what each test asks for; an overflow or a
+    number that is none fails a test that is not slow."""
     for item in items:
+        if item.get_closest_marker("slow") is None:
+            for kind in ("RuntimeWarning", "scipy.linalg.LinAlgWarning"):
+                item.add_marker(pytest.mark.filterwarnings(f"error::{kind}"))
         if "browser" in getattr(item, "fixturenames", ()):
             item.add_marker("browser")
         if "dask" in item.name or "worker" in item.name:

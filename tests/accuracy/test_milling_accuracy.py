@@ -91,6 +91,7 @@ def test_half_the_spacing_changes_little_and_nothing_beats_with_whole_tooth_peri
     np.testing.assert_allclose(values, values[-1], rtol=0.01)
 
 
+@pytest.mark.slow
 def test_the_stated_halving_bounds_the_change_of_half_the_step(robot, sides):
     coarse = mill_side(robot, sides[0], replace(SETUP, halved=True))
     fine = mill_side(robot, sides[0], replace(SETUP, steps=200, spacing=1e-3))

@@ -35,7 +35,7 @@ def cut_on_a_damper(damper, helix=0.0):
 
 
 @pytest.mark.parametrize("damper", [2e3, pytest.param(3e3, marks=pytest.mark.slow), 8e3])
-@pytest.mark.parametrize("method", [PanelArnoldi(), FloquetDeterminant(), Automatic()])
+@pytest.mark.parametrize("method", [pytest.param(PanelArnoldi(), marks=pytest.mark.slow), FloquetDeterminant(), Automatic()])
 def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper):
     cut = cut_on_a_damper(damper)
     if isinstance(method, FloquetDeterminant) and damper > 5e3:
@@ -47,7 +47,7 @@ def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper)
     np.testing.assert_allclose(stability.chart(cut, SPEEDS, method, depth_max=0.05).limit, expected, rtol=8e-3)
 
 
-@pytest.mark.parametrize("method", [PanelArnoldi(), Automatic()])
+@pytest.mark.parametrize("method", [PanelArnoldi(), pytest.param(Automatic(), marks=pytest.mark.slow)])
 @pytest.mark.parametrize("damper", [pytest.param(2e4, marks=pytest.mark.slow), 2e6])
 def test_dampers_that_decay_beyond_double_precision_are_integrated_in_closed_form(method, damper):
     """Real poles of -22 000 and -2 200 000 1/s, which decay by exp(-22 000) in a tooth period."""

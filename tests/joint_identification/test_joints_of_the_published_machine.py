@@ -97,6 +97,7 @@ def test_complex_shapes_give_the_same_joints(model):
         assert off_axis(joint, p1.AT[joint.child]) < 0.015
 
 
+@pytest.mark.slow
 def test_a_turned_machine_gives_turned_joints(model):
     """Objectivity: rotating and moving all points turns the axes and moves the positions, and changes no kind."""
     from dataclasses import replace

@@ -82,6 +82,7 @@ def test_modes_outside_of_many_patterns_are_all_kept():
     assert off.max() < 4.5
 
 
+@pytest.mark.slow
 def test_a_mode_that_looks_like_the_rest_gains_nothing(monkeypatch):
     """The mode at 410 Hz has the shape of the only one outside, at 560 Hz."""
     rng = np.random.default_rng(0)

@@ -52,6 +52,7 @@ def test_the_robot_weighs_what_the_datasheet_says(machine):
     assert sum(body.mass[0, 0] for body in machine.bodies) == pytest.approx(32.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_base_reaction_at_rest_is_the_manual_s_weight(sheet, machine):
     result = study_datasheet(sheet, machine.description, finite_elements=False)
     assert result.still.vertical_force == pytest.approx(313.6, abs=1e-9)

@@ -80,6 +80,7 @@ def sample_limits(machine: Machine, limits: Callable[[Machine], FloatArray], par
     with np.errstate(divide="ignore", invalid="ignore"):
         logs = np.log(np.where(np.isfinite(drawn), drawn, np.nan))
         lowest = np.log(np.nanmin(np.array(drawn).reshape(samples, -1), axis=1))
+        lowest[~np.isfinite(lowest)] = np.nan  # a sample without a limit: then the least limit has no deviation
         deviation = logs.std(axis=0, ddof=1)
     spread = uncertainty.spread(part_of)
     worst = int(np.argmax(spread.deviation))
