@@ -15,12 +15,11 @@ def _quick(monkeypatch):
 
 
 def work(quiet, seconds):
-    with console.steps(2, quiet) as step:
-        step("reading")
-        step("identification")
+    with console.show_progress(quiet) as show:
+        show("reading", 0, 2, step=True)
+        show("identification", 1, 2, step=True)
         time.sleep(seconds)
-    with console.count_progress(quiet) as count:
-        count("poses", 3, 40)
+        show("poses", 3, 40)
         time.sleep(seconds)
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import re
 import sys
 import threading
@@ -80,43 +79,26 @@ def _spoken() -> Iterator[Callable[[str], None]]:
 
 
 @contextmanager
-def steps(total: int, quiet: bool = False) -> Iterator[Callable[[str], None]]:
-    """Show progress through a number of named steps; call the given function at the start of each."""
+def show_progress(quiet: bool = False) -> Iterator[Callable[..., None]]:
+    """Show how work goes on; the given function takes the name of a part, how much of it is done, and of how much. With `step`
+    the part is the next of so many: it takes the place of the one before."""
     if quiet:
-        yield lambda name: None
-    elif not interactive():
-        numbers = itertools.count(1)
-        with _spoken() as say:
-            yield lambda name: say(f"{name} (step {next(numbers)} of {total})")
-    else:
-        from toolpoint.app.terminal import bar_of_steps
-
-        numbers = itertools.count()
-        with bar_of_steps() as progress:
-            task = progress.add_task("", total=total)
-            yield lambda name: progress.update(task, description=name, completed=next(numbers))
-            progress.update(task, completed=total)
-
-
-@contextmanager
-def count_progress(quiet: bool = False) -> Iterator[Callable[[str, int, int], None]]:
-    """Show progress of a study's parts; the given function takes the name of a part, how much is done, and of how much."""
-    if quiet:
-        yield lambda name, done, total: None
+        yield lambda name, done, total, *, step=False: None
     elif not interactive():
         with _spoken() as say:
-            yield lambda name, done, total: say(f"{name}: {done} of {total}")
+            yield lambda name, done, total, *, step=False: say(
+                f"{name} (step {done + 1} of {total})" if step else f"{name}: {done} of {total}")
     else:
-        from toolpoint.app.terminal import bars_of_parts
+        from toolpoint.app.terminal import progress_bars
 
-        with bars_of_parts() as progress:
+        with progress_bars() as bars:
             tasks: dict[str, Any] = {}
 
-            def count(name: str, done: int, total: int) -> None:
-                if name not in tasks:
-                    tasks[name] = progress.add_task(name, total=total)
-                progress.update(tasks[name], completed=done, total=total)
-            yield count
+            def show(name: str, done: int, total: int, *, step: bool = False) -> None:
+                if (key := "" if step else name) not in tasks:
+                    tasks[key] = bars.add_task(name, total=total)
+                bars.update(tasks[key], description=name, completed=done, total=total)
+            yield show
 
 
 @contextmanager

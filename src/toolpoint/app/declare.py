@@ -33,8 +33,8 @@ class Help:
     """Help of an option, and what limits it.
 
     name : as it is typed, where it is not the parameter's name (``--at``; ``-m --modes``);
-    least, above, most : limits of a number; default : as it is typed, where the function has none; shown : what the help
-    says is the default, where that is no value;
+    least, above, most : limits of a number; scale : SI units in the unit in which a number is typed, default and limits too;
+    default : as it is typed, where the function has none; shown : what the help says is the default, where that is no value;
     needs, excludes : an option without which, or beside which, this one has no meaning, and why.
     """
 
@@ -44,6 +44,7 @@ class Help:
     least: float | None = None
     above: float | None = None
     most: float | None = None
+    scale: float = 1.0
     default: str = ""
     shown: str = ""
     needs: str = ""
@@ -103,12 +104,17 @@ class Reading(click.ParamType[Any]):
             self.fail(f"{value!r}: write {self.form}", param, ctx)
 
 
-class _Limited(click.FloatRange):
+class _Number(click.FloatRange):
+    scale = 1.0
+
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        """Return a number within the limits; nan lies in none."""
-        if str(value).strip().lower() == "nan":
+        """Return a number within the limits, in SI; nan lies in none."""
+        if self._describe_range() and str(value).strip().lower() == "nan":
             self.fail(f"{value} is not in the range {self._describe_range()}", param, ctx)
-        return super().convert(value, param, ctx)
+        return self.scale * super().convert(value, param, ctx)
+
+    def _describe_range(self) -> str:
+        return "" if self.min is self.max is None else super()._describe_range()
 
 
 class DeclaredCommand(click.Command):
@@ -252,11 +258,14 @@ class _Kind:
         if get_origin(self.base) is Literal:
             return click.Choice(list(get_args(self.base)))
         limits = self.mark(Help)
-        if self.base not in (int, float) or not limits or limits.least is limits.above is limits.most is None:
+        if self.base not in (int, float) or not limits or (limits.least is limits.above is limits.most is None
+                                                           and limits.scale == 1):
             return self.base
         if self.base is int:
             return click.IntRange(limits.least, limits.most)
-        return _Limited(limits.least if limits.above is None else limits.above, limits.most, min_open=limits.above is not None)
+        number = _Number(limits.least if limits.above is None else limits.above, limits.most, min_open=limits.above is not None)
+        number.scale = limits.scale
+        return number
 
 
 def _parameter(name: str, kind: _Kind, default: Any) -> click.Parameter:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from pathlib import Path
 from types import TracebackType
@@ -31,19 +31,20 @@ class Result(Protocol):
 class Frame:
     """One run of a command: where its page goes, whether it prints JSON, the warnings collected so far.
 
-    What a command shows is printed when its progress has ended, in the order in which it was shown.
+    A command of several steps begins by reading and ends by its page. What it shows is printed when its progress has ended, in
+    the order in which it was shown.
     """
 
     def __init__(self, output: Path | None, as_json: bool, steps: int = 0) -> None:
         self.output, self.as_json, self.steps = output, as_json, steps
         self.warnings: list[str] = []
-        self._tell: Callable[[str], None] | None = None
-        self._stack, self._display = ExitStack(), ExitStack()
-        self._later, self._pages = list[Callable[[], None]](), list[Path]()
+        self._stack, self._steps_begun = ExitStack(), 0
+        self._show: Callable[..., None] | None = None
+        self._later, self._written = list[Callable[[], None]](), list[str]()
 
     def __enter__(self) -> Frame:
         self.warnings = self._stack.enter_context(console.collect_warnings())
-        self._stack.enter_context(self._display)
+        self.step("reading")
         return self
 
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
@@ -53,10 +54,9 @@ class Frame:
 
     def step(self, name: str) -> None:
         """Say that the next of the command's steps begins."""
-        if self._tell is None:
-            self._display.close()
-            self._tell = self._display.enter_context(console.steps(self.steps, self.as_json or self.steps == 0))
-        self._tell(name)
+        if self.steps:
+            self.progress_of_parts()(name, self._steps_begun, self.steps, step=True)
+            self._steps_begun += 1
 
     def progress(self, name: str, folder: Path | None = None) -> Callable[[int, int], None]:
         """Return the `progress` function of a study: how much is done, and of how much; with a folder to resume from, say first
@@ -72,25 +72,37 @@ class Frame:
             count(name, done, total)
         return report
 
-    def progress_of_parts(self) -> Callable[[str, int, int], None]:
+    def progress_of_parts(self) -> Callable[..., None]:
         """Return the `progress` function of a study that takes name, done and total."""
-        self._display.close()  # one display at a time
-        self._tell = None
-        return self._display.enter_context(console.count_progress(self.as_json))
+        if self._show is None:
+            self._show = self._stack.enter_context(console.show_progress(self.as_json))
+        return self._show
+
+    def write(self, name: str, path: Path | None, write: Callable[..., object], *what: Any, **how: Any) -> None:
+        """Write a file where its path is given, and say so at the end under this name."""
+        if path is not None:
+            write(*what, path, **how)
+            self._written.append(f"{name} written: {path}")
 
     def save(self, page: Callable[..., Report], *arguments: Any, to: Path | None = None, **named: Any) -> None:
         """Write the page that a function of `pages` makes of these arguments, where a page is asked for; `to` another place."""
-        place = to or self.output
-        if place is not None:
-            self._pages.append(page(*arguments, **named).reworded(console.spell_options).save(place))
+        if (place := to or self.output) is not None:
+            report = page(*arguments, **named).reworded(console.spell_options)
+            self._written.append(f"Page written: {report.save(place)}")
 
-    def show(self, result: Result, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
+    def present(self, page: Callable[..., Report], result: Result, *more: Any, notes: Sequence[str] = (), **named: Any) -> None:
+        """Write the page of a result, then print the result."""
+        self.step("page")
+        self.save(page, result, *more, **named)
+        self.show(result, notes)
+
+    def show(self, result: Result, notes: Sequence[str] = ()) -> None:
         """Print the result: JSON, or its table, notes, warnings, and the files that were written."""
         if self.as_json:
             self.show_json(result.to_dict())
             return
         self.show_text(result.table())
-        self.show_rest(notes, written)
+        self.show_rest(notes)
 
     def show_text(self, *lines: str) -> None:
         """Print lines, of which each may be a table; --json leaves them out."""
@@ -101,23 +113,20 @@ class Frame:
         """Print plain data as JSON."""
         self._later.append(lambda: print(console.spell_options(json.dumps(data))))
 
-    def show_rest(self, notes: Sequence[str] = (), written: Mapping[str, Path | str | None] | None = None) -> None:
+    def show_rest(self, notes: Sequence[str] = ()) -> None:
         """Print notes and doubts, warnings that are none of them, and the files that were written."""
         if not self.as_json:
-            self._later.append(lambda: self._print_rest(tuple(notes), dict(written or {})))
+            self._later.append(lambda: self._print_rest(tuple(notes)))
 
     def suggest(self, *commands: str) -> None:
         """Say which commands come next."""
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
-    def _print_rest(self, notes: Sequence[str], written: Mapping[str, Path | str | None]) -> None:
+    def _print_rest(self, notes: Sequence[str]) -> None:
         for line in mark_notes(dict.fromkeys(notes), "note: "):
             console.text(line)
         for warning in self.warnings:
             if warning not in notes:
                 console.warning(warning)
-        for name, path in written.items():
-            if path is not None:
-                console.text(f"{name} written: {path}")
-        for page in self._pages:
-            console.text(f"Page written: {page}")
+        for line in self._written:
+            console.text(line)

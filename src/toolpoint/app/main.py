@@ -16,20 +16,14 @@ from toolpoint._threads import hold_process
 
 # Module of every command; it is loaded when its command is asked for. The function has the command's name, with _ for -.
 _MODULES = {
-    "accuracy": ("accuracy", "screen", "improve"),
-    "coupling": ("rcsa",),
-    "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate"),
+    "cutting": ("lobes", "turn", "mill", "map-chatter", "speeds", "calibrate", "rcsa"),
     "demos": ("demo",),
-    "doctor": ("doctor", "completion"),
     "drives": ("drive", "servo-data"),
-    "begin": ("new", "check"),
-    "machines": ("report", "modes", "map", "campbell", "schema"),
+    "files": ("new", "check", "convert", "schema", "doctor", "completion"),
+    "machines": ("report", "modes", "map", "campbell"),
     "models": ("identify", "joints", "update", "correlate", "sensitivity"),
-    "responses": ("frf", "next-test"),
-    "convert": ("convert",),
-    "plan": ("plan",),
-    "tap": ("tap",),
-    "robots": ("robot", "reach", "region", "export"),
+    "robots": ("robot", "reach", "region", "export", "accuracy", "screen", "improve"),
+    "testing": ("plan", "frf", "tap", "next-test"),
     "videos": ("video",),
 }
 HOME = {command: module for module, commands in _MODULES.items() for command in commands}

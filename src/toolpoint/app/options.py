@@ -4,14 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from toolpoint.app.declare import Argument, Help, Reading
 from toolpoint.app.values import Angle, AnyPath, AxisPositions, AxisRange, Direction, SourceFile, Span, SpindleSpeeds
 from toolpoint.io.quantities.written import read_pairs
-
-if TYPE_CHECKING:
-    pass
 
 MachineFile = Annotated[SourceFile, Argument()]
 Files = Annotated[tuple[SourceFile, ...], Argument()]
@@ -25,7 +22,7 @@ Quantity = Annotated[Literal["receptance", "mobility", "accelerance"] | None, He
     "What FRF files hold that do not say; text: receptance, MATLAB: accelerance where left out.")]
 Speeds = Annotated[SpindleSpeeds | None, Help("Spindle speeds, rev/min.", metavar="3000:20000:200")]
 Speed = Annotated[float, Help("Spindle speed, rev/min.")]
-Depth = Annotated[float, Help("Axial depth of cut, mm.")]
+Depth = Annotated[float, Help("Axial depth of cut, mm.", scale=1e-3)]
 Count = Annotated[int, Help("How many of the lowest modes.", least=1)]
 Workers = Annotated[int, Help("Worker processes (extra 'cluster'); 0 is this process.", least=0)]
 Folder = Annotated[AnyPath | None, Help("Keep finished parts here and resume from them.")]

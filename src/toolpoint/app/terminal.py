@@ -22,13 +22,7 @@ OUT = _Lines(highlight=False, emoji=False)
 ERR = _Lines(stderr=True, highlight=False, emoji=False)
 
 
-def bar_of_steps() -> Progress:
-    """Return the bar of a command's named steps."""
+def progress_bars() -> Progress:
+    """Return the bars of a command's steps, or of a study's parts."""
     return Progress(SpinnerColumn(), TextColumn("{task.description:<34}"), BarColumn(), MofNCompleteColumn(),
                     TimeElapsedColumn(), console=ERR, transient=True)
-
-
-def bars_of_parts() -> Progress:
-    """Return the bars of a study's parts."""
-    return Progress(TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn(), console=ERR,
-                    transient=True)

@@ -1,38 +1,33 @@
-"""Commands about cuts: lobes, turn, mill, map-chatter, speeds, calibrate."""
+"""Commands about cuts: lobes, turn, mill, map-chatter, speeds, calibrate; and rcsa, for tools that are joined on paper."""
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
 
 from toolpoint import cutting, io, pages, studies
+from toolpoint._check import ToolpointError
 from toolpoint.app.cut_options import CutValues, ToolValues
-from toolpoint.app.declare import Help, Printed, Reading, command
-from toolpoint.app.dynamics import Dynamics
+from toolpoint.app.declare import Argument, Help, Printed, Reading, command
+from toolpoint.app.dynamics import Dynamics, read_responses
 from toolpoint.app.frame import Frame
-from toolpoint.app.options import Axes, Depth, Files, Folder, MachineFile, Speed, Speeds, Workers
-from toolpoint.app.values import Angles, Direction, NewFile, Numbers, SpindleSpeeds
-from toolpoint.cutting.description import check_cut
+from toolpoint.app.options import Axes, Depth, Files, Folder, MachineFile, Pose, Quantity, Speed, Speeds, Workers
+from toolpoint.app.values import Angles, Direction, LengthRange, Lines, NewFile, Numbers, SourceFile, SpindleSpeeds
+from toolpoint.cutting.description import PARAMETERS, check_cut
+from toolpoint.io.quantities.written import read_shares, read_tried_cut
 
-SPREADS = ("frequency", "damping", "stiffness", "coefficients")
+if TYPE_CHECKING:
+    from toolpoint.substructuring import PlaneReceptance
 
-
-def _spreads(text: str) -> dict[str, Any]:
-    shares = {name: float(part) / 100 for name, part in zip(SPREADS, text.split(","), strict=True)
-              if part.strip() not in ("", "-")}
-    if min(shares.values(), default=0.0) < 0:
-        raise ValueError
-    return shares
-
-
-def _tried(text: str) -> tuple[float, float, bool]:
-    speed, depth, outcome = text.split(":")
-    return float(speed), 1e-3 * float(depth), {"stable": True, "chatter": False}[outcome]
-
-
-Spreads = Annotated[dict[str, Any], Reading(_spreads, "four numbers in percent, none below zero, for example 1,10,5,10; - "
-                                                      "keeps one")]
-TriedCut = Annotated[tuple[float, float, bool], Reading(_tried, "SPEED:DEPTH:OUTCOME, rev/min, mm and stable or chatter, for "
-                                                             "example 12000:1.5:chatter")]
+CHARTED = np.linspace(3000, 20000, 60)  # rev/min
+Spreads = Annotated[dict[str, Any], Reading(
+    lambda text: read_shares(text, ("frequency", "damping", "stiffness", "coefficients")),
+    "four numbers in percent, none below zero, for example 1,10,5,10; - keeps one")]
+TriedCut = Annotated[tuple[float, float, bool], Reading(
+    read_tried_cut, "SPEED:DEPTH:OUTCOME, rev/min, mm and stable or chatter, for example 12000:1.5:chatter")]
 Method = Annotated[str, Help("auto (chosen to suit the cut), floquet, panel, hill, zero-order, multi-frequency, "
                              "semi-discretization or collocation.")]
 
@@ -54,34 +49,31 @@ def lobes(run: Frame, source: Dynamics, cut: CutValues, *, speeds: Speeds = None
     known = studies.Uncertainty(samples or 0, cuts=tried, **(uncertainty or {}))
     result = studies.chart_lobes(dynamics, cut, method=cutting.stability.method_named(method, "`method`"), speeds=speeds,
                                  simulate_cuts=simulate, uncertainty=known, progress=progress).noted(run.warnings)
-    run.save(pages.lobes_page, result, run.warnings)
-    run.show(result, result.chart.notes)
+    run.present(pages.lobes_page, result, run.warnings, notes=result.chart.notes)
 
 
 @command()
 def turn(run: Frame, source: Dynamics, *,
-         kf: Annotated[float, Help("Cutting coefficient along the thickness of the chip, N/mm^2.", above=0)],
+         kf: Annotated[float, Help("Cutting coefficient along the thickness of the chip, N/mm^2.", above=0, scale=1e6)],
          direction: Annotated[Direction | None, Help("Direction in which the chip is thick, from the work into the tool: an "
                                                      "axis, an angle from x towards y, or a vector; x where left out.",
                                                      metavar="x|y|z|30deg|1,0,0.5")] = None,
          kt: Annotated[float, Help("Coefficient along the cutting speed, N/mm^2; it matters where the structure bends from one "
-                                   "direction into the other.")] = 0.0,
+                                   "direction into the other.", scale=1e6)] = 0.0,
          cutting_direction: Annotated[Direction | None, Help("Way of the work past the edge, for --kt; y where left out.",
                                                              metavar="x|y|z|...")] = None,
          speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds, rev/min.", metavar="300:6000:400")] = None,
          process_damping: Annotated[float, Help("Process damping, N/m; with --diameter or --cutting-speed.")] = 0.0,
          diameter: Annotated[float | None, Help("Diameter of the work, mm: the cutting speed grows with the spindle "
-                                                "speed.")] = None,
-         cutting_speed: Annotated[float | None, Help("Cutting speed held at every spindle speed, m/min.",
-                                                     excludes="--diameter, with which it grows with the "
-                                                     "spindle speed")] = None) -> None:
+                                                "speed.", scale=1e-3)] = None,
+         cutting_speed: Annotated[float | None, Help(
+             "Cutting speed held at every spindle speed, m/min.", scale=1 / 60,
+             excludes="--diameter, with which it grows with the spindle speed")] = None) -> None:
     """Stability lobes of a turning cut: stable widths over spindle speed, and the width that is stable at every speed."""
     dynamics = source.read()
-    cut = studies.TurningCut(1e6 * kf, 1e6 * kt, direction, cutting_direction, process_damping,
-                             cutting_speed and cutting_speed / 60, diameter and 1e-3 * diameter)
+    cut = studies.TurningCut(kf, kt, direction, cutting_direction, process_damping, cutting_speed, diameter)
     result = studies.chart_turning(dynamics, cut, speeds).noted(run.warnings)
-    run.save(pages.turning_page, result)
-    run.show(result, result.chart.notes)
+    run.present(pages.turning_page, result, notes=result.chart.notes)
 
 
 @command(page=False)
@@ -93,16 +85,14 @@ def speeds(run: Frame, *, chatter: Annotated[float, Help("Chatter frequency, Hz,
     run.show(result, result.notes)
 
 
-@command(steps=2)
+@command(steps=3)
 def mill(run: Frame, source: Dynamics, cut: CutValues, *, speed: Speed, depth: Depth, revolutions: Annotated[int | None, Help(
         "As many as the start-up needs to die out where left out.", least=1)] = None) -> None:
     """Simulate a milling cut in time: forces, vibration, spectra, whether it chatters."""
-    check_cut(cut, speed, 1e-3 * depth)
+    check_cut(cut, speed, depth)
     dynamics = source.read()
-    result = studies.simulate_cut(dynamics, cut, speed=speed, depth=1e-3 * depth, revolutions=revolutions, step=run.step)
-    run.step("page")
-    run.save(pages.simulation_page, result, run.warnings)
-    run.show(result, [*result.notes, *run.warnings])
+    result = studies.simulate_cut(dynamics, cut, speed=speed, depth=depth, revolutions=revolutions, step=run.step)
+    run.present(pages.simulation_page, result, run.warnings, notes=[*result.notes, *run.warnings])
 
 
 @command()
@@ -123,8 +113,7 @@ def map_chatter(run: Frame, machine: MachineFile, axes: Axes, *, feed_directions
                                  method=cutting.stability.method_named(method, "`method`"), folder=folder,
                                  engine=studies.choose_engine(workers), progress=run.progress("poses", folder))
     notes += [*result.notes, *run.warnings]
-    run.save(pages.chatter_map_page, result, built, notes)
-    run.show(result, notes)
+    run.present(pages.chatter_map_page, result, built, notes, notes=notes)
 
 
 @command(steps=3, replace=True)
@@ -144,14 +133,76 @@ def calibrate(run: Frame, forces: Files, tool: ToolValues, *,
     FORCES are time histories, columns time, Fx, Fy and Fz (N): text, MATLAB, universal files or a saved Record; x is the
     feed, y normal to it (clockwise from y to x), z along the spindle, away from the work. One file for each feed per tooth.
     """
-    run.step("forces")
     records = [(str(path), io.read_record(path)) for path in forces]
     run.step("fit")
     result = studies.calibrate(records, studies.CuttingTest(
-        tool, speed, 1e-3 * depth, None if feed is None else tuple(1e-3 * f for f in feed), force_on, angle, not no_runout))
-    run.step("page")
-    run.save(pages.calibration_page, result, run.warnings)
-    if section is not None:
-        io.write_cutting(result.description, section)
+        tool, speed, depth, None if feed is None else tuple(1e-3 * f for f in feed), force_on, angle, not no_runout))
+    run.write("Section 'cutting'", section, io.write_cutting, result.description)
     run.warnings += result.doubts
-    run.show(result, written={"Section 'cutting'": section})
+    run.present(pages.calibration_page, result, run.warnings)
+
+
+@dataclass(frozen=True)
+class Spindle:
+    """Where the spindle comes from: a gauge that was struck in it, responses with rotations, or a machine file."""
+
+    frf: Annotated[tuple[SourceFile, ...], Help("Measured responses: of a gauge's stations (with --gauge), or of the spindle "
+                                                "with its rotations (with --at).")] = ()
+    gauge: Annotated[SourceFile | None, Help("Shaft file of the gauge that was in the spindle, with its stations.")] = None
+    machine: Annotated[SourceFile | None, Help("Machine file: the spindle is computed, at the point --at.")] = None
+    point: Annotated[str | None, Help("Point where the tool begins.", name="--at", metavar="POINT")] = None
+    pose: Pose = None
+    lines: Annotated[Lines | None, Help("Lines (Hz) of a computed spindle; 20:6000:5981 where left out.",
+                                        metavar="LOW:HIGH:NUMBER")] = None
+    noise: Annotated[float | None, Help("Standard deviation of measured responses, percent of each, where the files state "
+                                        "none.", metavar="PERCENT", scale=1e-2)] = None
+
+    def __post_init__(self) -> None:
+        """Refuse none and several."""
+        if bool(self.frf) == (self.machine is not None):
+            raise ToolpointError("spindle: neither or both of --frf and --machine given; give --frf FILES --gauge GAUGE.yaml, "
+                                 "--frf FILES --at POINT, or --machine FILE --at POINT")
+        if (self.gauge is None) == (self.point is None):
+            raise ToolpointError("--gauge, --at: one of them must be there: a gauge whose stations were struck, or the point "
+                                 "where rotations are known")
+        if self.machine is not None and self.point is None:
+            raise ToolpointError("--at: missing; a computed spindle needs the point where the tool begins")
+
+    def read(self, quantity: str | None, draws: int, generator: np.random.Generator) -> list[PlaneReceptance]:
+        """Return the spindle's receptances, the likeliest and the draws."""
+        if self.machine is not None and self.point is not None:
+            built = io.read_machine_at(self.machine, self.pose)
+            return studies.bases_of_machine(built, self.point, self.lines, pose=self.pose)
+        measured = read_responses(self.frf, quantity)
+        if self.gauge is None:
+            assert self.point is not None
+            return studies.bases_of_responses(measured, self.point, draws=draws, generator=generator)
+        gauge = io.read_shaft(self.gauge)
+        return studies.bases_from_gauge(measured, gauge, draws=draws, generator=generator, noise=self.noise)
+
+
+@command(replace=True, printed=Printed("--schema", "Print the JSON schema of shaft files, for editors, and end.",
+                                       lambda: json.dumps(io.json_schema("shaft"), indent=2)))
+def rcsa(run: Frame, tool: Annotated[SourceFile, Argument()], spindle: Spindle, *,
+         stick_out: Annotated[LengthRange | None, Help("Also at other lengths of a segment: first, last, number.",
+                                                       metavar="SEGMENT=30mm:80mm:6")] = None,
+         lobes: Annotated[bool, Help("Also stability lobes; the cut is given by the options below.")] = False,
+         speeds: Speeds = None, draws: Annotated[int, Help("Equally likely spindles and tools.", least=20)] = 200,
+         seed: Annotated[int, Help("Of the random draws.")] = 1, quantity: Quantity = None, cut: CutValues,
+         save: Annotated[NewFile | None, Help("Save the tool-point responses here: universal (.uff) or HDF5 (.h5) "
+                                              "file.")] = None) -> None:
+    """Receptance coupling: the tool-point response of a tool that was never measured, with its 95 % interval.
+
+    TOOL is a shaft file: segments from the spindle to the tip. The spindle comes from a gauge that was struck in it, from
+    responses with rotations, or from a machine file.
+    """
+    if cut and not lobes:
+        raise ToolpointError(f"--{PARAMETERS[next(iter(cut))].option} is of a cut: add --lobes")
+    shaft, generator = io.read_shaft(tool), np.random.default_rng(seed)
+    bases = spindle.read(quantity, draws, generator)
+    result = studies.study_tool(bases, shaft, cut=cut if lobes else None,
+                                stick_out=None if stick_out is None else (stick_out.name, stick_out.positions),
+                                speeds=CHARTED if speeds is None else speeds, generator=generator,
+                                progress=run.progress_of_parts())
+    run.write("Responses", save, io.write_frf, result.frf)
+    run.present(pages.tool_coupling_page, result, run.warnings, notes=result.notes)

@@ -13,23 +13,13 @@ from toolpoint.app.declare import Argument, Help, Printed, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Pose
 from toolpoint.app.values import AxisPositions, AxisRange, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_numbers, read_pairs
+from toolpoint.io.quantities.written import read_circle, read_pairs
 
 if TYPE_CHECKING:
     from toolpoint.drives.description import DriveDescription
     from toolpoint.machine import Machine
 
-MM_PER_MIN = 1e-3 / 60  # m/s
-
-
-def _circle(text: str) -> tuple[float, float]:
-    radius, feed = read_numbers(text, 2)
-    if radius <= 0 or feed <= 0:
-        raise ToolpointError(f"{text!r}: radius and feed must be above zero")
-    return 1e-3 * radius, MM_PER_MIN * feed
-
-
-Circle = Annotated[tuple[float, float], Reading(_circle, "RADIUS,FEED in mm and mm/min, for example 50,4000")]
+Circle = Annotated[tuple[float, float], Reading(read_circle, "RADIUS,FEED in mm and mm/min, for example 50,4000")]
 Unit = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "COLUMN=UNIT, for example pos=mm"))]
 
 
@@ -46,34 +36,30 @@ def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
                                                       needs="--machine, a map needs the machine")] = (),
           ideal: Annotated[tuple[str, ...], Help("An axis of the program that DRIVES lacks and that follows without error; "
                                                  "without it such an axis may only position.", metavar="AXIS")] = (),
-          feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0)] = None,
+          feed: Annotated[float | None, Help("Feed of cuts before the program's first F.", metavar="MM/MIN", above=0,
+                                             scale=1 / 60e3)] = None,
           fmu: Annotated[NewFile | None, Help("Write the servo as a co-simulation unit (FMI 2.0) here.")] = None,
           fmu_sources: Annotated[bool, Help("The unit with its C sources only: no compiler needed here.")] = False) -> None:
     """Contour error, torque and loops of a servo along a program or a circle; DRIVES is a YAML file of axes and control.
     Rotary axes (kind reducer) have no path of their own: without one their loops are told."""
-    run.step("reading")
     description = io.read_drives(drives)
     built = None if machine is None else io.read_machine_at(machine, pose)
     if grid and built is not None:
         positions = io.lay_grid(built, grid)
         mapped = studies.map_servo(description, machine=built, grid=positions, circle=circle, progress=run.progress("poses"))
-        run.save(pages.servo_map_page, mapped, warnings=run.warnings)
-        run.show(mapped)
+        run.present(pages.servo_map_page, mapped, warnings=run.warnings)
         return
     if fmu is not None:
         _export(run, description, built, pose, fmu, fmu_sources)
     if program is None and circle is None:
-        if fmu is None:
-            _show_loops(run, description)
+        _show_loops(run, description) if fmu is None else run.show_rest()
         return
-    moves = None if program is None else io.read_program(program, feed=None if feed is None else feed * MM_PER_MIN)
+    moves = None if program is None else io.read_program(program, feed=feed)
     path, remarks = (None, ()) if moves is None else (moves.path, moves.notes)
     result = studies.run_drives(description, path=path, circle=circle, machine=built, pose=pose, ideal=ideal, remarks=remarks,
                                 progress=run.step)
-    run.step("page")
-    run.save(pages.drive_page, result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=run.warnings)
-    run.warnings[:0] = result.notes
-    run.show(result)
+    warned, run.warnings[:0] = list(run.warnings), result.notes
+    run.present(pages.drive_page, result, source_text=drives.read_text(encoding="utf-8-sig"), warnings=warned)
 
 
 def _show_loops(run: Frame, description: DriveDescription) -> None:
@@ -89,8 +75,8 @@ def _export(run: Frame, description: DriveDescription, machine: Machine | None, 
     servo = servos.build_servo(description, studies.structure_of(description, machine, pose))
     if any(axis.mechanics.nut_moves for axis in description.axes.values()):
         run.warnings.append("nut_moves: the unit keeps every nut at its nut_position")
-    io.write_unit(servo, unit, description.name, substeps=description.substeps, binary=not sources_only)
-    run.show_rest(written={"Unit": unit})
+    run.write("Unit", unit, lambda path: io.write_unit(servo, path, description.name, substeps=description.substeps,
+                                                       binary=not sources_only))
 
 
 @command(steps=2)
@@ -100,9 +86,6 @@ def servo_data(run: Frame, file: Annotated[SourceFile, Argument()], *,
                sample_time: Annotated[float | None, Help("s; of a table without a time column.", above=0)] = None) -> None:
     """Friction, K_v, following error, loop margins or positioning from a controller's record FILE (Sinumerik, TNCscope, TwinCAT
     Scope, ISO 230-2 runs, tables)."""
-    run.step("reading")
     record = io.read_servo_data(file, {column: unit for pair in units for column, unit in pair.items()}, sample_time)
     result = studies.judge_servo_data(record, source=file.name)
-    run.step("page")
-    run.save(pages.servo_data_page, result, warnings=run.warnings)
-    run.show(result)
+    run.present(pages.servo_data_page, result, warnings=run.warnings)

@@ -1,8 +1,7 @@
-"""Commands about a machine file: report, modes, map, campbell, schema."""
+"""Commands about a machine file: report, modes, map, campbell."""
 
 from __future__ import annotations
 
-import json
 from typing import Annotated, Any, Literal
 
 import click
@@ -14,6 +13,7 @@ from toolpoint.app.dynamics import read_responses
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Axes, Band, Count, Folder, MachineFile, Naming, Pose, Quantity, Workers
 from toolpoint.app.values import Lines, SourceFile, SpeedsFromRest
+from toolpoint.io.quantities.written import read_two_names
 from toolpoint.io.suffixes import MATRICES
 
 
@@ -27,7 +27,6 @@ def report(run: Frame, machine: Annotated[SourceFile | None, Argument()] = None,
         raise ToolpointError("report: neither a machine file nor --frf given; needs at least one of them")
     if machine is None and pose:
         raise ToolpointError("--pose: needs a machine file to be applied to")
-    run.step("reading")
     built = None if machine is None else io.read_machine_at(machine, pose)
     before = len(run.warnings)
     responses = read_responses(frf, quantity, naming) if frf else None
@@ -61,14 +60,7 @@ def _next(machine: Any, file: str) -> list[str]:
     return [f"map {file} --axis {axis.name}={low}:{high}:21", *lobes]
 
 
-def _two_names(text: str) -> tuple[str, str]:
-    first, second = (word.strip() for word in text.split(","))
-    if not first or not second:
-        raise ValueError
-    return first, second
-
-
-TwoNames = Annotated[tuple[str, str], Reading(_two_names, "two names with a comma between them, such as KAA,MAA")]
+TwoNames = Annotated[tuple[str, str], Reading(read_two_names, "two names with a comma between them, such as KAA,MAA")]
 
 
 @command(page=False)
@@ -109,12 +101,11 @@ def frequency_map(run: Frame, machine: MachineFile, axes: Axes, *, count: Count 
     result: Any = (studies.map_responses(built, positions, lines, **how) if quantity == "response" else
                    studies.map_frequencies(built, positions, count, **how) if quantity == "frequency" else
                    studies.map_stiffness(built, positions, quantity, **how))
-    run.save(pages.map_page, result, machine.stem)
     run.warnings += result.failed()
-    run.show(result, getattr(result, "notes", ()))
+    run.present(pages.map_page, result, machine.stem, notes=getattr(result, "notes", ()))
 
 
-@command(steps=2)
+@command(steps=3)
 def campbell(run: Frame, machine: MachineFile, *,
              speeds: Annotated[SpeedsFromRest, Help("Spindle speeds, rev/min.", default="0:24000:25",
                                                     metavar="FIRST:LAST:NUMBER")],
@@ -122,18 +113,6 @@ def campbell(run: Frame, machine: MachineFile, *,
              orders: Annotated[tuple[float, ...], Help("Excitations per revolution; several times.",
                                                        name="--order")] = (1.0, 2.0), pose: Pose = None) -> None:
     """Natural frequencies of a machine with spinning bodies over the spindle speed, whirl and critical speeds."""
-    run.step("modes at every speed")
     built = io.read_machine_at(machine, pose)
-    result = studies.map_speeds(built, speeds, count, pose=pose, orders=orders)
-    run.step("page")
-    run.save(pages.campbell_page, result)
-    run.show(result)
-
-
-@command()
-def schema(kind: Annotated[str, Argument()] = "machine") -> None:
-    """The JSON schema of a KIND of file, for editors that check YAML while it is typed.
-
-    KIND is machine (the default), servo, choice (of `identify --choice`), components, test, shaft, plan or datasheet.
-    """
-    click.echo(json.dumps(io.json_schema(kind), indent=2))
+    run.step("modes at every speed")
+    run.present(pages.campbell_page, studies.map_speeds(built, speeds, count, pose=pose, orders=orders))

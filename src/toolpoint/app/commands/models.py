@@ -16,7 +16,7 @@ from toolpoint.app.declare import DeclaredCommand, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import GEOMETRY, Band, Count, Files, Geometry, MachineFile, Naming, Pose, Poses, Quantity
 from toolpoint.app.values import NEW_FILE, NewFile, SourceFile
-from toolpoint.io.quantities.written import read_numbers, read_pairs
+from toolpoint.io.quantities.written import read_pairs, read_pole
 
 if TYPE_CHECKING:
     from toolpoint.modal_identification import PoleChoice
@@ -25,14 +25,7 @@ LEGEND = ("share: part of the responses at its frequency that a mode carries, wi
           "* stands out, ? doubtful")
 
 
-def _pole(text: str) -> tuple[float, float]:
-    frequency, percent = read_numbers(text, 2)
-    if not frequency > 0 or not 0 < percent <= 50:
-        raise ToolpointError(f"{text!r}: the frequency must be above 0 Hz, the damping above 0 and at most 50 %")
-    return frequency, percent / 100
-
-
-Pole = Annotated[tuple[float, float], Reading(_pole, "frequency and damping, Hz and percent, for example 34.2,1.5")]
+Pole = Annotated[tuple[float, float], Reading(read_pole, "frequency and damping, Hz and percent, for example 34.2,1.5")]
 Pair = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "TEST=MODEL, for example 12=spindle_nose"))]
 
 
@@ -81,7 +74,6 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     if run.output is not None and run.output.suffix == ".h5":
         modes = NEW_FILE.convert(run.output, None, click.get_current_context())
         run.output = Path("toolpoint-report")
-    run.step("reading")
     frf = io.read_frf(files, quantity=quantity, **naming.keywords)
     shape = None if geometry is None else io.read_geometry(geometry)
     shape = shape if shape is None or lines is None else io.read_lines(lines, shape)
@@ -91,13 +83,11 @@ def identify(run: Frame, files: Files, *, geometry: Geometry = None,
     run.step("page")
     run.save(pages.identification_page, result, shape, [file.name for file in files], warnings=run.warnings,
              command=_command_without_choice())
-    if modes is not None:
-        io.write_nouns(result.modes, modes)
+    run.write("Modes", modes, io.write_nouns, result.modes)
     if run.as_json:
         run.show(result)
     run.show_text(result.table(), LEGEND, result.status)
     run.warnings += [note for note in frf.notes if not any(console.spell_options(note) in text for text in run.warnings)]
-    run.show_text(*([] if modes is None else [f"Modes saved: {modes}"]))
     run.show_rest()
 
 
@@ -107,25 +97,23 @@ def joints(run: Frame, files: Files, *, geometry: Annotated[SourceFile, Help(GEO
                                                   "known.")],
            written: Annotated[NewFile | None, Help("Write the identified machine here.", name="--machine")] = None,
            coordinate_deviation: Annotated[float | None, Help("Standard deviation of the points' coordinates, mm, in place of "
-                                                              "that of the component file.")] = None,
+                                                              "that of the component file.", scale=1e-3)] = None,
            band: Band = None) -> None:
     """Joints of a machine from measured FRFs or saved modes: where, how free, how stiff; and a machine file that runs."""
-    run.step("reading")
     shape, described = io.read_geometry(geometry), io.read_components(components)
     run.step("modes")
     saved, responses = io.read_test_nouns(files)
     modes, doubts = studies.modes_of_test(saved, responses, band=band)
     run.step("joints")
-    deviation = None if coordinate_deviation is None else 1e-3 * coordinate_deviation
-    result = studies.study_joints(modes, shape, described, coordinate_deviation=deviation, channel_doubts=doubts)
+    result = studies.study_joints(modes, shape, described, coordinate_deviation=coordinate_deviation, channel_doubts=doubts)
     if written is not None and result.machine is not None:
-        io.write_machine(result.machine, written)
+        run.write("Machine file", written, io.write_machine, result.machine)
         # What is written is read back and run before it is called the machine of the test.
         result = result.compared(io.read_machine(written))
     run.step("page")
     run.save(pages.joints_page, result, run.warnings)
     run.warnings[:] = [text for text in run.warnings if not text.startswith("doubtful")]
-    run.show(result, written={"Machine file": written if result.machine is not None else None})
+    run.show(result)
     if written is not None and result.machine is None:
         raise ToolpointError(f"--machine {written}: not written, because {result.missing}")
 
@@ -147,7 +135,6 @@ def update(run: Frame, machine: MachineFile, *,
 
     Measurements at several poses: --modes a.h5 --pose X=0 --modes b.h5 --pose X=0.2
     """
-    run.step("reading")
     built = io.read_machine_at(machine, *poses)
     # One pose: all files of responses are one measurement; several poses: a file for each.
     responses = [io.read_frf(file) for file in frf] if len(poses) > 1 else [io.read_frf(frf)] if frf else []
@@ -156,11 +143,8 @@ def update(run: Frame, machine: MachineFile, *,
     run.step("updating")
     result = studies.update_machine(built, measured, paths, samples=samples, seed=seed,
                                     what=", ".join(path.name for path in (*modes, *frf)))
-    if written is not None:
-        io.write_machine(result.machine.description, written)
-    run.step("page")
-    run.save(pages.update_page, result, run.warnings)
-    run.show(result, written={"Machine file": written})
+    run.write("Machine file", written, io.write_machine, result.machine.description)
+    run.present(pages.update_page, result, run.warnings)
 
 
 @command(steps=3)
@@ -170,12 +154,11 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
                                                             needs="--geometry, for the positions of the points")] = None,
               pairs: Annotated[tuple[Pair, ...], Help("A measured point and the machine's point that it is; at least three fix "
                                                       "the registration.", name="--pair", metavar="TEST=MODEL")] = (),
-              furthest: Annotated[float, Help("Points further apart stay single, mm.")] = 50.0,
+              furthest: Annotated[float, Help("Points further apart stay single, mm.", scale=1e-3)] = 50.0,
               before: Annotated[SourceFile | None, Help("The machine before updating, shown beside.")] = None,
               lowest_mac: Annotated[float, Help("Modes below are not paired.")] = 0.5, band: Band = None,
               pose: Pose = None) -> None:
     """A test (measured FRFs or saved modes) beside a machine: points, MAC, COMAC, FRAC; where and by how much they differ."""
-    run.step("reading")
     built, first = io.read_machine_at(machine, pose), None if before is None else io.read_machine_at(before, pose)
     saved, responses = io.read_test_nouns(files)
     shape = None if geometry is None else io.read_geometry(geometry)
@@ -183,24 +166,20 @@ def correlate(run: Frame, machine: MachineFile, files: Files, *, geometry: Geome
     run.step("correlation")
     test = studies.gather_test(saved, responses, geometry=shape, band=band, owner=owner)
     known = {point: model for pair in pairs for point, model in pair.items()}
-    result = studies.compare_with_test(built, test, pose=pose, known=known, furthest=1e-3 * furthest, before=first,
+    result = studies.compare_with_test(built, test, pose=pose, known=known, furthest=furthest, before=first,
                                        lowest_mac=lowest_mac)
-    run.step("page")
-    run.save(pages.correlation_page, result, run.warnings)
-    run.show(result)
+    run.present(pages.correlation_page, result, run.warnings)
 
 
-@command(steps=2)
+@command(steps=3)
 def sensitivity(run: Frame, machine: MachineFile, *,
                 paths: Annotated[tuple[str, ...], Help("Parameter to study; all stiffnesses, dampers, masses and densities "
                                                        "where none is named.", name="--parameter",
                                                        metavar="joints.NAME.stiffness.rx")] = (), count: Count = 6,
-                change: Annotated[float, Help("Change of a parameter that MAC values are given for, %.")] = 10.0,
+                change: Annotated[float, Help("Change of a parameter that MAC values are given for, %.", scale=1e-2)] = 10.0,
                 pose: Pose = None) -> None:
     """What every joint stiffness, damper, mass and density does to frequencies, damping and shapes: alone and per part."""
-    run.step("sensitivities")
     built = io.read_machine_at(machine, pose)
+    run.step("sensitivities")
     result = studies.study_sensitivity(built, paths or None, min(count, built.size), pose=pose)
-    run.step("page")
-    run.save(pages.sensitivity_page, result, built, 1e-2 * change, pose=pose, warnings=run.warnings)
-    run.show(result)
+    run.present(pages.sensitivity_page, result, built, change, pose=pose, warnings=run.warnings)

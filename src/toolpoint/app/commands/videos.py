@@ -12,12 +12,7 @@ from toolpoint.app.declare import Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Band, Files
 from toolpoint.app.values import NewFile, SourceFile, Span
-from toolpoint.io.quantities.written import read_numbers
-
-
-def _shape(text: str) -> tuple[int, int]:
-    rows, columns = text.split("x")
-    return int(rows), int(columns)
+from toolpoint.io.quantities.written import read_numbers, read_picture_shape
 
 
 def _body(text: str) -> tuple[str, Any]:
@@ -25,7 +20,7 @@ def _body(text: str) -> tuple[str, Any]:
     return name, vision.Region.parse(box)
 
 
-Shape = Annotated[tuple[int, int], Reading(_shape, "ROWSxCOLUMNS, for example 720x1280")]
+Shape = Annotated[tuple[int, int], Reading(read_picture_shape, "ROWSxCOLUMNS, for example 720x1280")]
 Region = Annotated[Any, Reading(lambda text: vision.Region.parse(text))]
 Body = Annotated[tuple[str, Any], Reading(_body)]
 Pixel = Annotated[tuple[float, float], Reading(lambda text: read_numbers(text, 2), "COLUMN,ROW, for example 640,700")]
@@ -38,7 +33,7 @@ class Filming:
     fps: Annotated[float, Help("True frames per second of the camera (not of the player).")]
     shape: Annotated[Shape | None, Help("Shape of plain binary frames (.raw, .bin).", metavar="ROWSxCOLUMNS")] = None
     bits: Annotated[int | None, Help("Bits of a pixel of raw frames.", least=8, most=16)] = None
-    row_delay: Annotated[float, Help("Rolling shutter: microseconds between neighbouring rows.")] = 0.0
+    row_delay: Annotated[float, Help("Rolling shutter: microseconds between neighbouring rows.", scale=1e-6)] = 0.0
     region: Annotated[Region | None, Help("Part of the picture to use.", metavar="LEFT,TOP,WIDTH,HEIGHT")] = None
     background: Annotated[tuple[Region, ...], Help("Part that stands still and has texture: camera shake is taken off by it; "
                                                    "several times.", metavar="LEFT,TOP,WIDTH,HEIGHT")] = ()
@@ -47,7 +42,7 @@ class Filming:
     method: Annotated[Literal["templates", "lucas-kanade", "phase"], Help("Of displacement.")] = "templates"
     points: Annotated[int, Help("Points on edges and corners.", least=10, most=5000)] = 300
     views: Annotated[tuple[Literal["xz", "yz", "xy"], ...], Help("Plane of each video; z (or y) is up.", name="--view")] = ()
-    scale: Annotated[float | None, Help("Millimetres a pixel.")] = None
+    scale: Annotated[float | None, Help("Millimetres a pixel.", scale=1e-3)] = None
     origins: Annotated[tuple[Pixel, ...], Help("Where each video shows the machine's origin.", name="--origin",
                                                metavar="COLUMN,ROW")] = ()
     band: Band = None
@@ -59,13 +54,12 @@ class Filming:
     def view(self, number: int) -> vision.View:
         """Return the view of a video; the last one given holds for all further videos."""
         planes, origins = self.views or ("xz",), self.origins or ((0.0, 0.0),)
-        return vision.View.of_plane(planes[min(number, len(planes) - 1)], None if self.scale is None else 1e-3 * self.scale,
-                                    origins[min(number, len(origins) - 1)])
+        return vision.View.of_plane(planes[min(number, len(planes) - 1)], self.scale, origins[min(number, len(origins) - 1)])
 
     def clips(self, files: Sequence[Path]) -> Iterator[vision.Clip]:
         """Read the videos one by one."""
         for path in files:
-            yield vision.read_clip(path, self.fps, shape=self.shape, bits=self.bits, row_delay=1e-6 * self.row_delay,
+            yield vision.read_clip(path, self.fps, shape=self.shape, bits=self.bits, row_delay=self.row_delay,
                                    region=self.region)
 
 
@@ -103,12 +97,11 @@ def video(run: Frame, files: Files, filming: Filming, *,
         band=filming.band, progress=run.progress_of_parts(), method=filming.method, points=filming.points,
         background=filming.background, bodies=dict(filming.bodies), start=filming.start, stop=filming.stop)
     if written is not None:
-        io.write_machine(result.updated.description, written)
+        run.write("Machine file", written, io.write_machine, result.updated.description)
     run.save(pages.video_page, result.videos, result.answer, warnings=run.warnings)
     if magnification.file is not None:
-        vision.write_frames(studies.magnify_motion(
+        run.write("Magnified clip", magnification.file, vision.write_frames, studies.magnify_motion(
             result.videos[0], magnification.factor, mode=magnification.which, band=magnification.magnify_band,
-            attenuation=magnification.attenuation), magnification.file)
-    if modes is not None:
-        io.write_nouns(result.modes, modes)
-    run.show(result, result.notes, {"Machine file": written, "Magnified clip": magnification.file, "Modes": modes})
+            attenuation=magnification.attenuation))
+    run.write("Modes", modes, io.write_nouns, result.modes)
+    run.show(result, result.notes)

@@ -7,7 +7,7 @@ where its numbers cannot be.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import NamedTuple, TypeVar
 
 import numpy as np
@@ -185,3 +185,54 @@ def read_plane(text: str) -> tuple[Vector, Vector]:
     """Return the two directions of a text like ``y,z``."""
     first, second = text.split(",")
     return read_direction(first), read_direction(second)
+
+
+def read_block(text: str) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return two corners of a block from ``X1,Y1,X2,Y2``, m."""
+    corners = read_lengths(text, 4)
+    return corners[:2], corners[2:]
+
+
+def read_circle(text: str) -> tuple[float, float]:
+    """Return radius (m) and feed (m/s) of ``RADIUS,FEED`` in mm and mm/min."""
+    radius, feed = read_numbers(text, 2)
+    if radius <= 0 or feed <= 0:
+        raise ToolpointError(f"{text!r}: radius and feed must be above zero")
+    return 1e-3 * radius, feed / 60e3
+
+
+def read_pole(text: str) -> tuple[float, float]:
+    """Return frequency (Hz) and damping ratio of ``HZ,PERCENT``."""
+    frequency, percent = read_numbers(text, 2)
+    if not frequency > 0 or not 0 < percent <= 50:
+        raise ToolpointError(f"{text!r}: the frequency must be above 0 Hz, the damping above 0 and at most 50 %")
+    return frequency, percent / 100
+
+
+def read_tried_cut(text: str) -> tuple[float, float, bool]:
+    """Return speed (rev/min), depth (m) and whether the cut was stable of ``SPEED:DEPTH:stable`` (or chatter), depth in mm."""
+    speed, depth, outcome = text.split(":")
+    return float(speed), 1e-3 * float(depth), {"stable": True, "chatter": False}[outcome]
+
+
+def read_shares(text: str, names: Sequence[str]) -> dict[str, float]:
+    """Return shares by name from percent with commas between them, ``-`` for those that are not given."""
+    shares = {name: float(part) / 100 for name, part in zip(names, text.split(","), strict=True)
+              if part.strip() not in ("", "-")}
+    if min(shares.values(), default=0.0) < 0:
+        raise ValueError
+    return shares
+
+
+def read_two_names(text: str) -> tuple[str, str]:
+    """Return both names of ``FIRST,SECOND``."""
+    first, second = (word.strip() for word in text.split(","))
+    if not first or not second:
+        raise ValueError
+    return first, second
+
+
+def read_picture_shape(text: str) -> tuple[int, int]:
+    """Return rows and columns of ``ROWSxCOLUMNS``."""
+    rows, columns = text.split("x")
+    return int(rows), int(columns)

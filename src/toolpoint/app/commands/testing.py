@@ -1,4 +1,4 @@
-"""Commands about what an identified machine answers: frf, next-test."""
+"""Commands about hammer tests, from the plan to what to measure next: plan, frf, tap, next-test."""
 
 from __future__ import annotations
 
@@ -6,14 +6,17 @@ import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import numpy as np
 
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
+from toolpoint.app.cut_options import CutValues
 from toolpoint.app.declare import Help, command, list_given
 from toolpoint.app.frame import Frame
-from toolpoint.app.options import Files, MachineFile, Pose, Poses, Variables
-from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile
+from toolpoint.app.options import Files, MachineFile, Pose, Poses, Quantity, Variables
+from toolpoint.app.values import AnyPath, AxisRange, Lines, NewFile, SourceFile, SpindleSpeeds
 from toolpoint.io.suffixes import YAML
 
 if TYPE_CHECKING:
@@ -21,6 +24,34 @@ if TYPE_CHECKING:
     from toolpoint.signals.test_description import HammerTestDescription
 
 LABELS = ("channel", "struck", "name", "rate", "variables")
+
+
+@command()
+def plan(run: Frame, machine: MachineFile, *, pose: Pose = None,
+         number: Annotated[int, Help("Points to measure, three directions each.", name="--points", least=1)] = 12,
+         file_points: Annotated[bool, Help("Choose among the points that the machine file names, not among 131 spread over its "
+                                           "bodies.")] = False,
+         highest: Annotated[float | None, Help("Highest mode that matters, Hz; all modes of the machine where left "
+                                               "out.")] = None,
+         struck: Annotated[int, Help("Most points and directions to strike.", least=1)] = 3,
+         noise: Annotated[float, Help("Noise of the virtual test, percent of every channel.", scale=1e-2)] = 1.0,
+         hits: Annotated[int, Help("Blows at every set-up.", least=1)] = 3,
+         seed: Annotated[int, Help("Seed of the points that could be measured, and of the virtual tests.")] = 1,
+         test: Annotated[NewFile | None, Help("Write the test file for `toolpoint frf` here (YAML).")] = None,
+         geometry: Annotated[NewFile | None, Help("Write the points here (CSV).")] = None) -> None:
+    """Plan a hammer test of a machine: where to measure and strike, how long, how fine, and which errors to expect.
+
+    Points are chosen among 131 spread over the bodies, or among those that the file names, so that the modes of the file are
+    told apart; a virtual test says what they give, beside random points.
+    """
+    built = io.read_machine_at(machine, pose)
+    result = studies.plan_test(built, number, pose=pose, highest=highest, struck=struck, noise=noise, hits=hits,
+                               candidates=studies.list_points(built) if file_points else None,
+                               rng=np.random.default_rng(seed), progress=run.progress_of_parts())
+    run.write("Points", geometry, io.write_points, result.candidates.coordinates, result.points)
+    run.write("Test file", test, io.write_planned_test, built.name, result.struck, block=result.block,
+              geometry=None if geometry is None else geometry.name)
+    run.present(pages.plan_page, result, run.warnings, notes=result.notes)
 
 
 @dataclass(frozen=True)
@@ -105,29 +136,65 @@ def _respond(run: Frame, machine: Path, asked: MachineResponse, save: Path | Non
     built = io.read_machine_at(machine, *asked.pose)
     result = studies.study_responses_of_machine(built, asked.pose or None, asked.outputs or None, inputs=asked.inputs or None,
                                                 frequency=asked.lines, progress=run.progress("intervals"))
-    run.save(pages.responses_page, result, run.warnings)
-    if save is not None:
-        io.write_frf(result.frfs[0], save)
-    run.show(result, result.notes, {"Responses": save})
+    run.write("Responses", save, io.write_frf, result.frfs[0])
+    run.present(pages.responses_page, result, run.warnings, notes=result.notes)
 
 
 def _measure(run: Frame, files: Sequence[Path], options: RecordOptions, save: Path | None) -> None:
-    run.step("reading")
     records, description = options.read(files)
     run.step("hits")
     result = studies.study_hammer_records(
         records, duration=options.block or description.block, final=options.window_end or description.window_end,
         estimator=options.estimator or description.estimator, decisions=options.decisions)
+    run.write("Responses", save, io.write_frf, result.frf)
+    run.write("Test file", options.test, io.write_test, description.with_decisions({**records.decisions, **options.decisions}),
+              replace=options.test in files)
     run.step("page")
     run.save(pages.hammer_page, result, run.warnings, description.test)
-    if save is not None:
-        io.write_frf(result.frf, save)
-    if options.test is not None:
-        io.write_test(description.with_decisions({**records.decisions, **options.decisions}), options.test,
-                      replace=options.test in files)
     run.warnings[:] = [text for text in run.warnings if text not in (*result.doubts, *result.notes)]
-    run.show(result, [*result.doubts, *result.notes, *result.band.notes],
-             {"Responses": save, "Test file": options.test})
+    run.show(result, [*result.doubts, *result.notes, *result.band.notes])
+
+
+@dataclass(frozen=True)
+class TapLabels:
+    """What records or responses of the tip measured, and where."""
+
+    channel: Annotated[tuple[str, ...], Help("What a channel of the records measures, where, its sensitivity; several times.",
+                                             metavar="'1=force tip:+x 2.25mV/N'")] = ()
+    name: Annotated[str | None, Help("Where names of files say points: Point_{input}_*.", metavar="PATTERN")] = None
+    struck: Annotated[str | None, Help("Where was struck (or measured), where the names do not say it.",
+                                       metavar="POINT:DIRECTION")] = None
+    quantity: Quantity = None
+
+    def read(self, files: Sequence[Path], progress: Any) -> Any:
+        """Return the hammer study of records, or the responses that files hold."""
+        progress("reading", 0, 1)
+        if io.hold_records(files):
+            records = io.read_records(files, self.channel, struck=self.struck, pattern=self.name)
+            return studies.study_hammer_records(records)
+        return io.read_frf(files, quantity=self.quantity, pattern=self.name, struck=self.struck)
+
+
+@command()
+def tap(run: Frame, files: Files, *,
+        across: Annotated[tuple[SourceFile, ...], Help("Records or responses along y; several times. As x where left out.",
+                                                       name="--y")] = (),
+        tip: Annotated[str | None, Help("The tip along x where the files hold several driving points.",
+                                        metavar="POINT:DIRECTION")] = None,
+        labels: TapLabels, cut: CutValues,
+        speeds: Annotated[SpindleSpeeds | None, Help("Spindle speeds that the machine has, rev/min.",
+                                                     metavar="3000:20000:200")] = None) -> None:
+    """From hammer blows on a tool's tip to spindle speeds to use, with a light for each step.
+
+    FILES are the records of blows along x, the feed (any format of `toolpoint frf`), or responses of the tip (any format of
+    `toolpoint identify`); --y those along y. Give the cutter (--diameter, --teeth ...) and the material (--material, or --kt
+    and --kn).
+    """
+    progress = run.progress_of_parts()
+    x, y = labels.read(files, progress), labels.read(across, progress) if across else None
+    ends = None if speeds is None else (float(speeds[0]), float(speeds[-1]))
+    result = studies.study_tap(x, y, cut, tip=tip, speeds=ends, rng=np.random.default_rng(0), progress=progress)
+    run.present(pages.tap_page, result, run.warnings, notes=result.limits.notes)
 
 
 @command(page=False)

@@ -1,0 +1,125 @@
+"""Commands about files and the program itself: new, check, convert, schema, doctor, completion."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Literal
+
+import click
+
+from toolpoint import io, studies
+from toolpoint._check import ToolpointError
+from toolpoint.app.declare import Argument, Help, command, list_given
+from toolpoint.app.frame import Frame
+from toolpoint.app.options import Files, Naming, Quantity
+from toolpoint.app.values import AnyPath, SourceFile
+
+NEXT = {"machine": ("check {0}", "report {0}", "map {0} --axis ..."), "servo": ("check {0}", "drive {0} --circle 50,4000"),
+        "components": ("check {0}", "joints test.uff --geometry test.uff --components {0}"),
+        "cut": ("lobes --materials",), "test": ("check {0}", "frf {0}")}
+
+
+@command(page=False, json=False)
+def new(run: Frame, kind: Annotated[Literal["machine", "servo", "components", "cut", "test"], Argument()],
+        file: Annotated[AnyPath | None, Argument()] = None, *,
+        template: Annotated[str, Help("Which machine: three-axis-vertical, three-axis-horizontal, boring-mill, trunnion, "
+                                      "gantry, lathe, grinder, parallel-head, robot.", metavar="NAME")] = "",
+        listed: Annotated[bool, Help("Show the templates of KIND.", name="--list")] = False) -> None:
+    """A commented file to begin with: a machine, a hammer test, its components, a servo, or a cut.
+
+    FILE is KIND.yaml where left out; a file that is there is never overwritten.
+    """
+    names = io.list_templates(kind)
+    if listed or (not template and len(names) > 1):
+        run.show_text(*(f"{name}: {words}" for name, words in names.items()))
+        if listed:
+            return
+        raise ToolpointError(f"--template: missing; must be one of {', '.join(names)}")
+    path = io.write_template(file or Path(f"{kind}.yaml"), kind, template)
+    run.show_text(f"Written: {path}")
+    run.suggest(*(words.format(path) for words in NEXT[kind]))
+
+
+@command(page=False)
+def check(run: Frame, file: Annotated[SourceFile, Argument()], *,
+          mass: Annotated[float | None, Help("Mass of a robot (URDF) by its catalogue, kg.", above=0)] = None) -> None:
+    """Check a file: all its faults at once, or what was understood of it, what it assumes and what looks odd.
+
+    FILE is a machine (YAML), a robot (URDF), or another YAML file of toolpoint: servo, components, shaft, plan, datasheet.
+    """
+    if (kind := io.kind_of(file)) != "machine":
+        words = io.read_kind(file, kind)
+        if run.as_json:
+            run.show_json({"ok": True, "kind": kind, "words": words})
+        run.show_text(f"{file}: {words}; no faults")
+        return
+    inertias = io.read_robot(file, mass).doubts if file.suffix.lower() == ".urdf" else ()
+    machine = io.read_machine(file)
+    result = studies.check_machine(machine, inertias)
+    if run.as_json:
+        run.show_json(result.to_dict())
+    run.show_text(result.table())
+    run.suggest(f"report {file}")
+
+
+@command(page=False, json=False)
+def convert(run: Frame, files: Files, *, target: Annotated[AnyPath, Help(
+        "What to write: .uff, .csv, .mat, .npz or .h5; of a page a folder, with --pictures or --tables.", name="--to",
+        metavar="FILE|FOLDER")],
+            pictures: Annotated[Literal["png", "svg"] | None, Help("Of a page: its charts, one file each, into --to.")] = None,
+            tables: Annotated[Literal["csv", "tex"] | None, Help("Of a page: its tables, one file each, into --to.")] = None,
+            replace: Annotated[bool, Help("Write over an existing file.")] = False, quantity: Quantity = None,
+            naming: Naming) -> None:
+    """Responses, modes or time records from any format to another; charts and tables of a page.
+
+    FILES of responses are joined: several points, set-ups, or bands of one response. A page is the index.html (or folder) that
+    other commands write.
+    """
+    if files[0].suffix.lower() in (".html", ".htm") or files[0].is_dir():
+        run.show_text(*(f"Written: {file}" for file in _convert_page(files, target, pictures, tables)))
+    elif of_page := list_given("pictures", "tables"):
+        raise ToolpointError(f"{of_page[0]}: of a page (.html); {files[0]} is none")
+    else:
+        io.check_noun_name(target, replace=replace)
+        noun = io.read_measured(files, quantity=quantity, **naming.keywords)
+        io.write_noun(noun, target)
+        run.show_text(f"Written: {target} ({noun!r})")
+    run.show_rest()
+
+
+def _convert_page(files: Sequence[Path], folder: Path, pictures: str | None, tables: str | None) -> list[Path]:
+    if len(files) > 1 or (pictures is None) == (tables is None):
+        raise ToolpointError(f"{files[0]}: a page is converted alone, with --pictures png (or svg) or --tables csv (or tex)")
+    return io.write_pictures(files[0], folder, pictures) if pictures else io.write_tables(files[0], folder, tables or "csv")
+
+
+@command()
+def schema(kind: Annotated[str, Argument()] = "machine") -> None:
+    """The JSON schema of a KIND of file, for editors that check YAML while it is typed.
+
+    KIND is machine (the default), servo, choice (of `identify --choice`), components, test, shaft, plan or datasheet.
+    """
+    click.echo(json.dumps(io.json_schema(kind), indent=2))
+
+
+@command(page=False)
+def doctor(run: Frame) -> None:
+    """Versions, threads, caches, extras and the browser: what is there, what is missing, and what to do about it."""
+    result = studies.examine_environment()
+    run.show(result)
+    if not result.is_whole:
+        raise SystemExit(1)
+
+
+@command()
+def completion(shell: Annotated[Literal["bash", "zsh", "fish"], Argument()]) -> None:
+    """Print what makes SHELL complete commands, options and files: eval "$(toolpoint completion bash)" in its start-up file."""
+    from click.shell_completion import get_completion_class
+
+    from toolpoint.app.main import cli
+
+    complete = get_completion_class(shell)
+    assert complete is not None
+    click.echo(complete(cli, {}, "toolpoint", "_TOOLPOINT_COMPLETE").source())
