@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from contextlib import nullcontext
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
@@ -80,6 +81,50 @@ def test_annotations_say_what_is_received():
 def test_what_cannot_be_is_refused(words, told):
     done = CliRunner().invoke(try_options, words)
     assert done.exit_code != 0 and told in f"{done.output}{done.exception}"
+
+
+def test_numbers_are_typed_in_their_unit_and_received_in_si():
+    @command(page=False)
+    def weigh(run: Frame, *, depth: Annotated[float, Help("Depth, mm.", scale=1e-3)],
+              share: Annotated[float, Help("Share, %.", scale=1e-2, above=0, most=100)] = 50.0,
+              none: Annotated[float | None, Help("None.", scale=1e-3)] = None) -> None:
+        """Say what was received."""
+        run.show(Shown(depth=depth, share=share, none=none))
+
+    def say(*words):
+        return CliRunner().invoke(weigh, [*words, "--json"])
+    assert json.loads(say("--depth", "2").output) == {"depth": 0.002, "share": 0.5, "none": None}
+    assert json.loads(say("--depth", "2", "--share", "10").output)["share"] == pytest.approx(0.1)
+    assert "101.0 is not in the range 0<x<=100" in say("--depth", "2", "--share", "101").output
+    text = CliRunner().invoke(weigh, ["--help"]).output
+    assert "0<x<=100" in text and "[default: 50.0; " in text and "x<=None" not in text
+
+
+def test_steps_begin_by_reading_and_end_by_the_page(tmp_path, monkeypatch):
+    said = []
+    monkeypatch.setattr("toolpoint.app.console.show_progress",
+                        lambda quiet: nullcontext(lambda name, done, total, step=False: said.append((name, done, total, step))))
+
+    class Page:
+        def reworded(self, spell):
+            return self
+
+        def save(self, place):
+            return place / "index.html"
+
+    @command(steps=3)
+    def study(run: Frame) -> None:
+        """Study."""
+        run.step("study")
+        run.write("List", tmp_path / "list.txt", lambda words, path: path.write_text(words), "words")
+        run.write("Nothing", None, lambda path: path.write_text("nothing"))
+        run.present(lambda result: Page(), Shown(), notes=["a note"])
+
+    done = CliRunner().invoke(study, ["-o", str(tmp_path)])
+    assert said == [("reading", 0, 3, True), ("study", 1, 3, True), ("page", 2, 3, True)]
+    assert (tmp_path / "list.txt").read_text() == "words"
+    assert done.output.splitlines() == ["table", "note: a note", f"List written: {tmp_path / 'list.txt'}",
+                                        f"Page written: {tmp_path / 'index.html'}"]
 
 
 def test_help_shows_limits_and_defaults():

@@ -27,6 +27,26 @@ def test_directions_are_axes_angles_or_vectors():
     assert written.read_plane("y,-z") == ((0, 1, 0), (0, 0, -1))
 
 
+def test_values_of_tests_and_cuts_come_in_si():
+    assert written.read_block("0,-10mm,0.2,30mm") == ((0, pytest.approx(-0.01)), (pytest.approx(0.2), pytest.approx(0.03)))
+    assert written.read_circle("50,4000") == pytest.approx((0.05, 4 / 60))
+    assert written.read_pole("34.2,1.5") == pytest.approx((34.2, 0.015))
+    assert written.read_tried_cut("12000:1.5:chatter") == (12000, pytest.approx(1.5e-3), False)
+    assert written.read_tried_cut("9000:2:stable")[2] is True
+    assert written.read_shares("1,-,5,", "abcd") == pytest.approx({"a": 0.01, "c": 0.05})
+    assert written.read_two_names("KAA, MAA") == ("KAA", "MAA") and written.read_picture_shape("720x1280") == (720, 1280)
+
+
+@pytest.mark.parametrize(("read", "text"), [
+    (written.read_circle, "0,4000"), (written.read_circle, "50"), (written.read_pole, "34,51"), (written.read_pole, "0,1"),
+    (written.read_tried_cut, "9000:2:good"), (written.read_tried_cut, "9000:2"), (written.read_two_names, "KAA,"),
+    (written.read_two_names, "KAA"), (written.read_picture_shape, "720"), (written.read_block, "0,0,1"),
+    (lambda text: written.read_shares(text, "ab"), "1,-2"), (lambda text: written.read_shares(text, "ab"), "1")])
+def test_values_that_cannot_be_are_refused(read, text):
+    with pytest.raises((ToolpointError, ValueError, KeyError)):
+        read(text)
+
+
 @pytest.mark.parametrize("text", ["nan:900:3", "1:2", "1:2:x"])
 def test_a_wrong_form_is_a_bare_value_error(text):
     """Who asks says how to write it, so no words come from here."""
