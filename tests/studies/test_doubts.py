@@ -48,6 +48,15 @@ def test_clean_measurements_raise_no_doubt():
     assert sum(bool(alarm) for alarm in alarms) <= 2, [alarm for alarm in alarms if alarm]
 
 
+@pytest.mark.parametrize("quantity", ["mobility", "accelerance"])
+def test_a_model_s_receptance_is_compared_in_the_quantity_that_was_measured(quantity):
+    frf, _, exact, _ = clean(3, quantity="receptance")
+    measured = frf.converted_to(quantity)
+    assert question_responses(measured, exact.converted_to("receptance")) == ()
+    turned = scaled(measured, 7, -1.0)
+    assert any("opposite sign" in line for line in question_responses(turned, exact.converted_to("receptance")))
+
+
 def share_named(mistake, words, count=20):
     lines = [" | ".join(mistake(seed)) for seed in range(count)]
     return np.mean([all(word in line for word in words) for line in lines])

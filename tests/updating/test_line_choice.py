@@ -21,7 +21,7 @@ def responses(noise, rng, lines=2000):
 @pytest.mark.parametrize("noise", [0.0, 0.02, 0.2])
 def test_lines_stand_where_responses_turn_and_over_the_band(noise):
     frf = responses(noise, np.random.default_rng(0))
-    at = choose_lines(frf, 120)
+    at = choose_lines(Targets(frf=frf), 120)
     f = frf.frequency[at]
     assert at.size <= 120 and at[0] == 0 and at[-1] == frf.frequency.size - 1
     near = sum((np.abs(f / f0 - 1) < 0.03).sum() for f0 in (40.0, 130.0)) / f.size
@@ -33,7 +33,7 @@ def test_few_lines_stay_as_they_are():
     frf = responses(0.0, np.random.default_rng(0), lines=60)
     targets = Targets(frf=frf)
     assert on_chosen_lines(targets) is targets
-    np.testing.assert_array_equal(choose_lines(frf, 60), np.arange(60))
+    np.testing.assert_array_equal(choose_lines(targets, 60), np.arange(60))
 
 
 def test_chosen_lines_keep_their_variance_and_correlation():

@@ -183,6 +183,8 @@ def _body_mass(machine: Machine, description: MachineDescription, name: str) -> 
 def _exact(
     description: MachineDescription, path: str, value: float, part: Callable[[MachineDescription], FloatArray]
 ) -> FloatArray:
+    if not value and ".loss_factor" in path:  # its matrix is proportional to it, and it cannot be negative
+        return np.asarray(part(description.with_values({path: 1.0})) - part(description))
     # Steps stay small against the value, so that positive quantities stay positive; rounding grows to about 1e-13.
     step = 0.02 * abs(value) if value else 1e-3
     total: FloatArray | float = 0.0

@@ -124,8 +124,9 @@ def update(run: Frame, machine: MachineFile, *,
                                                          "measurements.")] = (),
            frf: Annotated[tuple[SourceFile, ...], Help("Measured FRFs (universal, HDF5, MATLAB, text); with several poses one "
                                                        "file for each.")] = (),
-           paths: Annotated[tuple[str, ...], Help("Parameter to update; all joint stiffnesses where none is named.",
-                                                  name="--parameter", metavar="joints.NAME.stiffness.rx")] = (),
+           paths: Annotated[tuple[str, ...], Help("Parameter to update; where none is named all joint stiffnesses, by "
+                                                  "responses the joints' damping too.", name="--parameter",
+                                                  metavar="joints.NAME.stiffness.rx")] = (),
            poses: Poses = (),
            samples: Annotated[int, Help("Sample the posterior by so many steps of every walker, for example 2000 (extra "
                                         "'bayes').", metavar="STEPS", shown="none", least=0)] = 0,

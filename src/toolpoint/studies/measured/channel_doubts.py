@@ -95,9 +95,9 @@ def _scales(measured: Modes, a: Array, b: Array) -> list[Doubt]:
 
 
 def question_responses(measured: Frf, predicted: Frf) -> tuple[Doubt, ...]:
-    """Return doubts about signs, scale and delay of responses beside the model's at equal lines and Dofs."""
+    """Return doubts about signs, scale and delay of responses beside the model's (any quantity) at equal lines and Dofs."""
     a = measured.values.reshape(measured.frequency.size, -1)
-    b = predicted.values.reshape(a.shape)
+    b = predicted.converted_to(measured.quantity).values.reshape(a.shape)
     names = [f"{o} to {i}" for o in measured.outputs for i in measured.inputs]
     factors, likeness = _factors(a, b)
     lines = []

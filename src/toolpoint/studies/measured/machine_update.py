@@ -34,6 +34,7 @@ from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _RANGE = 1e3
+_MOST_LOSS = 2.0  # as `JointDescription.loss_factor`
 _SPARE_MODES = 6
 _AFFINE = 1e-9
 
@@ -166,10 +167,15 @@ def _compared(b: Agreement, a: Agreement) -> list[str]:
 
 
 def parameter(machine: Machine, path: str, **options: Any) -> Parameter:
-    """Return the parameter of a path at the machine's value, on a logarithmic scale, within a factor 1000."""
+    """Return the parameter of a path at the machine's value, on a logarithmic scale, within a factor 1000.
+
+    A loss factor of zero moves on a linear scale, from zero to the largest that a file may hold.
+    """
     value = machine.value(path)
     log = bool(options.pop("log", value > 0))
     bounds = {"low": value / _RANGE, "high": value * _RANGE} if log else {}
+    if not log and ".loss_factor" in path:
+        bounds = {"low": 0.0, "high": _MOST_LOSS}
     return Parameter(path, value, log=log, **{**bounds, **options})
 
 
@@ -315,7 +321,10 @@ def agreements(task: Problem, x: FloatArray) -> tuple[Agreement, ...]:
 
 
 def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
-    frac = None if targets.frf is None or predicted.frf is None else correlation.frac(targets.frf, predicted.frf)
+    frac = None
+    if targets.frf is not None and predicted.frf is not None:
+        # In the quantity that was measured: noise of accelerometers would fill the lowest lines of the receptance.
+        frac = correlation.frac(*(frf.converted_to(targets.frf_quantity) for frf in (targets.frf, predicted.frf)))
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)
         return Agreement(none, none, np.zeros(0, int), none, none, none, frac, predicted.frf)

@@ -112,7 +112,8 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
         With the measured points among its own.
     measured : sequence of Measurement
     paths : sequence of str
-        Parameters to update, ``joints.NAME.stiffness.rx``; all stiffnesses of the joints where none is named.
+        Parameters to update, ``joints.NAME.stiffness.rx``; where none is named all stiffnesses of the joints, and by
+        responses their dampers and loss factors too: with a guessed damping no stiffness makes the peaks as high as measured.
     samples : int
         Steps of every walker in the posterior, 0 for none (extra 'bayes').
     seed : int
@@ -124,12 +125,21 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
         require_emcee()
     _check_points(machine, measured, what)
     known = tuple(_with_partners(machine, part) for part in measured)
-    names = list(paths) or [path for path in parameters(machine.description) if ".stiffness." in path]
+    names = list(paths) or default_paths(machine, responses=any(part.frf is not None for part in measured))
     targets = [default_targets(names, part.modes, part.frf) for part in known]
     result = update(machine, names, targets=targets, pose=[part.pose for part in known],
                     lead=[_leading(machine, part) for part in known])
     return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known),
                          name_effects(result.problem, result.fit))
+
+
+def default_paths(machine: Machine, *, responses: bool) -> list[str]:
+    """Return what is updated where nothing is named: stiffnesses of the joints; by responses every damper that is there and
+    every loss factor, also of joints that have none yet."""
+    every = list(parameters(machine.description))
+    joints = [path for path in every if path.startswith("joints.")]
+    damping = [path for path in joints if ".loss_factor" in path or (".damping." in path and machine.value(path) > 0)]
+    return [path for path in every if ".stiffness." in path] + (damping if responses else [])
 
 
 def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Doubt, ...]:

@@ -112,17 +112,28 @@ def _finished(
     stuck = (free - low < width) | (high - free < width)
     names = tuple(problem.names[j] for j in solver.at)
     chi = float((last.values**2).sum())
-    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
-    freedom = last.values.size - len(names)
-    scaled = problem.assumed and not isinstance(method, Bayesian) and freedom > 0
-    scaled = scaled and not (problem.measured and chi < freedom)  # an assumption too wide makes no measurement better
+    scaled, covariance = _covariance(solver, free, method)
     fitted = ParameterFit(
-        problem.parameters, x, problem.values(x), names, reasons,
-        covariance * (chi / freedom if scaled else 1.0), scaled, chi, float((first.values**2).sum()),
+        problem.parameters, x, problem.values(x), names, reasons, covariance, scaled, chi, float((first.values**2).sum()),
         float(((solver.prior * free) ** 2).sum()), False, "", evaluations, method, last, identifiable,
         tuple(n for n, s in zip(names, stuck, strict=True) if s), _weights(problem))
     gain = _gain(values, jacobian, stuck)
     return _judged(fitted, problem, gain, result)
+
+
+def _covariance(solver: Solver, free: FloatArray, method: LeastSquares) -> tuple[bool, FloatArray]:
+    """Return whether assumed deviations were set right by the residuals, and the covariance of the free coordinates."""
+    problem, (last, _, jacobian) = solver.problem, solver.residuals_at(free)
+    covariance = np.linalg.pinv(jacobian.T @ jacobian, hermitian=True)
+    freedom, chi = last.values.size - len(free), float((last.values**2).sum())
+    if not problem.assumed or isinstance(method, Bayesian) or freedom <= 0:
+        return False, covariance
+    if (spread := solver.spread_at(free)) is not None:
+        spread = spread + np.diag(solver.prior**2) * chi / freedom
+        return True, covariance @ spread @ covariance
+    if problem.measured and chi < freedom:  # an assumption too wide makes no measurement better
+        return False, covariance
+    return True, covariance * chi / freedom
 
 
 def _gain(residual: FloatArray, jacobian: FloatArray, stuck: BoolArray) -> float:

@@ -125,7 +125,7 @@ def _variables(fit: ParameterFit) -> list[str]:
                      f"(init = {parameter.value:.6g}, bounds {parameter.low:.4g} .. {parameter.high:.4g}){bound}")
         lines += [f"    {'':{width + 1}} = {name} / {factor:g}" for name, factor in parameter.links.items()]
     if fit.scaled:
-        lines.append("    (standard errors scaled by the root of the reduced chi-square: the data's deviations are assumed)")
+        lines.append("    (standard errors by what the residuals show: the data's deviations are assumed)")
     return lines
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.linalg.lapack import dgeqrf
 
 from toolpoint._check import FloatArray
+from toolpoint.updating.fits.error_spread import has_assumed_responses, spread_of_gradient
 from toolpoint.updating.problem import Problem
 from toolpoint.updating.residuals import Residuals
 
@@ -48,6 +49,12 @@ class Solver:
                 values, rows = _triangle(values, rows)
             self._kept[key] = replace(evaluation, jacobian=None), values, rows
         return self._kept[key]
+
+    def spread_at(self, free: FloatArray) -> FloatArray | None:
+        """Return how J^T r scatters by what the residuals show, None where all deviations of responses are measured."""
+        if not has_assumed_responses(self.problem.targets):
+            return None
+        return spread_of_gradient(self.problem.targets, self.problem.evaluated(self.full(free), slopes=True, at=self.at))
 
     def residual(self, free: FloatArray) -> FloatArray:
         """Return the residual vector as the solver sees it."""

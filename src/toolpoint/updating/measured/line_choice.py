@@ -12,7 +12,6 @@ from dataclasses import replace
 import numpy as np
 
 from toolpoint._check import FloatArray, IndexArray
-from toolpoint.updating.measured.frf_noise import line_noise
 from toolpoint.updating.measured.targets import Targets
 from toolpoint.vibration import Frf
 
@@ -21,16 +20,18 @@ ENOUGH = 240
 _SURE, _WEAK = 4.0, 0.1
 
 
-def choose_lines(frf: Frf, most: int = ENOUGH) -> IndexArray:
-    """Return the indices (at most `most`, increasing) of lines that carry a measurement of one pose."""
+def choose_lines(targets: Targets, most: int = ENOUGH) -> IndexArray:
+    """Return the indices (at most `most`, increasing) of lines that carry the responses of targets."""
+    frf = targets.frf
+    assert frf is not None
     count = frf.frequency.size
     if count <= most:
         return np.arange(count)
     step = np.linalg.norm(np.diff(frf.values, axis=0).reshape(count - 1, -1), axis=1)
     size = np.linalg.norm(frf.values.reshape(count, -1), axis=1)
-    # Of a step of noise alone, 2 n^2 by its mean, the square scatters by the root of the number of responses.
-    noise = 2 * float((line_noise(frf.values) ** 2).sum())
-    clear = step**2 > noise * (1 + _SURE / np.sqrt(frf.values[0].size))
+    # Of a step of noise alone, n^2 of both its lines by its mean, the square scatters by the root of the number of responses.
+    alone = (targets.noise_of_lines() ** 2).reshape(count, -1).sum(axis=1)
+    clear = step**2 > (alone[1:] + alone[:-1]) * (1 + _SURE / np.sqrt(frf.values[0].size))
     low = np.maximum((size[1:] + size[:-1]) / 2, _WEAK * float(np.sqrt((size**2).mean())))
     turning = np.where(clear, step / np.maximum(low, 1e-300), 0.0)
     # Each line's share of all that is to be told; equal shares are cut from the sum.
@@ -45,8 +46,9 @@ def on_chosen_lines(targets: Targets, most: int = ENOUGH) -> Targets:
     frf = targets.frf
     if frf is None or frf.frequency.size <= most:
         return targets
-    at = choose_lines(frf, most)
-    return replace(targets, frf=_at_lines(frf, at), line_correlation=None if targets.line_correlation is None
+    at = choose_lines(targets, most)
+    return replace(targets, frf=_at_lines(frf, at), frf_noise=None if targets.frf_noise is None else targets.frf_noise[at],
+                   line_correlation=None if targets.line_correlation is None
                    else targets.line_correlation[np.ix_(at, at)])
 
 

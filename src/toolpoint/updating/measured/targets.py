@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,8 +19,8 @@ class Targets:
 
     Every residual is a difference divided by its standard deviation. Standard deviations come from the measurement
     (`Modes.covariance`, `Modes.shape_variance`, `Frf.variance`) where it has them, otherwise from the numbers here, which
-    are then assumptions: standard errors of the fit are scaled by the root of the reduced chi-square, but never below
-    those that the measurement's own deviations give.
+    are then assumptions: standard errors of the fit follow what the residuals show (`fits.error_spread`; modes alone: the
+    root of the reduced chi-square), but never below those that the measurement's own deviations give.
 
     Parameters
     ----------
@@ -42,7 +42,13 @@ class Targets:
         antiresonances like resonances and forgives a shift of a peak.
     frf_sd : float
         Standard deviation of each line as part of the response's root mean square (real and imaginary) or of its own
-        size (log), where the Frf carries no variance; its noise by the scatter of the lines is added.
+        size (log), where the Frf carries no variance; its noise is added.
+    frf_noise : (n_f, n_outputs, n_inputs) floats, optional
+        Standard deviation of |e| of every line, as receptance. Where left out (and the Frf carries no variance) by the
+        scatter of the lines, alike at all lines of the quantity that was measured: what an accelerometer adds grows as
+        :math:`1/\\omega^2` in the receptance.
+    frf_quantity : str
+        The quantity that was measured; that of `frf` where left out.
     line_correlation : (n_f, n_f) floats, optional
         Correlation of the errors of different lines (windows and zero padding make neighbours alike), 1 on the diagonal.
     channel_correlation : (n_outputs, n_outputs) complex, optional
@@ -67,6 +73,8 @@ class Targets:
     lowest_mac: float = 0.5
     line_correlation: FloatArray | None = None
     channel_correlation: Array | None = None
+    frf_noise: FloatArray | None = None
+    frf_quantity: str = ""
 
     def __post_init__(self) -> None:
         if self.modes is None and self.frf is None:
@@ -81,10 +89,15 @@ class Targets:
                 fail("Targets.frf", repr(self.frf), "must be one pose", remedy="use at_pose(i)")
             if not np.abs(self.frf.values).max() > 0:
                 fail("Targets.frf", "zero everywhere", "must hold a response")
+            if self.frf_noise is None and self.frf.variance is None:
+                object.__setattr__(self, "frf_noise", _noise_of_lines(self.frf))
+            object.__setattr__(self, "frf_quantity", self.frf_quantity or self.frf.quantity)
             object.__setattr__(self, "frf", self.frf.converted_to("receptance"))
             self._check_correlations(self.frf)
         elif self.line_correlation is not None or self.channel_correlation is not None:
             fail("Targets", "a correlation without frf", "belongs to measured responses")
+        else:
+            object.__setattr__(self, "frf_noise", None)
 
     def _check_correlations(self, frf: Frf) -> None:
         for name, size in (("line_correlation", frf.frequency.size), ("channel_correlation", len(frf.outputs))):
@@ -189,22 +202,39 @@ class Targets:
             return np.full(modes.shape.shape, floor)
         return np.maximum(np.sqrt(modes.shape_variance) / length, 1e-3 * floor)
 
+    def noise_of_lines(self) -> FloatArray:
+        """Return the standard deviation of |e| of every line, (n_f, n_outputs, n_inputs): stated, or by the lines' scatter."""
+        assert self.frf is not None
+        if self.frf.variance is not None:
+            return np.sqrt(self.frf.variance)
+        assert self.frf_noise is not None
+        return self.frf_noise
+
     def frf_deviation(self) -> FloatArray:
         """Return the standard deviation of real and of imaginary part of every line, (n_f, n_outputs, n_inputs)."""
         frf = self.frf
         assert frf is not None
         size = np.abs(frf.values)
-        level = np.sqrt((size**2).mean(axis=0))
-        tiny = 1e-6 * max(float(level.max()), 1e-300)
+        power = (size**2).mean(axis=0)
+        tiny = 1e-6 * max(float(np.sqrt(power.max())), 1e-300)
+        noise = self.noise_of_lines()
         if frf.variance is not None:
             # E|e|^2 is shared by both parts; lines without any noise at all would decide alone.
-            return np.maximum(np.sqrt(frf.variance / 2), tiny)
+            return np.maximum(noise / np.sqrt(2), tiny)
+        # The structure's own part: noise of the lowest lines may be the largest number of a receptance that was accelerance.
+        level = np.sqrt(np.maximum(power - (noise**2).mean(axis=0), 0.0))
         base = size if self.frf_kind == "log" else np.broadcast_to(level, size.shape)
         # Where noise is larger than the assumption it counts: lines that hold nothing else must not weigh like others.
-        return np.hypot(self.frf_sd * np.maximum(base, tiny), line_noise(frf.values) / np.sqrt(2))
+        return np.hypot(self.frf_sd * np.maximum(base, tiny), noise / np.sqrt(2))
 
     def frf_whitening(self) -> Whitening | None:
         """Return what makes the errors over their standard deviations independent; None where they count as such."""
         if self.line_correlation is None and self.channel_correlation is None:
             return None
         return Whitening.of(self.line_correlation, self.channel_correlation)
+
+
+def _noise_of_lines(frf: Frf) -> FloatArray:
+    """Return the standard deviation of |e| of every line, alike in the quantity that was measured, as receptance."""
+    ones = replace(frf, values=np.ones(frf.values.shape, complex), variance=None).converted_to("receptance")
+    return np.asarray(line_noise(frf.values) * np.abs(ones.values))

@@ -1,0 +1,64 @@
+"""What a machine is updated to by responses where nothing is named: stiffnesses, and damping, which nobody knows before."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from toolpoint import io
+from toolpoint.machine import assemble, build
+from toolpoint.machine.derivatives import matrix_derivatives
+from toolpoint.machine.description import (
+    BodyDescription,
+    InertiaDescription,
+    JointDescription,
+    MachineDescription,
+    PointDescription,
+)
+from toolpoint.studies import Measurement, update_machine
+from toolpoint.studies.measured.measured_update import default_paths
+from toolpoint.vibration import frequency_response
+
+LINES = np.arange(2.0, 60.0, 0.1)
+
+
+def slides(loss=(0.03, 0.06), stiffness=(4e5, 3e5)):
+    """Two slides in a row, each on a spring with a loss factor."""
+    body = BodyDescription(mass=10.0, inertia=InertiaDescription(1, 1, 1))
+    joints = {"bed": JointDescription("ground", "saddle", stiffness={"x": stiffness[0]}, loss_factor=loss[0]),
+              "top": JointDescription("saddle", "table", stiffness={"x": stiffness[1]}, loss_factor=loss[1])}
+    points = {"1": PointDescription("saddle"), "2": PointDescription("table")}
+    return build(MachineDescription("slides", {"saddle": body, "table": body}, joints, {}, points))
+
+
+def measured(machine, rng, noise=0.02):
+    """Accelerances of both slides by a force on the first."""
+    system = assemble(machine, outputs=["1:+x", "2:+x"], inputs=["1:+x"])
+    exact = frequency_response.direct(system, LINES, "accelerance")
+    size = noise * np.sqrt((np.abs(exact.values) ** 2).mean() / 2)
+    return replace(exact, values=exact.values + size * (rng.normal(size=exact.values.shape)
+                                                        + 1j * rng.normal(size=exact.values.shape)))
+
+
+@pytest.mark.parametrize("loss", [(0.04, 0.04), (0.0, 0.0), (0.1, 0.01)])
+def test_damping_is_updated_with_the_stiffness_whatever_was_guessed(loss):
+    truth, frf = slides(), measured(slides(), np.random.default_rng(0))
+    result = update_machine(slides(loss, (5e5, 2.2e5)), [Measurement(frf=frf)])
+    assert result.update.fit.status == "converged" and result.doubts == ()
+    for path in ("joints.bed.stiffness.x", "joints.top.stiffness.x", "joints.bed.loss_factor", "joints.top.loss_factor"):
+        assert result.machine.value(path) == pytest.approx(truth.value(path), rel=0.02)
+    assert result.update.after.frac is not None and result.update.after.frac.min() > 0.995
+
+
+def test_modes_alone_move_stiffnesses_and_responses_the_damping_too():
+    machine = io.read_machine("src/toolpoint/app/machines/small_mill.yaml")
+    stiff = default_paths(machine, responses=False)
+    assert stiff and all(".stiffness." in path for path in stiff)
+    more = default_paths(machine, responses=True)[len(stiff):]
+    assert "joints.floor_base.damping.rx" in more and "joints.floor_base.loss_factor" in more
+    assert all(machine.value(path) > 0 for path in more if ".damping." in path)
+
+
+def test_the_slope_at_no_loss_is_that_of_some():
+    none, some = (matrix_derivatives(slides((loss, loss)), ["joints.top.loss_factor"], None) for loss in (0.0, 0.05))
+    np.testing.assert_allclose(none.structural_damping, some.structural_damping, rtol=1e-9, atol=1e-6)
