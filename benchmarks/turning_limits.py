@@ -17,7 +17,7 @@ import numpy as np
 
 from toolpoint.studies import TurningCut, chart_turning
 from toolpoint.studies.cuts.tool_dynamics import modal_dynamics, response_dynamics
-from toolpoint.studies.cuts.turning_study import TurningStudy
+from toolpoint.studies.cuts.turning.study import TurningStudy
 from toolpoint.vibration import Dof, Frf, Modes
 
 LABELS = ("t:+x", "t:+y", "t:+z")

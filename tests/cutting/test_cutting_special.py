@@ -12,7 +12,7 @@ from toolpoint.cutting.cut.plane import against
 from toolpoint.cutting.cut.problem import plane_dynamics
 from toolpoint.cutting.stability.methods.mode_coupling import mode_coupling
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
-from toolpoint.studies.cuts.turning import orient
+from toolpoint.studies.cuts.turning.direction import orient
 
 M, K, Z, KF = 1.0, 1e7, 0.03, 1e9
 

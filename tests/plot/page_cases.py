@@ -154,7 +154,7 @@ def lobes() -> Report:
 @case
 def turning() -> Report:
     from toolpoint.pages import turning_page
-    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
 
     return turning_page(chart_turning(tip(250, 330), TurningCut(1.5e9, 0.0, None, None, 0.0, None, None),
                                       np.linspace(300, 6000, 100)))

@@ -16,8 +16,8 @@ from toolpoint.machine.description import (
     PointDescription,
 )
 from toolpoint.studies import Measurement, update_machine
-from toolpoint.studies.measured.measured_update import default_paths
-from toolpoint.vibration import frequency_response
+from toolpoint.studies.measured.measured_update import SCALE, default_paths
+from toolpoint.vibration import eigen, frequency_response
 
 LINES = np.arange(2.0, 60.0, 0.1)
 
@@ -48,6 +48,25 @@ def test_damping_is_updated_with_the_stiffness_whatever_was_guessed(loss):
     for path in ("joints.bed.stiffness.x", "joints.top.stiffness.x", "joints.bed.loss_factor", "joints.top.loss_factor"):
         assert result.machine.value(path) == pytest.approx(truth.value(path), rel=0.02)
     assert result.update.after.frac is not None and result.update.after.frac.min() > 0.995
+
+
+def test_what_the_model_misses_beyond_noise_is_said_first():
+    frf = measured(slides(), np.random.default_rng(1))
+    right = update_machine(slides((0.04, 0.04), (5e5, 2.2e5)), [Measurement(frf=frf)])
+    heavy = build(replace(slides().description, bodies={
+        **slides().description.bodies, "table": replace(slides().description.bodies["table"], mass=11.0)}))
+    wrong = update_machine(heavy, [Measurement(frf=frf)])
+    assert right.doubts == ()
+    first = wrong.table().splitlines()[0]
+    assert first.startswith("doubt: model: it misses") and "masses" in first and "times their noise" in first
+
+
+def test_modes_alone_tell_no_mass_and_it_is_said():
+    modes = eigen.solve_undamped(assemble(slides(), outputs=["1:+x", "2:+x"]))
+    alone = update_machine(slides(stiffness=(5e5, 2.2e5)), [Measurement(modes)])
+    assert SCALE in alone.notes
+    both = update_machine(slides(stiffness=(5e5, 2.2e5)), [Measurement(modes, measured(slides(), np.random.default_rng(2)))])
+    assert SCALE not in both.notes
 
 
 def test_modes_alone_move_stiffnesses_and_responses_the_damping_too():

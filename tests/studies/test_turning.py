@@ -10,8 +10,8 @@ from toolpoint.cutting import stability
 from toolpoint.cutting.cut.problem import TurningProblem
 from toolpoint.cutting.stability.methods.turning import least_width, lobe_tips
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
-from toolpoint.studies.cuts.turning import orient, unconditional_limit, width_range
-from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+from toolpoint.studies.cuts.turning.direction import orient, unconditional_limit, width_range
+from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
 from toolpoint.vibration import Frf, Modes, frequency_response
 
 LABELS = {"x": "t:+x", "y": "t:+y", "z": "t:+z"}

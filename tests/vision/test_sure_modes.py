@@ -30,6 +30,11 @@ def case():
     return scene, scan(scenes.filmed(scene, rng))
 
 
+def widened(modes, field):
+    """Poles as wide as the windows of a whole decay scatter."""
+    return widen_by_windows(modes, field, first=0, count=FRAMES)
+
+
 def field_of(values, sigma=0.02):
     """A field of windows that see both ways, from (frames, n, 2)."""
     n = values.shape[1]
@@ -102,17 +107,17 @@ def test_errors_of_windows_that_repeat_with_the_motion_widen_the_intervals():
     stated = modes_of(POLES[:1], 1e-6, 1e-8)
     weight = (motion**2).sum(axis=1) / (motion**2).sum()
     expected = 1.96 * spread * np.sqrt((weight**2).sum()) / (2 * np.pi)
-    assert widen_by_windows(stated, field_of(bent, 0.002), 0, FRAMES).frequency_interval[0] == pytest.approx(expected, rel=0.35)
+    assert widened(stated, field_of(bent, 0.002)).frequency_interval[0] == pytest.approx(expected, rel=0.35)
     clean = np.exp(POLES[0] * times).imag[:, None, None] * motion + 0.002 * rng.standard_normal((FRAMES, 60, 2))
-    assert widen_by_windows(stated, field_of(clean, 0.002), 0, FRAMES).frequency_interval[0] < 0.1 * expected
+    assert widened(stated, field_of(clean, 0.002)).frequency_interval[0] < 0.1 * expected
     # Never narrower than stated, and an error that all windows share is not taken away by their number.
     wide = modes_of(POLES[:1], 1.0, 1e-2)
-    assert widen_by_windows(wide, field_of(clean, 0.002), 0, FRAMES).frequency_interval[0] == wide.frequency_interval[0]
+    assert widened(wide, field_of(clean, 0.002)).frequency_interval[0] == wide.frequency_interval[0]
     shaken = replace(field_of(clean, 0.002), common=np.full(2, 0.02**2))
     few = replace(field_of(clean[:, :15], 0.002), common=np.full(2, 0.02**2))
-    whole, part = (widen_by_windows(stated, field, 0, FRAMES).frequency_interval[0] for field in (shaken, few))
+    whole, part = (widened(stated, field).frequency_interval[0] for field in (shaken, few))
     assert part == pytest.approx(whole, rel=0.4)
-    assert whole > 3 * widen_by_windows(stated, field_of(clean, 0.002), 0, FRAMES).frequency_interval[0]
+    assert whole > 3 * widened(stated, field_of(clean, 0.002)).frequency_interval[0]
 
 
 def test_compression_widens_by_what_the_noise_lost():

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.cuts.simulated_cut import simulate_cut
     from toolpoint.studies.cuts.tool_coupling import bases_from_gauge, bases_of_machine, bases_of_responses, study_tool
     from toolpoint.studies.cuts.tool_dynamics import machine_dynamics, modal_dynamics, response_dynamics, separate_dynamics
-    from toolpoint.studies.cuts.turning_study import TurningCut, chart_turning
+    from toolpoint.studies.cuts.turning.study import TurningCut, chart_turning
     from toolpoint.studies.cuts.uncertain_cut import Uncertainty, propose_speeds
     from toolpoint.studies.environment import examine_environment
     from toolpoint.studies.execute import Dask, Serial, choose_engine
@@ -110,7 +110,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.simulated_cut": ("simulate_cut",),
     "cuts.tool_coupling": ("bases_from_gauge", "bases_of_machine", "bases_of_responses", "study_tool"),
     "cuts.tool_dynamics": ("machine_dynamics", "modal_dynamics", "response_dynamics", "separate_dynamics"),
-    "cuts.turning_study": ("TurningCut", "chart_turning"),
+    "cuts.turning.study": ("TurningCut", "chart_turning"),
     "cuts.uncertain_cut": ("Uncertainty", "propose_speeds"),
     "environment": ("examine_environment",),
     "execute": ("Dask", "Serial", "choose_engine"),

@@ -12,7 +12,7 @@ from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Lookup, Report, Table
 from toolpoint.plot.figures.cuts.cutting import chip_response, intervals_of
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, StabilityIntervals, stability_chart
-from toolpoint.studies.cuts.turning_study import HEADER, TurningStudy
+from toolpoint.studies.cuts.turning.study import HEADER, TurningStudy
 from toolpoint.vibration import Dof, Frf
 
 

@@ -22,8 +22,12 @@ from toolpoint.studies.measured.machine_update import MachineUpdate, default_tar
 from toolpoint.studies.measured.model_correlation import correlate
 from toolpoint.updating import ParameterFit
 from toolpoint.updating.fits.left_alone import name_effects
+from toolpoint.updating.fits.misfit import question_misfit
 from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
 from toolpoint.vibration import Frf, Modes, eigen
+
+SCALE = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no interval "
+         "holds that; measured responses tell both")
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +133,11 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     targets = [default_targets(names, part.modes, part.frf) for part in known]
     result = update(machine, names, targets=targets, pose=[part.pose for part in known],
                     lead=[_leading(machine, part) for part in known])
+    notes = name_effects(result.problem, result.fit)
+    if result.fit.free and not any(part.frf is not None for part in known):
+        notes += (SCALE,)
     return MeasuredUpdate(machine, result, known, _samples(result, samples, seed) if samples else None, _doubts(result, known),
-                         name_effects(result.problem, result.fit))
+                         notes)
 
 
 def default_paths(machine: Machine, *, responses: bool) -> list[str]:
@@ -148,13 +155,14 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
     Beside the machine before it would be unfair: what is wrong with the machine is what the update is for.
     """
     lines: list[Doubt] = []
-    for part, agreement in zip(measured, result.all_after, strict=True):
+    for part, agreement, targets in zip(measured, result.all_after, result.problem.targets, strict=True):
         if part.modes is not None:
             modes = real_modes(part.modes)
             system = assemble(result.machine, part.pose, modes.dofs)
             lines += question_shapes(modes, eigen.solve_undamped(system).selected(agreement.modes))
         if part.frf is not None and agreement.frf is not None:
-            lines += (*question(part.frf), *question_responses(part.frf, agreement.frf))
+            lines += (*question_misfit(targets, agreement.frf), *question(part.frf),
+                      *question_responses(part.frf, agreement.frf))
     return tuple(dict.fromkeys(lines))
 
 

@@ -274,7 +274,8 @@ def _identified(decay: FreeDecay, field: DisplacementField, band: tuple[float, f
     except ToolpointError as error:
         raise ToolpointError(f"video: motion is seen, but no decaying mode ({error}); strike the machine and film its ringing, "
                              "or give the poles of a record") from None
-    return widen_by_loss(widen_by_windows(result.modes, field, decay.first, len(decay.components)), loss), result
+    modes = widen_by_windows(result.modes, field, first=decay.first, count=len(decay.components))
+    return widen_by_loss(modes, loss), result
 
 
 def _with_doubtful(names: tuple[str, ...], identification: Identification | None, seen: FloatArray, *, loss: float

@@ -25,7 +25,7 @@ DAMPED = 2.8
 FOLLOWED = 0.012
 
 
-def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: int) -> Modes:
+def widen_by_windows(modes: Modes, field: DisplacementField, *, first: int, count: int) -> Modes:
     """Return the modes with the covariance of frequency and damping as wide as the windows of a field scatter, never narrower.
 
     Parameters
@@ -38,7 +38,7 @@ def widen_by_windows(modes: Modes, field: DisplacementField, first: int, count: 
     """
     if modes.covariance is None:
         return modes
-    seen = pole_scatter(field, modes.poles, first, count)
+    seen = pole_scatter(field, modes.poles, first=first, count=count)
     if seen is None:
         return modes
     size, turn = modes.omega, np.sqrt(np.maximum(1 - modes.damping_ratio**2, 1e-12))
@@ -69,7 +69,7 @@ def widen_by_loss(modes: Modes, loss: float) -> Modes:
     return replace(modes, covariance=modes.covariance + np.where(modes.covariance[:, :1, :1] >= 0, more, 0.0))
 
 
-def pole_scatter(field: DisplacementField, poles: ComplexArray, first: int, count: int) -> FloatArray | None:
+def pole_scatter(field: DisplacementField, poles: ComplexArray, *, first: int, count: int) -> FloatArray | None:
     """Return the covariance (r, 2, 2) of real and imaginary part of every pole, rad/s, by the scatter between windows.
 
     None where fewer than four windows see motion.

@@ -17,8 +17,8 @@ from toolpoint.cutting.stability.methods.mode_coupling import ModeCoupling, mode
 from toolpoint.studies.cuts.lobes_study import doubtful_limits
 from toolpoint.studies.cuts.tool_directions import driving_points, tool_directions
 from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
-from toolpoint.studies.cuts.turning import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
-from toolpoint.studies.cuts.turning_doubts import band_note, doubt_lines
+from toolpoint.studies.cuts.turning.direction import UnconditionalLimit, orient, unconditional_limit, unit_vector, width_range
+from toolpoint.studies.cuts.turning.doubts import band_note, doubt_lines
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Dof
 
