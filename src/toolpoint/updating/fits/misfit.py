@@ -9,7 +9,7 @@ from toolpoint.updating.measured.targets import Targets
 from toolpoint.vibration import Frf
 
 # Share of the responses, and of their noise power, from which what is missed is named.
-_SHARE, _BEYOND = 0.01, 0.1
+_SHARE, _BEYOND = 0.005, 0.03
 _SURE = 5.0  # standard deviations of the power of noise
 
 
