@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 import pytest
 from click.testing import CliRunner
 
+from toolpoint._doubt import Doubt
 from toolpoint.app.declare import Argument, Help, Reading, command, list_given
 from toolpoint.app.frame import Frame
 from toolpoint.io.quantities.written import read_numbers
@@ -118,12 +119,13 @@ def test_steps_begin_by_reading_and_end_by_the_page(tmp_path, monkeypatch):
         run.step("study")
         run.write("List", tmp_path / "list.txt", lambda words, path: path.write_text(words), "words")
         run.write("Nothing", None, lambda path: path.write_text("nothing"))
-        run.present(lambda result: Page(), Shown(), notes=["a note"])
+        run.present(lambda result: Page(), Shown(), notes=["a note", Doubt("limits", "noise decides", "average more")])
 
     done = CliRunner().invoke(study, ["-o", str(tmp_path)])
     assert said == [("reading", 0, 3, True), ("study", 1, 3, True), ("page", 2, 3, True)]
     assert (tmp_path / "list.txt").read_text() == "words"
-    assert done.output.splitlines() == ["table", "note: a note", f"List written: {tmp_path / 'list.txt'}",
+    assert done.output.splitlines() == ["doubt: limits: noise decides; average more", "table", "note: a note",
+                                        f"List written: {tmp_path / 'list.txt'}",
                                         f"Page written: {tmp_path / 'index.html'}"]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, Protocol
 
-from toolpoint._doubt import mark_notes
+from toolpoint._doubt import doubts_among, mark_notes
 from toolpoint.app import console
 
 if TYPE_CHECKING:
@@ -97,12 +97,14 @@ class Frame:
         self.show(result, notes)
 
     def show(self, result: Result, notes: Sequence[str] = ()) -> None:
-        """Print the result: JSON, or its table, notes, warnings, and the files that were written."""
+        """Print the result: JSON, or its table, the doubts among the notes before it, then the other notes, warnings, and the
+        files that were written."""
         if self.as_json:
             self.show_json(result.to_dict())
             return
-        self.show_text(result.table())
-        self.show_rest(notes)
+        table, doubts = result.table(), doubts_among(dict.fromkeys(notes))
+        self.show_text(*mark_notes(doubt for doubt in doubts if doubt not in table), table)
+        self.show_rest(notes, first=doubts)
 
     def show_text(self, *lines: str) -> None:
         """Print lines, of which each may be a table; --json leaves them out."""
@@ -113,17 +115,17 @@ class Frame:
         """Print plain data as JSON."""
         self._later.append(lambda: print(console.spell_options(json.dumps(data))))
 
-    def show_rest(self, notes: Sequence[str] = ()) -> None:
-        """Print notes and doubts, warnings that are none of them, and the files that were written."""
+    def show_rest(self, notes: Sequence[str] = (), *, first: Sequence[str] = ()) -> None:
+        """Print notes, warnings that are none of them, and the files that were written; `first` : notes that were printed."""
         if not self.as_json:
-            self._later.append(lambda: self._print_rest(tuple(notes)))
+            self._later.append(lambda: self._print_rest(tuple(notes), tuple(first)))
 
     def suggest(self, *commands: str) -> None:
         """Say which commands come next."""
         self.show_text("Next: " + "; ".join(f"toolpoint {command}" for command in commands))
 
-    def _print_rest(self, notes: Sequence[str]) -> None:
-        for line in mark_notes(dict.fromkeys(notes), "note: "):
+    def _print_rest(self, notes: Sequence[str], first: Sequence[str]) -> None:
+        for line in mark_notes(dict.fromkeys(note for note in notes if note not in first), "note: "):
             console.text(line)
         for warning in self.warnings:
             if warning not in notes:
