@@ -44,9 +44,9 @@ class Targets:
         Standard deviation of each line as part of the response's root mean square (real and imaginary) or of its own
         size (log), where the Frf carries no variance; its noise is added.
     frf_noise : (n_f, n_outputs, n_inputs) floats, optional
-        Standard deviation (of the absolute error) of every line, as receptance. Where left out (and the Frf carries no variance) by the
-        scatter of the lines, alike at all lines of the quantity that was measured: what an accelerometer adds grows as
-        :math:`1/\\omega^2` in the receptance.
+        Standard deviation of every line (of the absolute error), as receptance. Where left out (and the Frf carries no
+        variance) by the scatter of the lines, alike at all lines of the quantity that was measured: what an accelerometer
+        adds grows as :math:`1/\\omega^2` in the receptance.
     frf_quantity : str
         The quantity that was measured; that of `frf` where left out.
     line_correlation : (n_f, n_f) floats, optional
@@ -203,7 +203,7 @@ class Targets:
         return np.maximum(np.sqrt(modes.shape_variance) / length, 1e-3 * floor)
 
     def noise_of_lines(self) -> FloatArray:
-        """Return the standard deviation of the absolute error of every line, (n_f, n_outputs, n_inputs): stated, or by scatter."""
+        """Return the standard deviation of every line (of the absolute error), (n_f, n_outputs, n_inputs)."""
         assert self.frf is not None
         if self.frf.variance is not None:
             return np.sqrt(self.frf.variance)
@@ -235,6 +235,6 @@ class Targets:
 
 
 def _noise_of_lines(frf: Frf) -> FloatArray:
-    """Return the standard deviation of the absolute error of every line, alike in the quantity that was measured, as receptance."""
+    """Return the standard deviation of every line, alike in the quantity that was measured, as receptance."""
     ones = replace(frf, values=np.ones(frf.values.shape, complex), variance=None).converted_to("receptance")
     return np.asarray(line_noise(frf.values) * np.abs(ones.values))
