@@ -152,7 +152,7 @@ def test_an_offset_is_not_taken_for_friction():
     v = np.array([-40.0, -20, -10, -5, 5, 10, 20, 40])
     fit = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + 3.0, "coulomb")
     assert (fit.offset, fit.law.coulomb, fit.law.viscous) == pytest.approx((3.0, 0.8, 0.01), rel=1e-6)
-    assert fit.levels == pytest.approx((3.8, 2.2)) and fit.status == "converged" and fit.is_trusted
+    assert fit.levels == pytest.approx((3.8, 2.2)) and fit.status == "converged" and not fit.doubts
 
 
 def test_levels_by_direction_are_those_of_the_points():
@@ -164,7 +164,7 @@ def test_levels_by_direction_are_those_of_the_points():
 def test_one_direction_does_not_tell_offset_from_level():
     v = np.array([5.0, 10, 20, 40])
     fit = identify_friction(v, Coulomb(0.8, 0.01).steady(v) + 3.0, "coulomb")
-    assert any("one direction" in words for words in fit.inseparable) and not fit.is_trusted
+    assert any("one direction" in words for words in fit.inseparable) and fit.doubts
 
 
 def test_the_status_is_that_of_the_residual():
@@ -183,7 +183,7 @@ def test_parameters_that_hang_together_are_named():
     """Speeds far above the Stribeck velocity say nothing about the fall."""
     v = np.array([-40.0, -30, -25, -20, 20, 25, 30, 40])
     fit = identify_friction(v, Stribeck(1.0, 1.5, 0.1, 0.02).steady(v))
-    assert fit.inseparable and not fit.is_trusted
+    assert fit.inseparable and fit.doubts
 
 
 def test_plausibility_of_published_parameters():

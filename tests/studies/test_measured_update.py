@@ -50,6 +50,7 @@ def test_damping_is_updated_with_the_stiffness_whatever_was_guessed(loss):
     assert result.update.after.frac is not None and result.update.after.frac.min() > 0.995
 
 
+@pytest.mark.slow  # a model that cannot fit is looked at from many starts
 def test_what_the_model_misses_beyond_noise_is_said_first():
     frf = measured(slides(), np.random.default_rng(1))
     right = update_machine(slides((0.04, 0.04), (5e5, 2.2e5)), [Measurement(frf=frf)])

@@ -7,6 +7,7 @@ import pytest
 
 from toolpoint.updating import AffineSystem, Parameter, Problem, SystemModel, Targets, fit
 from toolpoint.updating.fits.error_spread import spread_of_gradient
+from toolpoint.updating.fits.misfit import question_misfit
 from toolpoint.vibration import Dof, SecondOrderSystem, frequency_response
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
@@ -102,3 +103,11 @@ def test_two_bands_that_contradict_each_other_stand_as_far_apart_as_they_are():
     matrix = spread_of_gradient((Targets(frf=frf),), residuals)
     information = float((rows**2).sum())
     assert matrix[0, 0] / information**2 == pytest.approx(apart**2 / 2, rel=0.02)
+
+
+def test_what_a_model_misses_beyond_noise_is_named_with_its_share():
+    targets = Targets(frf=measured(np.random.default_rng(4), 0.02, "accelerance"))
+    exact = frequency_response.direct(chain(STIFFNESS), LINES, "receptance").selected(DOFS, DOFS[:1])
+    assert question_misfit(targets, exact) == ()
+    (doubt,) = question_misfit(targets, replace(exact, values=1.05 * exact.values))
+    assert doubt.figure == pytest.approx(0.05, rel=0.1) and "of the responses" in doubt

@@ -40,11 +40,6 @@ class FrictionFit:
         misfit = [] if self.status == "converged" else [Doubt("friction", self.status)]
         return (*misfit, *(Doubt("friction", words) for words in self.inseparable))
 
-    @property
-    def is_trusted(self) -> bool:
-        """Whether the law fits the points within their scatter and its parameters are told apart."""
-        return not self.doubts
-
 
 # Residual that a law may leave: times the scatter of the points, or share of the dry level where that is not known.
 _TIMES, _SHARE = 3.0, 0.05
