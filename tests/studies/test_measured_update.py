@@ -62,6 +62,14 @@ def test_what_the_model_misses_beyond_noise_is_said_first():
     assert first.startswith("doubt: model: it misses") and "masses" in first and "times their noise" in first
 
 
+def test_one_damping_ratio_for_all_modes_is_not_updated_and_it_is_said():
+    frf = measured(slides(), np.random.default_rng(1))
+    machine = build(replace(slides((0.0, 0.0), (4.1e5, 2.9e5)).description, damping_ratio=0.05))
+    result = update_machine(machine, [Measurement(frf=frf)])
+    assert all(".stiffness." in name for name in result.update.fit.free) and not result.update.fit.left_alone
+    assert any(doubt.startswith("damping_ratio: one ratio of 5 %") and "loss_factor (0.1 " in doubt for doubt in result.doubts)
+
+
 def test_modes_alone_tell_no_mass_and_it_is_said():
     modes = eigen.solve_undamped(assemble(slides(), outputs=["1:+x", "2:+x"]))
     alone = update_machine(slides(stiffness=(5e5, 2.2e5)), [Measurement(modes)])

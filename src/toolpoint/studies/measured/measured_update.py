@@ -146,7 +146,9 @@ def default_paths(machine: Machine, *, responses: bool) -> list[str]:
     every = list(parameters(machine.description))
     joints = [path for path in every if path.startswith("joints.")]
     damping = [path for path in joints if ".loss_factor" in path or (".damping." in path and machine.value(path) > 0)]
-    return [path for path in every if ".stiffness." in path] + (damping if responses else [])
+    # One damping ratio for all modes stands in place of what the joints say.
+    damped = responses and not machine.description.damping_ratio
+    return [path for path in every if ".stiffness." in path] + (damping if damped else [])
 
 
 def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Doubt, ...]:
@@ -161,8 +163,12 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
             system = assemble(result.machine, part.pose, modes.dofs)
             lines += question_shapes(modes, eigen.solve_undamped(system).selected(agreement.modes))
         if part.frf is not None and agreement.frf is not None:
-            lines += (*question_misfit(targets, agreement.frf), *question(part.frf),
-                      *question_responses(part.frf, agreement.frf))
+            missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
+            if missed and ratio:
+                missed += (Doubt("damping_ratio", f"one ratio of {100 * ratio:.3g} % for all modes is not updated",
+                                 f"give the joints a loss_factor ({2 * ratio:.2g} to begin with) in its place: it is updated "
+                                 "with the stiffnesses"),)
+            lines += (*missed, *question(part.frf), *question_responses(part.frf, agreement.frf))
     return tuple(dict.fromkeys(lines))
 
 
