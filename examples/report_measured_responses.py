@@ -7,9 +7,8 @@ import numpy as np
 
 from toolpoint.io import read_frf
 from toolpoint.io.text import frf_table
-from toolpoint.pages.measured.responses import with_measured
-from toolpoint.plot import Report
-from toolpoint.studies import study_responses
+from toolpoint.pages import first_look_page
+from toolpoint.studies import study_machine_and_responses
 from toolpoint.vibration import Modes, frequency_response
 
 
@@ -22,11 +21,11 @@ def main() -> float:
             response = frequency_response.modal(structure, np.arange(2.0, 3000.0, 2.0), outputs=[f"{path.stem}:+x"],
                                                 inputs=["tip:+x"])
             frf_table.write(response, path)
-        result = study_responses(read_frf(paths))
+        result = study_machine_and_responses(frf=read_frf(paths))
         print(result.table())
-        print(with_measured(Report("Measured frequency responses"), result).save(folder))
-    assert result.modes is not None
-    return float(result.modes.frequency[0])
+        print(first_look_page(result, names=["tip.txt", "holder.txt"]).save(folder))
+    assert result.measured is not None and result.measured.modes is not None
+    return float(result.measured.modes.frequency[0])
 
 
 if __name__ == "__main__":

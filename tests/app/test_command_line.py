@@ -48,7 +48,10 @@ def test_demo_compares_with_the_paper_and_writes_the_page(tmp_path, capsys):
 
 
 def test_report_of_a_machine_at_a_pose(tmp_path, capsys):
-    assert run(["report", MACHINE, "--pose", "X=0.1,Y=0.2", "-o", str(tmp_path / "page.html")]) == 0
+    assert run(["report", MACHINE, "--pose", "X=0.1,Y=0.2", "--json", "-o", str(tmp_path / "page.html")]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer["measured"] is None
+    assert len(answer["machine"]["frequency_hz"]) == 6
     assert "X 100 mm, Y 200 mm" in (tmp_path / "page.html").read_text()
 
 

@@ -128,7 +128,7 @@ def test_unit_and_schema_from_the_command_line(tmp_path, capsys):
     main(["drive", str(SERVO), "--fmu", str(tmp_path / "servo.fmu"), "--fmu-sources"])
     assert "Unit written" in capsys.readouterr().out
     assert (tmp_path / "servo.fmu").stat().st_size > 1000
-    main(["drive", "--schema"])
+    main(["schema", "servo"])
     assert json.loads(capsys.readouterr().out)["title"] == "toolpoint drive file"
     with pytest.raises(SystemExit):
         main(["drive"])

@@ -98,7 +98,7 @@ def test_wrong_inputs_say_what_to_do(capsys, folder, monkeypatch, arguments, wor
 
 
 def test_schema_of_shaft_files(capsys):
-    main(["rcsa", "--schema"])
+    main(["schema", "shaft"])
     assert "segments" in json.loads(capsys.readouterr().out)["properties"]
 
 

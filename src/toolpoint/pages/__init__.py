@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from toolpoint.pages.cuts.simulated_cut import simulation_page
     from toolpoint.pages.cuts.tool_coupling import tool_coupling_page
     from toolpoint.pages.cuts.turning import turning_page
+    from toolpoint.pages.first_look import first_look_page
     from toolpoint.pages.machines.campbell import campbell_page
     from toolpoint.pages.machines.demo import demo_page, workspace_page
     from toolpoint.pages.machines.finite_elements import finite_element_page
@@ -24,7 +25,6 @@ if TYPE_CHECKING:
     from toolpoint.pages.measured.hammer_records import hammer_page
     from toolpoint.pages.measured.identification import identification_page
     from toolpoint.pages.measured.joints import joints_page
-    from toolpoint.pages.measured.responses import with_measured
     from toolpoint.pages.measured.update import update_page
     from toolpoint.pages.robots.accuracy import accuracy_page
     from toolpoint.pages.robots.places import place_page
@@ -39,10 +39,11 @@ if TYPE_CHECKING:
 
 __all__ = [
     "accuracy_page", "calibration_page", "campbell_page", "chatter_map_page", "correlation_page", "demo_page", "drive_page",
-    "finite_element_page", "hammer_page", "identification_page", "joints_page", "lobes_page", "machine_page", "map_page",
+    "finite_element_page", "first_look_page", "hammer_page", "identification_page", "joints_page", "lobes_page",
+    "machine_page", "map_page",
     "place_page", "plan_page", "responses_page", "robot_page", "screening_page", "sensitivity_page",
     "servo_data_page", "servo_map_page", "simulation_page", "tap_page", "tool_coupling_page", "turning_page",
-    "update_page", "video_page", "with_measured", "workspace_page",
+    "update_page", "video_page", "workspace_page",
 ]
 
 __getattr__, __dir__ = export_lazily(__name__, {
@@ -52,6 +53,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "cuts.simulated_cut": ("simulation_page",),
     "cuts.tool_coupling": ("tool_coupling_page",),
     "cuts.turning": ("turning_page",),
+    "first_look": ("first_look_page",),
     "machines.campbell": ("campbell_page",),
     "machines.demo": ("demo_page", "workspace_page"),
     "machines.finite_elements": ("finite_element_page",),
@@ -63,7 +65,6 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "measured.hammer_records": ("hammer_page",),
     "measured.identification": ("identification_page",),
     "measured.joints": ("joints_page",),
-    "measured.responses": ("with_measured",),
     "measured.update": ("update_page",),
     "robots.accuracy": ("accuracy_page",),
     "robots.places": ("place_page",),

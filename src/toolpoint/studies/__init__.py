@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from toolpoint.studies.finite_elements.machine_study import study_example_mill, study_finite_elements
     from toolpoint.studies.finite_elements.matrix_modes import solve_matrix_modes
     from toolpoint.studies.finite_elements.tuned_damper import tune_damper
+    from toolpoint.studies.first_look import study_machine_and_responses
     from toolpoint.studies.machines.campbell import map_speeds
     from toolpoint.studies.machines.check.machine_check import check_machine
     from toolpoint.studies.machines.machine_modes import solve_modes
@@ -87,8 +88,9 @@ __all__ = [
     "rank_changes", "rank_interfaces", "rank_tests", "response_dynamics", "run_drives", "run_plan", "run_robot_demo",
     "screen", "search_regions", "seen_places", "separate_dynamics", "servos_of", "sides_of", "simulate_cut",
     "solve_matrix_modes", "solve_modes", "square", "structure_of", "study_datasheet", "study_example_mill",
-    "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_modes", "study_reach",
-    "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity", "study_tap", "study_tool",
+    "study_finite_elements", "study_hammer_records", "study_joints", "study_machine", "study_machine_and_responses",
+    "study_modes", "study_reach", "study_region", "study_responses", "study_responses_of_machine", "study_sensitivity",
+    "study_tap", "study_tool",
     "study_video", "study_videos", "study_workspace", "tune_damper", "update_from_videos", "update_from_virtual_videos",
     "update_machine",
 ]
@@ -117,6 +119,7 @@ __getattr__, __dir__ = export_lazily(__name__, {
     "finite_elements.machine_study": ("study_example_mill", "study_finite_elements"),
     "finite_elements.matrix_modes": ("solve_matrix_modes",),
     "finite_elements.tuned_damper": ("tune_damper",),
+    "first_look": ("study_machine_and_responses",),
     "machines.campbell": ("map_speeds",),
     "machines.check.machine_check": ("check_machine",),
     "machines.machine_modes": ("solve_modes",),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
@@ -181,8 +180,7 @@ class Spindle:
         return studies.bases_from_gauge(measured, gauge, draws=draws, generator=generator, noise=self.noise)
 
 
-@command(replace=True, printed=Printed("--schema", "Print the JSON schema of shaft files, for editors, and end.",
-                                       lambda: json.dumps(io.json_schema("shaft"), indent=2)))
+@command(replace=True)
 def rcsa(run: Frame, tool: Annotated[SourceFile, Argument()], spindle: Spindle, *,
          stick_out: Annotated[LengthRange | None, Help("Also at other lengths of a segment: first, last, number.",
                                                        metavar="SEGMENT=30mm:80mm:6")] = None,

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from toolpoint import drives as servos
 from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
-from toolpoint.app.declare import Argument, Help, Printed, Reading, command
+from toolpoint.app.declare import Argument, Help, Reading, command
 from toolpoint.app.frame import Frame
 from toolpoint.app.options import Pose
 from toolpoint.app.values import AxisPositions, AxisRange, NewFile, SourceFile
@@ -23,8 +22,7 @@ Circle = Annotated[tuple[float, float], Reading(read_circle, "RADIUS,FEED in mm 
 Unit = Annotated[dict[str, str], Reading(lambda text: read_pairs(text, str, "COLUMN=UNIT, for example pos=mm"))]
 
 
-@command(steps=4, replace=True, printed=Printed("--schema", "Print the JSON schema of drive files, for editors.",
-                                                lambda: json.dumps(io.json_schema("servo"), indent=2)))
+@command(steps=4, replace=True)
 def drive(run: Frame, drives: Annotated[SourceFile, Argument()], *,
           program: Annotated[SourceFile | None, Help("G-code (ISO and the common Siemens words), mm.",
                                                      excludes="--circle")] = None,

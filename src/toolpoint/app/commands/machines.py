@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import click
 
-from toolpoint import io, pages, plot, studies
+from toolpoint import io, pages, studies
 from toolpoint._check import ToolpointError
 from toolpoint.app.declare import Argument, Help, Reading, command, list_given
 from toolpoint.app.dynamics import read_responses
@@ -17,7 +17,7 @@ from toolpoint.io.quantities.written import read_two_names
 from toolpoint.io.suffixes import MATRICES
 
 
-@command(steps=6, json=False)
+@command(steps=6)
 def report(run: Frame, machine: Annotated[SourceFile | None, Argument()] = None, *, pose: Pose = None,
            frf: Annotated[tuple[SourceFile, ...], Help(
                "Measured FRFs: universal, HDF5, MATLAB, NumPy, or text (Hz, real, imaginary); several text files, driving "
@@ -28,24 +28,11 @@ def report(run: Frame, machine: Annotated[SourceFile | None, Argument()] = None,
     if machine is None and pose:
         raise ToolpointError("--pose: needs a machine file to be applied to")
     built = None if machine is None else io.read_machine_at(machine, pose)
-    before = len(run.warnings)
+    text = "" if machine is None else machine.read_text(encoding="utf-8-sig")
     responses = read_responses(frf, quantity, naming) if frf else None
-    of_responses = run.warnings[before:]
-    studied = None if built is None else studies.study_machine(built, pose, step=run.step)
-    of_machine = [text for text in run.warnings if text not in of_responses]
-    measured = None
-    if responses is not None:
-        run.step("measured responses")
-        before = len(run.warnings)
-        measured = studies.study_responses(responses, None if built is None else built.description.cutting, band)
-        of_responses += run.warnings[before:]
-    run.step("page")
-    page = plot.Report("Measured frequency responses", subtitle=", ".join(file.name for file in frf))
-    if studied is not None and machine is not None:
-        page = pages.machine_page(studied, machine.read_text(encoding="utf-8-sig"), machine.name, problems=of_machine)
-    run.save(lambda: page if measured is None else pages.with_measured(page, measured, of_responses))
-    run.show_text(*(result.table() for result in (studied, measured) if result is not None))
-    run.show_rest(() if measured is None else measured.notes)
+    result = studies.study_machine_and_responses(built, responses, pose=pose, band=band, step=run.step)
+    run.present(pages.first_look_page, result, source=text, file_name="" if machine is None else machine.name,
+                names=[file.name for file in frf], warnings=run.warnings, notes=result.notes)
     if built is not None:
         run.suggest(*_next(built, str(machine)))
 
