@@ -9,6 +9,8 @@ that, by case:
     plain       nothing else is wrong
     damping     every loss factor is 4 %: nobody knows it before the test
     undamped    the model has no damping at all
+    ratio       machine and model have one damping ratio for all modes, 0.5 to 5 %; the model says 3 %
+    one-ratio   the machine's joints have loss factors, the model one damping ratio of 3 % in their place
     masses      every mass (with its inertia) is wrong by some 5 %, two thirds of them beyond 2.5 %
     places      every measured point lies some 10 mm from where the model has it
     fixed       one stiffness, wrong by a factor of two, is not among the parameters
@@ -30,15 +32,16 @@ import numpy as np
 from joint_machines import Case, random_case, responses
 
 from toolpoint.machine import Machine, build
-from toolpoint.machine.description import parameters
+from toolpoint.machine.description import MachineDescription, parameters
 from toolpoint.studies import Measurement, identify_modes, update_machine
 from toolpoint.studies.machines.virtual_test import MeasuringPoints
 from toolpoint.studies.measured.measured_update import MeasuredUpdate
 from toolpoint.studies.measured.model_correlation import with_measured_points
 from toolpoint.vibration import Frf
 
-CASES = ("plain", "damping", "undamped", "masses", "places", "fixed", "gain")
+CASES = ("plain", "damping", "undamped", "ratio", "one-ratio", "masses", "places", "fixed", "gain")
 POINTS = 30
+RATIOS = np.log([0.005, 0.05])
 
 
 @dataclass(frozen=True)
@@ -63,6 +66,8 @@ def model_of(case: Case, kind: str, rng: np.random.Generator) -> tuple[Machine, 
     if kind in ("damping", "undamped"):
         described = replace(described, joints={name: replace(joint, loss_factor=0.04 if kind == "damping" else 0.0)
                                                for name, joint in described.joints.items()})
+    if kind in ("ratio", "one-ratio"):
+        described = with_one_ratio(described, 0.03)
     if kind == "masses":
         described = replace(described, bodies={name: replace(body, mass=body.mass * float(np.exp(0.05 * rng.normal())))
                                                for name, body in described.bodies.items()})
@@ -73,6 +78,12 @@ def model_of(case: Case, kind: str, rng: np.random.Generator) -> tuple[Machine, 
         wrong[stays] = 2 * model.value(stays)
         paths = [path for path in paths if path != stays]
     return truth, model.with_values(wrong), paths
+
+
+def with_one_ratio(machine: MachineDescription, ratio: float) -> MachineDescription:
+    """Return the machine damped by one ratio for all modes, no joint by itself."""
+    return replace(machine, damping_ratio=ratio,
+                   joints={name: replace(joint, loss_factor=0.0) for name, joint in machine.joints.items()})
 
 
 def measure(case: Case, kind: str, rng: np.random.Generator) -> Frf:
@@ -94,6 +105,8 @@ def run(seed: int, kind: str, by: str) -> Trial:
     case, rng = random_case(seed), np.random.default_rng(1000 + seed)
     kept = rng.permutation(list(case.points.places))[:POINTS].tolist()
     case = replace(case, points=MeasuringPoints({name: case.points.places[name] for name in sorted(kept)}))
+    if kind == "ratio":
+        case = replace(case, machine=build(with_one_ratio(case.machine.description, float(np.exp(rng.uniform(*RATIOS))))))
     truth, model, paths = model_of(case, kind, rng)
     frf = measure(case, kind, rng)
     with warnings.catch_warnings(record=True) as warned:

@@ -16,7 +16,9 @@ from toolpoint.machine.description import (
     PointDescription,
 )
 from toolpoint.studies import Measurement, update_machine
+from toolpoint.studies.measured.machine_update import problem
 from toolpoint.studies.measured.measured_update import SCALE, default_paths
+from toolpoint.updating import Targets
 from toolpoint.vibration import eigen, frequency_response
 
 LINES = np.arange(2.0, 60.0, 0.1)
@@ -62,12 +64,39 @@ def test_what_the_model_misses_beyond_noise_is_said_first():
     assert first.startswith("doubt: model: it misses") and "masses" in first and "times their noise" in first
 
 
-def test_one_damping_ratio_for_all_modes_is_not_updated_and_it_is_said():
-    frf = measured(slides(), np.random.default_rng(1))
-    machine = build(replace(slides((0.0, 0.0), (4.1e5, 2.9e5)).description, damping_ratio=0.05))
-    result = update_machine(machine, [Measurement(frf=frf)])
-    assert all(".stiffness." in name for name in result.update.fit.free) and not result.update.fit.left_alone
-    assert any(doubt.startswith("damping_ratio: one ratio of 5 %") and "loss_factor (0.1 " in doubt for doubt in result.doubts)
+def with_one_ratio(ratio, stiffness=(4e5, 3e5)):
+    """The slides, damped by one ratio for all modes."""
+    return build(replace(slides((0.0, 0.0), stiffness).description, damping_ratio=ratio))
+
+
+@pytest.mark.parametrize("guess", [0.06, 0.004, 0.0])
+def test_one_damping_ratio_for_all_modes_is_updated_with_the_stiffness(guess):
+    truth = with_one_ratio(0.02)
+    result = update_machine(with_one_ratio(guess, (5e5, 2.2e5)), [Measurement(frf=measured(truth, np.random.default_rng(0)))])
+    assert result.update.fit.status == "converged" and result.doubts == ()
+    for path in ("joints.bed.stiffness.x", "joints.top.stiffness.x", "damping_ratio"):
+        assert result.machine.value(path) == pytest.approx(truth.value(path), rel=0.02)
+
+
+def test_one_damping_ratio_that_cannot_stand_for_all_joints_is_named_with_its_remedy():
+    frf = measured(slides((0.01, 0.09)), np.random.default_rng(1))
+    result = update_machine(with_one_ratio(0.02, (4.1e5, 2.9e5)), [Measurement(frf=frf)])
+    assert any(doubt.startswith("damping_ratio: one ratio, ") and "loss_factor" in doubt for doubt in result.doubts)
+
+
+def test_slopes_along_one_damping_ratio_are_those_of_central_differences():
+    machine, paths = with_one_ratio(0.03), ["joints.bed.stiffness.x", "damping_ratio"]
+    modes = replace(eigen.solve_undamped(assemble(machine, outputs=["1:+x", "2:+x"])), damping_ratio=np.full(2, 0.03))
+    targets = Targets(modes, measured(machine, np.random.default_rng(0)), damping=True)
+    model = problem(machine, paths, targets).models[0]
+    values, step = {path: machine.value(path) for path in paths}, 1e-5
+    exact = model(values, paths)
+    ahead, back = (model(values | {"damping_ratio": 0.03 + change}) for change in (step, -step))
+    assert exact.frf_slopes is not None and exact.damping_slopes is not None and exact.frequency_slopes is not None
+    np.testing.assert_allclose(exact.frf_slopes[1], (ahead.frf.values - back.frf.values) / (2 * step), rtol=1e-5,
+                               atol=1e-6 * np.abs(exact.frf_slopes[1]).max())
+    np.testing.assert_allclose(exact.damping_slopes[1], 1.0)
+    np.testing.assert_allclose(exact.frequency_slopes[1], 0.0)
 
 
 def test_modes_alone_tell_no_mass_and_it_is_said():

@@ -43,15 +43,16 @@ def matrix_derivatives(machine: Machine, paths: Iterable[str], poses: Pose | Non
     machine : Machine
     paths : str
         For example ``joints.foundation.stiffness.rx``, ``bodies.column.mass``, ``bodies.column.inertia.xx``,
-        ``bodies.base.density``, ``joints.guide.damping.x``, ``joints.guide.loss_factor``.
+        ``bodies.base.density``, ``joints.guide.damping.x``, ``joints.guide.loss_factor``. The machine's ``damping_ratio``
+        moves none of its matrices: it damps modes.
     poses : mapping, optional
         As for `assemble`; a batch gives a leading pose axis.
 
     Raises
     ------
     ToolpointError
-        For a path that is not there, geometry (joint frames, points), and anything while gravity, loads or a modal
-        damping ratio make the matrices depend on the parameter in other ways.
+        For a path that is not there, geometry (joint frames, points), and anything while gravity or loads make the
+        matrices depend on the parameter in other ways.
     """
     names = tuple(paths)
     description = machine.description
@@ -96,6 +97,8 @@ def _one(place: Placement, path: str) -> dict[str, FloatArray]:
         return _motion_terms(place, name, elastic_slope(machine, path))
     if room == "joints" and kind in _JOINT_FIELDS:
         return _joint(place, path, name, value)
+    if path == "damping_ratio":
+        return {}
     known = [p for p in parameters(machine.description) if has_derivative(machine.description, p)]
     fail("path", repr(path), "has no exact derivative", remedy=f"known: {', '.join(known[:4])} ...")
 

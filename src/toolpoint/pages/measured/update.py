@@ -116,8 +116,9 @@ def _mac(pair: tuple[tuple[Machine, Agreement], ...], measured: Modes, pose: Map
 def _frac(b: Agreement, a: Agreement) -> list[Table]:
     if b.frac is None or a.frac is None:
         return []
-    rows = [[name, f"{frac.min():.4f}", f"{frac.mean():.4f}"] for name, frac in (("before", b.frac), ("after", a.frac))]
-    return [Table(["FRAC", "lowest", "mean"], rows, "Over all measured responses and lines")]
+    rows = [[name, *agreement.frac_words] for name, agreement in (("before", b), ("after", a))]
+    left_out = f"; {a.silent} of {a.frac.size} hold no more than noise and are left out" if a.silent else ""
+    return [Table(["FRAC", "lowest", "mean"], rows, f"Over all measured responses and lines{left_out}")]
 
 
 def _shapes(before: Machine, updated: MachineUpdate, pose: Mapping[str, float] | None) -> ShapeView:

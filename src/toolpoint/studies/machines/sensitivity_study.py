@@ -61,7 +61,7 @@ class SensitivityStudy(NotebookText):
     @property
     def kinds(self) -> tuple[str, ...]:
         """What each parameter is: stiffness, damping, mass, density, modulus, diameter."""
-        return tuple(next((word for word in path.split(".")[2:] if word in _KNOWN), path.rsplit(".", 1)[1])
+        return tuple(next((word for word in path.split(".")[2:] if word in _KNOWN), path.rsplit(".", 1)[-1])
                      for path in self.paths)
 
     def mac_after(self, change: float) -> FloatArray:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointWarning, fail
+from toolpoint._check import BoolArray, FloatArray, ToolpointWarning, fail
 from toolpoint._notebook import NotebookText
 from toolpoint.kinematics import Pose
 from toolpoint.machine import Machine, assemble
@@ -28,13 +28,14 @@ from toolpoint.updating import (
 from toolpoint.updating.fits.second_look import look_again
 from toolpoint.updating.measured.line_choice import on_chosen_lines
 from toolpoint.updating.models.low_rank import factor_matrices
-from toolpoint.updating.models.system_model import Factors, Systems
+from toolpoint.updating.models.system_model import DAMPING_RATIO, Factors, Systems
 from toolpoint.updating.residuals import silent_responses, track_modes
 from toolpoint.vibration import Dof, Frf, Modes, SecondOrderSystem, correlation
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 _RANGE = 1e3
 _MOST_LOSS = 2.0  # as `JointDescription.loss_factor`
+_MOST_RATIO = 0.99  # below critical damping, as `MachineDescription.damping_ratio`
 _SPARE_MODES = 6
 _AFFINE = 1e-9
 
@@ -93,7 +94,8 @@ def _equal(first: SecondOrderSystem, second: SecondOrderSystem) -> bool:
 class Agreement(NotebookText):
     """A machine beside the measurement: frequencies (Hz), MAC and damping of the paired modes, FRAC of the responses.
 
-    modes : (n_measured,) indices of the predicted partners; frac : (n_outputs, n_inputs) or None.
+    modes : (n_measured,) indices of the predicted partners; frac : (n_outputs, n_inputs) or None; nan where neither holds more
+    than the measurement's noise, so that there is nothing to compare.
     """
 
     measured: FloatArray
@@ -110,13 +112,25 @@ class Agreement(NotebookText):
         """Relative difference of frequency, (n_measured,)."""
         return np.asarray(self.predicted / self.measured - 1.0)
 
+    @property
+    def frac_words(self) -> tuple[str, str]:
+        """Lowest and mean FRAC of the responses that hold more than noise."""
+        if self.frac is None or np.isnan(self.frac).all():
+            return "-", "-"
+        return f"{np.nanmin(self.frac):.4f}", f"{np.nanmean(self.frac):.4f}"
+
+    @property
+    def silent(self) -> int:
+        """How many responses hold no more than noise."""
+        return 0 if self.frac is None else int(np.isnan(self.frac).sum())
+
     def __repr__(self) -> str:
         words = []
         if self.measured.size:
             words.append(f"{self.measured.size} modes, frequencies within {100 * np.abs(self.frequency_error).max():.3g} %, "
                          f"MAC >= {self.mac.min():.3f}")
         if self.frac is not None:
-            words.append(f"FRAC >= {self.frac.min():.3f}")
+            words.append(f"FRAC >= {self.frac_words[0]}")
         return f"Agreement({', '.join(words)})"
 
 
@@ -161,21 +175,23 @@ def _compared(b: Agreement, a: Agreement) -> list[str]:
         lines.append(f"{r + 1:5d} {b.measured[r]:12.4f} {b.predicted[r]:9.4f} {100 * b.frequency_error[r]:6.2f} "
                      f"{b.mac[r]:6.3f} {a.predicted[r]:9.4f} {100 * a.frequency_error[r]:6.2f} {a.mac[r]:6.3f}")
     if b.frac is not None and a.frac is not None:
-        lines.append(f"FRAC, lowest and mean: before {b.frac.min():.4f} {b.frac.mean():.4f}, "
-                     f"after {a.frac.min():.4f} {a.frac.mean():.4f}")
+        lines.append(f"FRAC, lowest and mean: before {' '.join(b.frac_words)}, after {' '.join(a.frac_words)}"
+                     + (f" ({a.silent} of {a.frac.size} responses hold no more than noise)" if a.silent else ""))
     return lines
 
 
 def parameter(machine: Machine, path: str, **options: Any) -> Parameter:
     """Return the parameter of a path at the machine's value, on a logarithmic scale, within a factor 1000.
 
-    A loss factor of zero moves on a linear scale, from zero to the largest that a file may hold.
+    A loss factor of zero moves on a linear scale, from zero to the largest that a file may hold, and so does a damping ratio.
     """
     value = machine.value(path)
     log = bool(options.pop("log", value > 0))
     bounds = {"low": value / _RANGE, "high": value * _RANGE} if log else {}
     if not log and ".loss_factor" in path:
         bounds = {"low": 0.0, "high": _MOST_LOSS}
+    elif path == DAMPING_RATIO:
+        bounds = {"low": bounds.get("low", 0.0), "high": min(bounds.get("high", _MOST_RATIO), _MOST_RATIO)}
     return Parameter(path, value, log=log, **{**bounds, **options})
 
 
@@ -224,7 +240,7 @@ def _model(machine: Machine, names: Sequence[str], targets: Targets, pose: Pose 
 
 def default_targets(names: Sequence[str], modes: Modes | None, frf: Frf | None) -> Targets:
     """Return what counts where nothing else is asked for: frequencies and MAC, and damping where `names` hold a damper."""
-    damped = any(".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
+    damped = any(n == DAMPING_RATIO or ".damping." in f"{n}." or ".loss_factor." in f"{n}." for n in names)
     return Targets(modes, frf, damping=damped and modes is not None, mac=modes is not None and len(modes.dofs) > 2)
 
 
@@ -284,13 +300,17 @@ def _say_silent(task: Problem) -> None:
     for prediction, targets in zip(task.predictions(task.start), task.targets, strict=True):
         if prediction.frf is None or targets.frf is None:
             continue
-        power = (np.abs(targets.frf.values) ** 2 / (2 * targets.frf_deviation() ** 2)).mean(axis=0)
-        lost = silent_responses(prediction.frf) & (power > _MOVES)
+        lost = silent_responses(prediction.frf) & _rises(targets.frf, targets)
         names += [f"{targets.frf.outputs[o]} to {targets.frf.inputs[i]}" for o, i in np.argwhere(lost)]
     if names:
         warnings.warn(f"responses of {', '.join(names[:6])}{' and others' if len(names) > 6 else ''}: the model does not move "
                       "there at all, so they are left out of the fit; a direction or a joint may be missing in the model",
                       ToolpointWarning, stacklevel=3)
+
+
+def _rises(frf: Frf, targets: Targets) -> BoolArray:
+    """Return which responses (n_outputs, n_inputs), measured or predicted, hold more than the noise of the measured ones."""
+    return np.asarray((np.abs(frf.values) ** 2 / (2 * targets.frf_deviation() ** 2)).mean(axis=0) > _MOVES)
 
 
 def _on_few_lines(machine: Machine, parameters: Sequence[Parameter | str], task: Problem,
@@ -324,7 +344,9 @@ def _agreement(targets: Targets, predicted: Prediction) -> Agreement:
     frac = None
     if targets.frf is not None and predicted.frf is not None:
         # In the quantity that was measured: noise of accelerometers would fill the lowest lines of the receptance.
-        frac = correlation.frac(*(frf.converted_to(targets.frf_quantity) for frf in (targets.frf, predicted.frf)))
+        both = targets.frf, predicted.frf
+        frac = correlation.frac(*(frf.converted_to(targets.frf_quantity) for frf in both))
+        frac = np.where(np.any([_rises(frf, targets) for frf in both], axis=0), frac, np.nan)
     if targets.modes is None or predicted.modes is None:
         none = np.zeros(0)
         return Agreement(none, none, np.zeros(0, int), none, none, none, frac, predicted.frf)

@@ -24,6 +24,7 @@ from toolpoint.updating import ParameterFit
 from toolpoint.updating.fits.left_alone import name_effects
 from toolpoint.updating.fits.misfit import question_misfit
 from toolpoint.updating.fits.sampler import Samples, require_emcee, sample
+from toolpoint.updating.models.system_model import DAMPING_RATIO
 from toolpoint.vibration import Frf, Modes, eigen
 
 SCALE = ("modes tell stiffnesses over masses: where all masses are 1 % off, all stiffnesses are 1 % off too, and no interval "
@@ -117,7 +118,8 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
     measured : sequence of Measurement
     paths : sequence of str
         Parameters to update, ``joints.NAME.stiffness.rx``; where none is named all stiffnesses of the joints, and by
-        responses their dampers and loss factors too: with a guessed damping no stiffness makes the peaks as high as measured.
+        responses their dampers and loss factors too (or the machine's damping ratio): with a guessed damping no stiffness
+        makes the peaks as high as measured.
     samples : int
         Steps of every walker in the posterior, 0 for none (extra 'bayes').
     seed : int
@@ -142,13 +144,13 @@ def update_machine(machine: Machine, measured: Sequence[Measurement], paths: Seq
 
 def default_paths(machine: Machine, *, responses: bool) -> list[str]:
     """Return what is updated where nothing is named: stiffnesses of the joints; by responses every damper that is there and
-    every loss factor, also of joints that have none yet."""
+    every loss factor, also of joints that have none yet, or the damping ratio that stands in their place for all modes."""
     every = list(parameters(machine.description))
     joints = [path for path in every if path.startswith("joints.")]
     damping = [path for path in joints if ".loss_factor" in path or (".damping." in path and machine.value(path) > 0)]
-    # One damping ratio for all modes stands in place of what the joints say.
-    damped = responses and not machine.description.damping_ratio
-    return [path for path in every if ".stiffness." in path] + (damping if damped else [])
+    if machine.description.damping_ratio is not None:
+        damping = [DAMPING_RATIO]
+    return [path for path in every if ".stiffness." in path] + (damping if responses else [])
 
 
 def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Doubt, ...]:
@@ -165,9 +167,9 @@ def _doubts(result: MachineUpdate, measured: Sequence[Measurement]) -> tuple[Dou
         if part.frf is not None and agreement.frf is not None:
             missed, ratio = question_misfit(targets, agreement.frf), result.machine.description.damping_ratio
             if missed and ratio:
-                missed += (Doubt("damping_ratio", f"one ratio of {100 * ratio:.3g} % for all modes is not updated",
+                missed += (Doubt("damping_ratio", f"one ratio, {100 * ratio:.3g} %, stands for the damping of all modes",
                                  f"give the joints a loss_factor ({2 * ratio:.2g} to begin with) in its place: it is updated "
-                                 "with the stiffnesses"),)
+                                 "with the stiffnesses, each joint's for itself"),)
             lines += (*missed, *question(part.frf), *question_responses(part.frf, agreement.frf))
     return tuple(dict.fromkeys(lines))
 

@@ -34,5 +34,5 @@ def question_misfit(targets: Targets, predicted: Frf) -> tuple[Doubt, ...]:
     if share < _SHARE:
         return ()
     return (Doubt("model", f"it misses {100 * share:.2g} % of the responses ({np.sqrt(error / noise):.2g} times their noise)",
-                  "masses, places, joints or dampers that are off and no parameters, or a wrong channel; intervals do not hold "
+                  "masses, places, joints or dampers that are off and not moved, or a wrong channel; intervals do not hold "
                   "what the model lacks", figure=share),)

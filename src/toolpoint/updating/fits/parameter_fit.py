@@ -14,6 +14,8 @@ from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.parameter import Parameter
 from toolpoint.updating.residuals import Residuals
 
+_SHOWN = 20  # correlations in a report, the largest
+
 
 @dataclass(frozen=True, eq=False)
 class ParameterFit(NotebookText):
@@ -143,6 +145,7 @@ def _correlations(fit: ParameterFit, least: float) -> list[str]:
     pairs.sort(key=lambda pair: -pair[0])
     if not pairs:
         return []
-    width = max(len(f"C({a}, {b})") for _, a, b, _ in pairs)
-    head = f"[[Correlations]] (unreported correlations are < {least:.3f})"
-    return [head, *(f"    {f'C({a}, {b})':{width}} = {np.sign(c) * size:+.4f}" for size, a, b, c in pairs)]
+    width = max(len(f"C({a}, {b})") for _, a, b, _ in pairs[:_SHOWN])
+    more = f"; {len(pairs) - _SHOWN} smaller ones are not shown" if len(pairs) > _SHOWN else ""
+    head = f"[[Correlations]] (unreported correlations are < {least:.3f}{more})"
+    return [head, *(f"    {f'C({a}, {b})':{width}} = {np.sign(c) * size:+.4f}" for size, a, b, c in pairs[:_SHOWN])]

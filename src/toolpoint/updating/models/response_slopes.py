@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from toolpoint._check import Array, ComplexArray, FloatArray
-from toolpoint.updating.models.shape_turns import Modal, Weighted
+from toolpoint.updating.models.shape_turns import EqualDamping, Modal, Weighted
 from toolpoint.vibration import SecondOrderSystem
 
 
@@ -37,18 +37,19 @@ def direct_response(
 
 
 def modal_response(
-    lines: FloatArray, left: Array, right: Array, *, modal: Modal, ratio: float
+    lines: FloatArray, left: Array, right: Array, *, modal: Modal, every: EqualDamping
 ) -> tuple[ComplexArray, ComplexArray | None]:
     """Return the same by superposition of all modes with one damping ratio."""
     a, b = left @ modal.vectors, modal.vectors.T @ right
-    w, omega = 2 * np.pi * np.asarray(lines)[:, None], modal.omega
+    w, omega, ratio = 2 * np.pi * np.asarray(lines)[:, None], modal.omega, every.ratio
     g = 1 / (omega**2 - w**2 + 2j * ratio * omega * w)
     # A product of two matrices each: outputs by modes, modes by lines and inputs.
     values = _over_lines(a, g.T[:, :, None] * b[:, None, :])
     if not modal.count:
         return values, None
     da, db = np.tensordot(a, modal.turns, 1).transpose(2, 0, 1), np.tensordot(modal.turns, b, (0, 0)).transpose(1, 0, 2)
-    dg = -(g**2) * (1 + 1j * ratio * w / omega) * modal.square_slopes.T[:, None, :]
+    dg = -(g**2) * ((1 + 1j * ratio * w / omega) * modal.square_slopes.T[:, None, :]
+                    + 2j * omega * w * every.slopes[:, None, None])
     inner = g.T[None, :, :, None] * db[:, :, None, :] + dg.transpose(0, 2, 1)[..., None] * b[None, :, None, :]
     changes = np.empty((modal.count, *values.shape), complex)
     for k in range(modal.count):

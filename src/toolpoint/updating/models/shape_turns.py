@@ -8,6 +8,7 @@ each :math:`\phi^T A' \phi` from the low-rank factors of A'. Source: Fox, Kapoor
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -70,13 +71,21 @@ class Modal:
         return result
 
 
-def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, ratio: float | None) -> Prediction:
-    """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `ratio` for all."""
+@dataclass(frozen=True, eq=False)
+class EqualDamping:
+    """One damping ratio of all modes; slopes (count,), how it moves with every parameter."""
+
+    ratio: float
+    slopes: FloatArray
+
+
+def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, every: EqualDamping | None) -> Prediction:
+    """Return the lowest `keep` modes with their derivatives; damping from the modal damping matrix, or `every` mode's alike."""
     omega = modal.omega[:keep]
     if (omega <= 0).any():
         fail("model", f"{int((omega <= 0).sum())} modes at 0 Hz or unstable", "must be held in all directions",
              remedy="raise the lower bounds of the stiffnesses, or ground the model")
-    damping, damping_slopes = _damping(system, modal, keep, ratio)
+    damping, damping_slopes = _damping(system, modal, keep, every)
     shape = system.output_map @ modal.vectors
     modes = Modes(omega / (2 * np.pi), damping, shape[:, :keep], system.outputs,
                   notes=remark_overdamped(damping))
@@ -87,13 +96,13 @@ def mode_prediction(system: SecondOrderSystem, modal: Modal, keep: int, *, ratio
 
 
 def _damping(
-    system: SecondOrderSystem, modal: Modal, keep: int, ratio: float | None
+    system: SecondOrderSystem, modal: Modal, keep: int, every: EqualDamping | None
 ) -> tuple[FloatArray, FloatArray | None]:
     """Diagonal of the modal damping matrix as ratios, sum of the viscous and the structural part, and slopes (count, keep)."""
     omega, zeta = modal.omega[:keep], np.zeros(keep)
     slopes = np.zeros((keep, modal.count)) if modal.count else None
-    if ratio is not None:
-        return np.full(keep, ratio), None if slopes is None else slopes.T
+    if every is not None:
+        return np.full(keep, every.ratio), None if slopes is None else slopes.T + every.slopes[:, None]
     for term, power in (("damping", 1), ("structural_damping", 2)):
         matrix = getattr(system, term)
         if matrix is None:

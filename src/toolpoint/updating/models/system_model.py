@@ -12,11 +12,12 @@ from toolpoint._check import FloatArray, fail
 from toolpoint.updating.models.low_rank import TERMS, Term, factor_matrices
 from toolpoint.updating.models.prediction import Prediction
 from toolpoint.updating.models.response_slopes import direct_response, modal_response
-from toolpoint.updating.models.shape_turns import Modal, mode_prediction
+from toolpoint.updating.models.shape_turns import EqualDamping, Modal, mode_prediction
 from toolpoint.vibration import Dof, Frf, SecondOrderSystem
 from toolpoint.vibration.sensitivity import MatrixDerivatives
 
 Factors = dict[str, Term]
+DAMPING_RATIO = "damping_ratio"  # the number of a model that damps all its modes alike; no matrix depends on it
 
 
 class Systems(Protocol):
@@ -89,7 +90,8 @@ class SystemModel:
     outputs, inputs : sequences of Dof
         Of the receptances; must be among the system's.
     modal_damping : float, optional
-        One damping ratio for all modes instead of the system's damping matrices.
+        One damping ratio for all modes instead of the system's damping matrices; a number named `DAMPING_RATIO` takes its
+        place.
     """
 
     systems: Systems
@@ -102,31 +104,36 @@ class SystemModel:
     def __call__(self, values: Mapping[str, float], names: Sequence[str] = ()) -> Prediction:
         """Return modes and receptances at these values, with derivatives to `names`."""
         if not names:
-            return self._predicted(self.systems.system(values), {}, np.zeros(0), 0)
+            return self._predicted(values, {}, np.zeros(0), np.zeros(0))
         return self.along(values, tuple(names), tuple(range(len(names))), slopes=np.ones(len(names)))
 
     def along(self, values: Mapping[str, float], names: tuple[str, ...], owner: tuple[int, ...], *, slopes: FloatArray
               ) -> Prediction:
         """Return the prediction with derivatives per parameter: number names[k] moves by slopes[k] with parameter owner[k]."""
-        return self._predicted(self.systems.system(values), self.systems.factors(values, names, owner), slopes,
-                               max(owner, default=-1) + 1)
+        ratio_slopes = np.zeros(max(owner, default=-1) + 1)
+        for k, name in enumerate(names):
+            if name == DAMPING_RATIO:
+                ratio_slopes[owner[k]] += slopes[k]
+        return self._predicted(values, self.systems.factors(values, names, owner), slopes, ratio_slopes)
 
-    def _predicted(self, system: SecondOrderSystem, factors: Factors, slopes: FloatArray, number: int) -> Prediction:
-        result = Prediction()
-        every = self.modal_damping is not None
+    def _predicted(self, values: Mapping[str, float], factors: Factors, slopes: FloatArray, ratio_slopes: FloatArray
+                   ) -> Prediction:
+        result, system, number = Prediction(), self.systems.system(values), ratio_slopes.size
+        every = (None if self.modal_damping is None else
+                 EqualDamping(values.get(DAMPING_RATIO, self.modal_damping), ratio_slopes))
         weighted = {name: (term, term.scaled(slopes)) for name, term in factors.items()}
         modal = Modal(system, weighted, number, None if every else self.modes) if self.modes or every else None
         if self.modes and modal is not None:
-            result = mode_prediction(system, modal, min(self.modes, system.size), ratio=self.modal_damping)
+            result = mode_prediction(system, modal, min(self.modes, system.size), every=every)
         if self.lines is None:
             return result
         left = system.output_map[_places(system.outputs, self.outputs)]
         right = system.input_map[:, _places(system.inputs, self.inputs)]
-        if modal is not None and self.modal_damping is not None:
-            values, changes = modal_response(self.lines, left, right, modal=modal, ratio=self.modal_damping)
+        if modal is not None and every is not None:
+            response, changes = modal_response(self.lines, left, right, modal=modal, every=every)
         else:
-            values, changes = direct_response(self.lines, left, right, system=system, factors=weighted, count=number)
-        return replace(result, frf=Frf(self.lines, values, self.outputs, self.inputs), frf_slopes=changes)
+            response, changes = direct_response(self.lines, left, right, system=system, factors=weighted, count=number)
+        return replace(result, frf=Frf(self.lines, response, self.outputs, self.inputs), frf_slopes=changes)
 
 
 def _places(known: Sequence[Dof], chosen: Sequence[Dof]) -> list[int]:
