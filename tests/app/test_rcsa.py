@@ -10,7 +10,7 @@ from toolpoint.app.main import main
 from toolpoint.io.binary import hdf5
 from toolpoint.io.faults import FileFaults
 from toolpoint.io.yaml import shaft_file
-from toolpoint.studies.cuts.tool_coupling import _chart_doubts
+from toolpoint.studies.cuts.tool_coupling import _chart_doubts, study_tool
 from toolpoint.substructuring import PlaneReceptance, SegmentDescription, ShaftDescription, couple_tool
 from toolpoint.substructuring.shaft_stiffness import station_stiffness
 from toolpoint.vibration import Frf
@@ -29,10 +29,10 @@ segments:
 """
 
 
-def spindle(plane):
-    values = np.zeros((LINES.size, 2, 2), complex) + np.diag([1e-9, 4e-6])
+def spindle(plane, lines=LINES):
+    values = np.zeros((lines.size, 2, 2), complex) + np.diag([1e-9, 4e-6])
     for f, stiffness, slope in ((600.0, 1e8, 5.0), (1400.0, 2e8 if plane == "x" else 1.5e8, -15.0)):
-        values += np.outer([1, slope], [1, slope]) / stiffness / (1 - (LINES / f) ** 2 + 0.08j * LINES / f)[:, None, None]
+        values += np.outer([1, slope], [1, slope]) / stiffness / (1 - (lines / f) ** 2 + 0.08j * lines / f)[:, None, None]
     return values
 
 
@@ -70,16 +70,27 @@ def test_gauge_to_tool_point_in_both_planes(capsys, folder):
         truth = couple_tool(PlaneReceptance(LINES, spindle(plane), plane), tool).values[:, 0, 0]
         assert np.abs(saved.values[:, k, k] - truth).max() < 1e-7 * np.abs(truth).max()
         peak = next(p for p in result["peaks"] if p["plane"] == plane)
-        assert peak["frequency_hz"] == pytest.approx(LINES[np.abs(truth).argmax()])
+        fine = np.linspace(LINES[0], LINES[-1], 20 * LINES.size)
+        size = np.abs(couple_tool(PlaneReceptance(fine, spindle(plane, fine), plane), tool).values[:, 0, 0])
+        # Between the lines, which are 9.7 Hz apart.
+        assert peak["frequency_hz"] == pytest.approx(fine[size.argmax()], abs=0.3)
+        assert peak["receptance_m_n"] == pytest.approx(size.max(), rel=0.02)
     assert [s["length_m"] for s in result["stick_out"]] == [0.05, 0.06]
     assert result["stick_out"][0]["frequency_hz"] > result["stick_out"][1]["frequency_hz"]
     assert (folder / "page" / "index.html").stat().st_size > 1e5
 
 
-def test_without_noise_the_missing_interval_is_the_first_thing_said(capsys, folder):
+def test_noise_that_is_not_stated_is_taken_from_the_scatter_of_lines_and_said(capsys, folder):
     result = run(capsys, folder, "--frf", folder / "gauge.h5", "--gauge", folder / "gauge.yaml")
-    assert result["notes"][0] == result["doubts"][0] and result["doubts"][0].startswith("interval: the noise")
-    assert result["peaks"][0]["intervals_hz_m_n"] is None
+    assert any(note.startswith("the noise is not stated") for note in result["notes"])
+    (low, high), (least, most) = result["peaks"][0]["intervals_hz_m_n"]
+    assert low < result["peaks"][0]["frequency_hz"] < high and least < result["peaks"][0]["receptance_m_n"] < most
+
+
+def test_a_spindle_whose_noise_nobody_knows_has_no_interval():
+    tool = ShaftDescription({"shank": SegmentDescription(0.06, 0.016, material="carbide")})
+    result = study_tool([PlaneReceptance(LINES, spindle("x"))], tool)
+    assert result.notes[0].startswith("interval: the noise") and result.to_dict()["peaks"][0]["intervals_hz_m_n"] is None
 
 
 @pytest.mark.parametrize(("arguments", "words"), [

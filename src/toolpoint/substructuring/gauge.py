@@ -37,8 +37,8 @@ class _Pairs:
     variance: FloatArray | None
 
 
-def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws: int = DRAWS,
-                  generator: np.random.Generator | None = None) -> PlaneReceptance:
+def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, calibration: float = 0.0,
+                  draws: int = DRAWS, generator: np.random.Generator | None = None) -> PlaneReceptance:
     """Return the receptance of a spindle at the base plane of a gauge, without the gauge.
 
     Parameters
@@ -50,6 +50,8 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws:
         With `stations`.
     plane : str
         ``x`` or ``y``.
+    calibration : float
+        Standard deviation of a gain that all responses share, as a share.
     draws : int
         How many equally likely bases to draw from the variance and the gauge's deviations; 0 for none.
     generator : numpy Generator, optional
@@ -60,11 +62,11 @@ def identify_base(frf: Frf, gauge: ShaftDescription, plane: str = "x", *, draws:
     values, misfit = _base(pairs, gauge, lines.frequency, pairs.values, is_refined=True)
     notes = [*lines.notes, *_doubts(misfit, pairs)]
     drawn = None
-    if draws and (pairs.variance is not None or _uncertain_gauge(gauge)):
+    if draws and (pairs.variance is not None or calibration or _uncertain_gauge(gauge)):
         if generator is None:
             fail("generator", "None", "draws need a numpy Generator",
                  remedy="for example numpy.random.default_rng(1); or draws=0")
-        drawn = _drawn_bases(pairs, gauge, lines.frequency, draws, generator)
+        drawn = _drawn_bases(pairs, gauge, lines.frequency, np.exp(calibration * generator.normal(size=draws)), generator)
     elif draws:
         notes.append("the measured responses state no variance: no interval of the tool-point response can be given")
     return PlaneReceptance(lines.frequency, values, plane, drawn, tuple(dict.fromkeys(notes)))
@@ -196,10 +198,11 @@ def _check_geometry(design: ComplexArray, length: float) -> None:
              remedy="spread them over its length")
 
 
-def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, draws: int, generator: np.random.Generator
-                 ) -> ComplexArray:
+def _drawn_bases(pairs: _Pairs, gauge: ShaftDescription, frequency: FloatArray, gains: FloatArray,
+                 generator: np.random.Generator) -> ComplexArray:
+    draws = len(gains)
     noise = 0 if pairs.variance is None else complex_noise(pairs.variance, draws, generator)
-    measured = np.broadcast_to(pairs.values + noise, (draws, *pairs.values.shape))
+    measured: ComplexArray = gains[:, None, None] * (pairs.values + noise)
     if not _uncertain_gauge(gauge):
         return _base(pairs, gauge, frequency, measured)[0]
     return np.stack([_base(pairs, gauge.drawn(generator), frequency, part)[0] for part in measured])

@@ -14,6 +14,7 @@ from toolpoint.pages.remarks import with_remarks
 from toolpoint.plot import Chart, Report, Table
 from toolpoint.plot.figures.cuts.lobes import StabilityCurve, stability_chart
 from toolpoint.plot.figures.measured.response_bands import magnitude_bands
+from toolpoint.studies.cuts.coupling.peaks import peaks_of
 from toolpoint.studies.cuts.lobes_study import ADVICE
 from toolpoint.studies.cuts.tool_coupling import HEADER, ToolCoupling
 from toolpoint.substructuring.receptance import PlaneReceptance
@@ -40,13 +41,13 @@ def tool_coupling_page(result: ToolCoupling, warnings: Sequence[str] = ()) -> Re
 
 def _answer(result: ToolCoupling) -> str:
     """Return the greatest compliance of the tip, with its interval and frequency."""
-    tip = max(result.tips, key=lambda part: float(np.abs(part.values[:, 0, 0]).max()))
-    size, low, high = _with_band(tip)
-    at = int(np.argmax(size))
-    ends = [number_text(1e6 * float(end[at]), digits=3) for end in (low, high)]
-    band = "" if tip.draws is None else f" ({ends[0]} to {ends[1]}, 95 %)"
-    return (f"The tip is most compliant along {tip.plane} at {tip.frequency[at]:.0f} Hz: "
-            f"{number_text(1e6 * size[at], digits=3)} µm/N{band}.")
+    tip, peak = max(((tip, peaks_of(tip)[0]) for tip in result.tips), key=lambda pair: pair[1].height)
+    band = ""
+    if peak.intervals is not None:
+        ends = [number_text(1e6 * end, digits=3) for end in peak.intervals[1]]
+        band = f" ({ends[0]} to {ends[1]}, 95 %)"
+    return (f"The tip is most compliant along {tip.plane} at {peak.frequency:.0f} Hz: "
+            f"{number_text(1e6 * peak.height, digits=3)} µm/N{band}.")
 
 
 def _with_stick_outs(report: Report, result: ToolCoupling) -> Report:

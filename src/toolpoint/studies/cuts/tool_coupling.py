@@ -14,6 +14,9 @@ from toolpoint._notebook import NotebookText
 from toolpoint.cutting import StabilityChart
 from toolpoint.machine import Machine
 from toolpoint.machine.assembly.system import assemble
+from toolpoint.studies.cuts.coupling.gauge_doubts import question_gauge, with_noise
+from toolpoint.studies.cuts.coupling.line_smoothing import smooth_tip
+from toolpoint.studies.cuts.coupling.peaks import TipPeak, peaks_of, question_peaks
 from toolpoint.studies.cuts.lobes_study import LobesStudy, chart_lobes
 from toolpoint.studies.cuts.tool_dynamics import response_dynamics
 from toolpoint.studies.text_table import text_table
@@ -22,10 +25,8 @@ from toolpoint.substructuring.receptance import DRAWS, SLOPES, PlaneReceptance, 
 from toolpoint.substructuring.shaft import ShaftDescription
 from toolpoint.vibration import Dof, Frf, frequency_response
 
-PEAKS = 3
-WIDE = 30.0  # half-width of the 95 % interval of the largest peak, percent of it, above which the result is doubtful
+CALIBRATION = 0.01  # of hammer and sensor, one standard deviation, where nothing is stated
 NamedProgress = Callable[[str, int, int], None]
-NEAR = 0.08  # share of a peak's frequency within which every draw has its peak
 HEADER = ("", "Hz", "95 %", "|G| µm/N", "95 %")
 STICK_OUT = ("length mm", "largest peak Hz", "95 %", "|G| µm/N", "95 %", "stable at every charted speed mm", "best rev/min",
              "depth mm")
@@ -61,17 +62,16 @@ class ToolCoupling(NotebookText):
 
     def rows(self) -> list[list[str]]:
         """Return rows (plane, Hz, µm/N, each with its 95 % interval) of the largest peaks."""
-        return [[f"{tip.plane}, peak {k + 1}", *_peak_words(tip, line)]
-                for tip in self.tips for k, line in enumerate(peaks_of(tip))]
+        return [[f"{tip.plane}, peak {k + 1}", *_peak_words(peak)]
+                for tip in self.tips for k, peak in enumerate(peaks_of(tip))]
 
     def stick_out_rows(self) -> list[list[str]]:
         """Return a row for each length of the stick-out study."""
         rows = []
         for part in self.stick_outs:
-            tip = part.tips[0]
-            line = peaks_of(tip)[0]
+            peak = peaks_of(part.tips[0])[0]
             chart = [] if part.chart is None else _chart_words(part.chart)
-            rows.append([f"{1e3 * part.length:.4g}", *_peak_words(tip, line), *chart])
+            rows.append([f"{1e3 * part.length:.4g}", *_peak_words(peak), *chart])
         return rows
 
     def stick_out_header(self) -> list[str]:
@@ -89,28 +89,37 @@ class ToolCoupling(NotebookText):
 
     def to_dict(self) -> dict[str, Any]:
         """Return peaks (Hz, m/N, 95 % interval), stick-outs and lobes as plain data, SI."""
-        peaks = [{"plane": tip.plane, "frequency_hz": float(tip.frequency[k]), "receptance_m_n": abs(tip.values[k, 0, 0]),
-                  "intervals_hz_m_n": peak_intervals(tip, k)} for tip in self.tips for k in peaks_of(tip)]
-        lengths = [{"length_m": s.length, "frequency_hz": float(s.tips[0].frequency[peaks_of(s.tips[0])[0]]),
+        peaks = [{"plane": tip.plane, "frequency_hz": peak.frequency, "receptance_m_n": peak.height,
+                  "intervals_hz_m_n": peak.intervals} for tip in self.tips for peak in peaks_of(tip)]
+        lengths = [{"length_m": s.length, "frequency_hz": peaks_of(s.tips[0])[0].frequency,
                     "stable_at_every_charted_speed_m": None if s.chart is None else _least(s.chart)} for s in self.stick_outs]
         return {"peaks": peaks, "stick_out": lengths, "lobes": None if self.lobes is None else self.lobes.to_dict(),
                 "doubts": doubts_among(self.notes), "notes": list(self.notes)}
 
 
-def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, draws: int = DRAWS,
-                     generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
+def bases_from_gauge(frf: Frf, gauge: ShaftDescription, *, noise: float | None = None, calibration: float = CALIBRATION,
+                     draws: int = DRAWS, generator: np.random.Generator | None = None) -> list[PlaneReceptance]:
     """Return the spindle's receptance in every plane in which the gauge was struck.
 
-    noise : standard deviation of the responses as a share of each, where they state no variance.
+    noise : standard deviation of the responses as a share of each, where they state no variance; without it the scatter of
+    neighbouring lines. calibration : standard deviation of the gain of hammer and sensor together, a share, the same for all
+    responses.
     """
-    if noise is not None and frf.variance is None:
-        frf = replace(frf, variance=(noise * np.abs(frf.values)) ** 2)
+    frf = with_noise(frf, noise)
+    doubts = question_gauge(frf, gauge)
     struck = {dof.direction for dof in frf.outputs if str(dof.point) in gauge.stations}
     planes = [plane for plane in SLOPES if f"+{plane}" in struck]
     if not planes:
         fail("frf", f"responses at {', '.join(map(str, frf.outputs))}", "must be of the gauge's stations "
              f"{', '.join(gauge.stations) or '(it has none)'} along +x or +y", remedy="name files like 1=+x__2=+x.txt")
-    return [identify_base(frf, gauge, plane, draws=draws, generator=generator) for plane in planes]
+    said = [*doubts, f"hammer and sensor: calibrated to {100 * calibration:g} % (one standard deviation), alike in all "
+            "responses"]
+    if len(gauge.stations) < 3:
+        said.append("two stations: they check labels and signs, but not the gauge's length, diameter, material and stations, "
+                    "which are taken as described (a third station does; deviations in the gauge's file carry what is not "
+                    "known)")
+    bases = [identify_base(frf, gauge, plane, calibration=calibration, draws=draws, generator=generator) for plane in planes]
+    return [replace(base, notes=tuple(dict.fromkeys([*said, *base.notes]))) for base in bases]
 
 
 def bases_of_machine(machine: Machine, point: str, frequency: FloatArray | None = None, *,
@@ -155,12 +164,12 @@ def study_tool(bases: Sequence[PlaneReceptance], tool: ShaftDescription, *, cut:
     lengths = () if stick_out is None else tuple(float(v) for v in stick_out[1])
     tools = [] if stick_out is None else [tool.with_length(stick_out[0], length) for length in lengths]
     progress("tool", 0, 1)
-    tips = tuple(couple_tool(base, tool, generator=generator) for base in bases)
+    tips = tuple(smooth_tip(couple_tool(base, tool, generator=generator)) for base in bases)
     notes = tuple(dict.fromkeys([*_doubts(tips), *_assumptions(tool, tips), *(n for tip in tips for n in tip.notes)]))
     lobes = None if cut is None else _lobes(tips, cut, speeds)
     parts = []
     for k, (length, changed) in enumerate(zip(lengths, tools, strict=True)):
-        held = tuple(couple_tool(base, changed, generator=generator) for base in bases)
+        held = tuple(smooth_tip(couple_tool(base, changed, generator=generator)) for base in bases)
         parts.append(StickOut(length, held, None if cut is None else _lobes(held, cut, speeds).chart))
         progress("stick-outs", k + 1, len(lengths))
     return ToolCoupling(tool, tips, tuple(parts), lobes, (*_chart_doubts(lobes, parts), *notes))
@@ -196,35 +205,12 @@ def _lobes(tips: Sequence[PlaneReceptance], cut: Mapping[str, Any], speeds: Floa
     return chart_lobes(response_dynamics(frf, band=band, what="the coupled tool"), cut, speeds=speeds)
 
 
-def peaks_of(tip: PlaneReceptance) -> list[int]:
-    """Return the lines of the largest peaks of the deflection, largest first."""
-    size = np.abs(tip.values[:, 0, 0])
-    inner = np.flatnonzero((size[1:-1] > size[:-2]) & (size[1:-1] >= size[2:])) + 1
-    if not inner.size:
-        inner = np.array([int(np.argmax(size))])
-    return [int(k) for k in inner[np.argsort(-size[inner])][:PEAKS]]
-
-
-def peak_intervals(tip: PlaneReceptance, line: int) -> tuple[tuple[float, float], tuple[float, float]] | None:
-    """Return 95 % intervals of a peak's frequency (Hz) and height (m/N), from the peak of every draw near it; None where
-    nothing is known of the uncertainty."""
-    if tip.draws is None:
-        return None
-    near = np.flatnonzero(np.abs(tip.frequency / tip.frequency[line] - 1) <= NEAR)
-    size = np.abs(tip.draws[:, near, 0, 0])
-    at = np.argmax(size, axis=1)
-    frequency = np.percentile(tip.frequency[near][at], [2.5, 97.5], method="weibull")
-    height = np.percentile(size[np.arange(len(size)), at], [2.5, 97.5], method="weibull")
-    return (float(frequency[0]), float(frequency[1])), (float(height[0]), float(height[1]))
-
-
-def _peak_words(tip: PlaneReceptance, line: int) -> list[str]:
-    known = peak_intervals(tip, line)
-    size = f"{1e6 * abs(tip.values[line, 0, 0]):.4g}"
-    if known is None:
-        return [f"{tip.frequency[line]:.1f}", "not known", size, "not known"]
-    (low, high), (least, most) = known
-    return [f"{tip.frequency[line]:.1f}", f"{low:.1f} .. {high:.1f}", size, f"{1e6 * least:.4g} .. {1e6 * most:.4g}"]
+def _peak_words(peak: TipPeak) -> list[str]:
+    size = f"{1e6 * peak.height:.4g}"
+    if peak.intervals is None:
+        return [f"{peak.frequency:.1f}", "not known", size, "not known"]
+    (low, high), (least, most) = peak.intervals
+    return [f"{peak.frequency:.1f}", f"{low:.1f} .. {high:.1f}", size, f"{1e6 * least:.4g} .. {1e6 * most:.4g}"]
 
 
 def _least(chart: StabilityChart) -> float | None:
@@ -241,22 +227,17 @@ def _chart_words(chart: StabilityChart) -> list[str]:
 
 
 def _doubts(tips: Sequence[PlaneReceptance]) -> list[Doubt]:
-    lines = []
-    for tip in tips:
-        at = peaks_of(tip)[0]
-        known = peak_intervals(tip, at)
-        if known is None:
-            lines.append(Doubt("interval", f"the noise of the spindle's response along {tip.plane} is not known, so the "
-                               "prediction has none", "give responses with variance, or `noise`"))
-        elif (half := 50 * (known[1][1] - known[1][0]) / abs(tip.values[at, 0, 0])) > WIDE:
-            lines.append(Doubt(f"largest peak along {tip.plane}", f"{tip.frequency[at]:.0f} Hz, is known to ±{half:.0f} %: its "
-                               "tilt is seen too weakly", "use a longer gauge, stations farther apart, less noise",
-                               figure=float(half) / 100))
-    return lines
+    unknown = [Doubt("interval", f"the noise of the spindle's response along {tip.plane} is not known, so the prediction has "
+                     "none", "give responses with variance, or `noise`") for tip in tips if tip.draws is None]
+    return [*unknown, *(doubt for tip in tips for doubt in question_peaks(tip))]
 
 
 def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> list[str]:
     lines = []
+    if not any(part.contact for part in tool.segments.values()):
+        lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
+    lines.append(f"the tool is {1e3 * tool.length:.4g} mm long from the plane of the base: nothing in a test of a "
+                 "gauge tells another stick-out")
     usual = [name for name, part in tool.segments.items() if None in (part.modulus, part.density, part.poisson)]
     if usual:
         lines.append(f"handbook values of the material: {', '.join(usual)}")
@@ -265,8 +246,6 @@ def _assumptions(tool: ShaftDescription, tips: Sequence[PlaneReceptance]) -> lis
         shares = ", ".join(f"{tool.segments[name].equivalent:g}" for name in fluted)
         lines.append(f"{', '.join(fluted)} (fluted): counted as round with {shares} of their diameter" + (
             "" if tool.equivalent_deviation else ", taken as exact (equivalent_deviation is 0)"))
-    if not any(part.contact for part in tool.segments.values()):
-        lines.append("the tool is joined rigidly: no contact is described; a collet or taper that gives way makes it softer")
     if len(tips) == 1:
         lines.append(f"only the plane of {tips[0].plane} is known")
     return lines

@@ -1,0 +1,81 @@
+"""What the responses of a gauge betray of their test: noise, signs and labels, power that no passive spindle gives off."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from toolpoint._check import ComplexArray, FloatArray, IndexArray
+from toolpoint._doubt import Doubt
+from toolpoint.signals.doubts import question
+from toolpoint.studies.cuts.coupling.line_smoothing import noise_over_stated, scatter_variance
+from toolpoint.substructuring.shaft import ShaftDescription
+from toolpoint.vibration import Frf
+
+SCATTERED = 1.5  # scatter of neighbouring lines over the stated noise above which it is doubted
+GIVEN, SURE, OFTEN = 0.03, 4.0, 0.02  # power given off: share of what is taken in, standard deviations, share of lines
+LOW = 0.2  # share of the lines, the lowest, on which stations are compared
+STIFFER = 0.8  # outer over inner station's compliance below which they may be exchanged
+
+
+def with_noise(frf: Frf, noise: float | None) -> Frf:
+    """Return responses with a variance: the stated one; else `noise` as a share of each, and the scatter of neighbouring lines
+    where that is more (the sensor's own noise is no share of a response)."""
+    if frf.variance is not None or frf.frequency.size < 2:
+        return frf
+    scatter = scatter_variance(frf.values)
+    if noise is not None:
+        return replace(frf, variance=np.maximum((noise * np.abs(frf.values)) ** 2, scatter))
+    share = 100 * float(np.median(np.sqrt(scatter) / np.maximum(np.abs(frf.values), 1e-300)))
+    note = f"the noise is not stated: taken from the scatter of neighbouring lines (median {share:.2g} % of a response)"
+    return replace(frf, variance=scatter).noted(note)
+
+
+def question_gauge(frf: Frf, gauge: ShaftDescription) -> list[Doubt]:
+    """Return doubts of measured responses among a gauge's stations (with variance, before they are used)."""
+    doubts = list(question(frf))
+    if frf.variance is not None and (ratio := noise_over_stated(frf.values, frf.variance)) > SCATTERED:
+        doubts.append(Doubt("noise", f"neighbouring lines scatter by {ratio:.2g} times the stated noise", "state what was "
+                            "measured (tap, frf), or lines are too far apart for the damping", figure=ratio))
+    for plane in "xy":
+        rows, columns, names = _driven(frf, gauge, plane)
+        if len(names) < 2 or frf.variance is None:
+            continue
+        block = frf.values[:, rows][:, :, columns], frf.variance[:, rows][:, :, columns]
+        doubts += [*_passive(frf, *block, plane), *_order(frf, block[0], [gauge.stations[n] for n in names], names)]
+    return doubts
+
+
+def _driven(frf: Frf, gauge: ShaftDescription, plane: str) -> tuple[IndexArray, IndexArray, list[str]]:
+    """Return rows and columns of the stations that are measured and struck along a plane, and their names."""
+    at = [(i, frf.inputs.index(d), str(d.point)) for i, d in enumerate(frf.outputs)
+          if d in frf.inputs and d.direction == f"+{plane}" and str(d.point) in gauge.stations]
+    return np.array([i for i, _, _ in at], int), np.array([j for _, j, _ in at], int), [name for _, _, name in at]
+
+
+def _passive(frf: Frf, values: ComplexArray, variance: FloatArray, plane: str) -> list[Doubt]:
+    """Doubt responses by which some set of forces would take power out of the spindle: -Im H of a passive one is positive."""
+    order = {"receptance": 0, "mobility": 1, "accelerance": 2}[frf.quantity]
+    inside = frf.frequency > 0
+    turned = values[inside] / ((1j * frf.omega[inside]) ** order)[:, None, None]
+    noise = np.sqrt(variance[inside].max(axis=(1, 2))) / frf.omega[inside] ** order
+    loss = (turned.conj().swapaxes(1, 2) - turned) / 2j
+    power = np.linalg.eigvalsh((loss + loss.conj().swapaxes(1, 2)) / 2)
+    share = float(np.mean((power[:, 0] < -SURE * noise) & (power[:, 0] < -GIVEN * np.abs(power).max(axis=1))))
+    if share < OFTEN:
+        return []
+    return [Doubt(f"responses along {plane}", f"at {100 * share:.2g} % of the lines the spindle would give off power, which no "
+                  "passive one does", "check quantity, signs, labels and calibration of every response", figure=share)]
+
+
+def _order(frf: Frf, values: ComplexArray, places: list[float], names: list[str]) -> list[Doubt]:
+    """Doubt a station farther out that moves less at low frequency than one farther in."""
+    outer, inner = int(np.argmax(places)), int(np.argmin(places))
+    lowest = slice(0, max(3, int(LOW * frf.frequency.size)))
+    size = np.abs(values[lowest])
+    ratio = float(np.median(size[:, outer, outer] / np.maximum(size[:, inner, inner], 1e-300)))
+    if ratio > STIFFER:
+        return []
+    return [Doubt(f"stations {names[outer]} and {names[inner]}", f"{names[outer]}, farther out, moves {ratio:.2g} times as "
+                  f"much as {names[inner]}: they may be exchanged", "check which is which", figure=1 - ratio)]
