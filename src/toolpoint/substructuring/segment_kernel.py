@@ -119,7 +119,9 @@ def segment_stiffness(omega, segment, out):
         pieces = _pieces(omega[line], density.real, modulus, shear, area.real, second.real, length.real)
         _transfer(omega[line], density.real, modulus, shear, area.real, second.real, length.real / pieces, t)
         _stiffness(t, piece)
-        out[line] = piece
+        for i in range(4):
+            for j in range(4):
+                out[line, i, j] = piece[i, j]
         for _ in range(pieces - 1):
             _append(out[line], piece)
 

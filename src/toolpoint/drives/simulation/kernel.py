@@ -194,9 +194,19 @@ def begin(start, matrices, laws, motion, s, w):
     add_columns(matrices.scalars, motion.coordinates, s)
     if start == 0:
         start_scalars(laws.records, laws.products, s, motion.laws, w)
-        motion.values[0], motion.values[1] = w, w
-    w[:] = motion.values[0]
-    add_columns(matrices.shift, -w, motion.coordinates)
+        put(w, motion.values[0], 0)
+        put(w, motion.values[1], 0)
+    for k in range(w.size):
+        w[k] = -motion.values[0, k]
+    add_columns(matrices.shift, w, motion.coordinates)
+    put(motion.values[0], w, 0)
+
+
+@njit(cache=True, nogil=True)
+def put(values, out, first):
+    """Write values into out from a place on; a copy by slices compiles the text of its error for seconds."""
+    for k in range(values.size):
+        out[first + k] = values[k]
 
 
 @njit(cache=True, nogil=True)
@@ -232,11 +242,11 @@ def run(start, steps, matrices, laws, control, motion, histories):
             sample_controllers(at, control, y)
         if switched or at % counts.current == 0 or at == start:
             held_inputs(at, control, y, u, voltage)
-            drive[:2 * axes] = u
+            put(u, drive, 0)
         if at % every == 0:
             record(at // every, y, u, control, s, w, laws.viscous, histories)
-        drive[2 * axes:3 * axes] = load[min(at, load.shape[0] - 1)]
-        drive[3 * axes:3 * axes + w.size] = w
+        put(load[min(at, load.shape[0] - 1)], drive, 2 * axes)
+        put(w, drive, 3 * axes)
         advance(matrices.core, matrices.pairs, x, new)
         add_columns(matrices.inputs, drive, new)
         x, new = new, x
@@ -257,7 +267,9 @@ def run(start, steps, matrices, laws, control, motion, histories):
                 failed = -following
                 break
     if steps % 2:
-        new[:], x = x, new
+        put(x, new, 0)
+        x = new
     add_columns(shift, w, x)
-    motion.values[0], motion.values[1] = w, before
+    put(w, motion.values[0], 0)
+    put(before, motion.values[1], 0)
     return failed

@@ -60,6 +60,15 @@ def _moved(r, x, t, out):
 
 
 @njit(cache=True)
+def _put(r, t, out_r, out_t):
+    # Loops: a copy by slices compiles the text of its error for a second.
+    for i in range(3):
+        out_t[i] = t[i]
+        for j in range(3):
+            out_r[i, j] = r[i, j]
+
+
+@njit(cache=True)
 def _place(tree, position, moved_r, moved_t, rotation, place, work):
     parents, frame_r, frame_t, axis_of, axis_twists, at_child = tree
     now_r, spare, turn = work[0], work[1], work[2]
@@ -70,24 +79,21 @@ def _place(tree, position, moved_r, moved_t, rotation, place, work):
             _product(moved_r[p], frame_r[i], rotation[i])
             _moved(moved_r[p], frame_t[i], moved_t[p], place[i])
         else:
-            rotation[i] = frame_r[i]
-            place[i] = frame_t[i]
-        now_r[:] = rotation[i]
-        now_t[:] = place[i]
+            _put(frame_r[i], frame_t[i], rotation[i], place[i])
+        _put(rotation[i], place[i], now_r, now_t)
         for k in range(axis_of.size):
             if axis_of[k] == i:
                 _motion(axis_twists[k], position[k], turn, shift)
                 _moved(now_r, shift, now_t, hold)
-                now_t[:] = hold
                 _product(now_r, turn, spare)
-                now_r[:] = spare
+                _put(spare, hold, now_r, now_t)
         # displacement = now * frame^-1
         _product_transposed(now_r, frame_r[i], moved_r[i])
         for a in range(3):
             moved_t[i, a] = now_t[a] - (moved_r[i, a, 0] * frame_t[i, 0] + moved_r[i, a, 1] * frame_t[i, 1]
                                         + moved_r[i, a, 2] * frame_t[i, 2])
-        if at_child[i]:
-            place[i] = now_t
+            if at_child[i]:
+                place[i, a] = now_t[a]
 
 
 @njit(cache=True)

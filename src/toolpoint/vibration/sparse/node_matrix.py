@@ -91,7 +91,8 @@ class NodeMatrix:
         from toolpoint.vibration.sparse import node_kernels
 
         pattern = self.pattern
-        x = np.ascontiguousarray(motion, dtype=float).reshape(pattern.node_count, WIDTH, -1)
+        # Writeable: a kernel is compiled a second time for what may not be written.
+        x = np.require(motion, float, "CW").reshape(pattern.node_count, WIDTH, -1)
         result = np.zeros_like(x)
         if self.blocks.ndim == 3:
             node_kernels.multiply(pattern.pointers, pattern.columns, pattern.entries, self.blocks, x, result)

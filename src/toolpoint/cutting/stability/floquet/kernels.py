@@ -22,7 +22,10 @@ MAX_NODES = 1500
 @nb.njit(cache=True, nogil=True)
 def turning_at(period, omega, w_max, poles):
     """One speed's `Turning`."""
-    return Turning(period, omega, w_max, poles, np.exp(poles * period))
+    factors = np.empty(poles.size, np.complex128)
+    for r in range(poles.size):
+        factors[r] = np.exp(poles[r] * period)
+    return Turning(period, omega, w_max, poles, factors)
 
 
 @nb.njit(cache=True, nogil=True, fastmath=False)

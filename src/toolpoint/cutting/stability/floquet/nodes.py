@@ -9,6 +9,8 @@ import math
 import numba as nb
 import numpy as np
 
+from toolpoint.cutting.stability.sorting import sort
+
 LARGEST_STEP = 0.3624  # cosine of 1.2 rad
 KEPT_STEP = 0.6216  # cosine of 0.9 rad: room for the change from one chart to the next
 BENT = 0.3  # a node is dropped where the values of its neighbours, joined by a line, miss its own by less than this share
@@ -58,8 +60,9 @@ def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
     warm = before.size > 0
     even = not warm
     out = np.empty(before.size + base + 1 + 5 * hint_w.size)
-    out[:before.size] = before
     n = before.size
+    for i in range(n):
+        out[i] = before[i]
     for r in range(hint_w.size):
         half = hint_s[r] * period
         t = (hint_w[r] * period) % (2 * math.pi)
@@ -80,7 +83,7 @@ def first_nodes(base, hint_w, hint_s, loop, period, before, seen):
         for i in range(base + 1):
             out[n] = math.pi * i / base
             n += 1
-    out = np.sort(out[:n])
+    sort(out[:n])
     keep = 1
     for i in range(1, n):
         if out[i] - out[keep - 1] > 1e-9:

@@ -90,8 +90,10 @@ def scan(turning, coarse, fine, levels, base, points, memory):
     """
     numbers, seen = memory.numbers, memory.seen
     warm = memory.nodes.size > 0
-    hint_w, hint_s = np.abs(turning.poles.imag), -turning.poles.real
-    loop = np.zeros(hint_w.size, np.complex128)
+    size = turning.poles.size
+    hint_w, hint_s, loop = np.empty(size), np.empty(size), np.zeros(size, np.complex128)
+    for r in range(size):
+        hint_w[r], hint_s[r] = abs(turning.poles[r].imag), -turning.poles[r].real
     if warm:  # nodes and points of the pose before say where to look; poles that moved far make them worthless
         loops(coarse, turning, hint_s, loop)
         if are_far(hint_w, hint_s, loop, turning.period, seen):

@@ -11,6 +11,7 @@ import numpy as np
 
 from toolpoint.cutting.stability.panels.eigenvalues import eigenvalues
 from toolpoint.cutting.stability.panels.kernels import SUMS, advance, product
+from toolpoint.cutting.stability.sorting import sort_by_size
 
 CLEAR = 1e-4  # a level is judged when the residual is below this share of its distance from the unit circle
 OVERFLOW = -1
@@ -121,10 +122,11 @@ def lead(basis, h, vector, operator, weight, plan):
         values = eigenvalues(h[:now, :now])
         if np.isnan(values[0].real):
             values = np.linalg.eigvals(h[:now, :now].astype(np.complex128))
-        top = values[np.argmax(np.abs(values))]
+        sort_by_size(values)
+        top = values[0]
         size, residual = abs(top), ritz(h, now, top, basis, vector)
         good = residual < abs(accuracy) * max(size, 1e-3) or (
             accuracy < 0 and residual < CLEAR * abs(size - 1) and residual < CLEAR * size)
         if good or now < step or step == most:
-            return now, values[np.argsort(-np.abs(values))]
+            return now, values
         have, step = now, min(most, step + more)

@@ -21,11 +21,18 @@ def eigenvalues(h):
     not fallen apart yet.
     """
     n = h.shape[0]
-    values = np.full(n, np.nan + 0j)
-    top = np.abs(h).max()
-    if not 0 < top < np.inf:
+    a, values, top = np.empty((n, n)), np.empty(n, np.complex128), 0.0
+    for i in range(n):
+        values[i] = math.nan
+        for j in range(n):
+            if not abs(h[i, j]) < math.inf:  # also not a number
+                top = math.inf
+            top = max(top, abs(h[i, j]))
+    if not 0 < top < math.inf:
         return np.zeros(n, np.complex128) if top == 0 else values
-    a = h / top
+    for i in range(n):
+        for j in range(n):
+            a[i, j] = h[i, j] / top
     last, sweeps = n - 1, 0
     while last >= 0:
         first = begun(a, last)
@@ -38,7 +45,9 @@ def eigenvalues(h):
         else:
             sweeps += 1
             if sweeps > SWEEPS:
-                return np.full(n, np.nan + 0j)
+                for i in range(n):
+                    values[i] = math.nan
+                return values
             sweep(a, first, last, sweeps)
     return values
 

@@ -226,7 +226,9 @@ def responses(times, offset, count, poles, left, right, static, waves):
     begin, end, time, half, rising, kinds, legendre, even = times
     resp, speed_resp, free, free_speed, push, step = waves
     d, m = left.shape
-    most = count.max()
+    most = 0
+    for n in count:
+        most = max(most, n)
     ahead, behind = np.empty((most, m), np.complex128), np.empty((most, m), np.complex128)
     exact, is_steep = np.empty((m, most + 1, most), np.complex128), np.zeros(m, np.bool_)
     for p in range(begin.size):
@@ -284,7 +286,9 @@ def inverses(operator):
         n = count[p]
         if n == 0 or not cutting[p]:
             continue
-        big = np.eye(n * d)
+        big = np.zeros((n * d, n * d))
+        for i in range(n * d):
+            big[i, i] = 1.0
         for i in range(n):
             for a in range(d):
                 for c in range(d):
@@ -295,7 +299,10 @@ def inverses(operator):
                         g = depth * drag[offset[p] + i, a, c]
                         for j in range(n * d):
                             big[i * d + a, j] += g * speed_resp[p, i * d + c, j]
-        out[p, :n * d, :n * d] = np.linalg.inv(big)
+        solved = np.linalg.inv(big)
+        for i in range(n * d):
+            for j in range(n * d):
+                out[p, i, j] = solved[i, j]
 
 
 @nb.njit(cache=True, nogil=True, fastmath=SUMS)

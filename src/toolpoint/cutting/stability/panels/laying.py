@@ -8,11 +8,14 @@ than the cut itself.
 # numba reads these functions; their argument types are in the docstrings of their callers.
 from __future__ import annotations
 
+import math
+
 import numba as nb
 import numpy as np
 
 from toolpoint.cutting.stability.panels.kernels import TURN, lay, limits, look_back, place
 from toolpoint.cutting.stability.panels.records import LaidCut, LookBack, PanelNodes
+from toolpoint.cutting.stability.sorting import sort
 
 PARTS = 1e11  # of a period: angles nearer than one are the same
 
@@ -20,7 +23,18 @@ PARTS = 1e11  # of a period: angles nearer than one are the same
 @nb.njit(cache=True, nogil=True)
 def tell_apart(angles, period):
     """Distinct angles in rising order, rounded to a part of the period."""
-    return np.unique(np.rint(angles / period * PARTS) / PARTS) * period
+    out = np.empty(angles.size)
+    for i in range(angles.size):
+        out[i] = np.rint(angles[i] / period * PARTS) / PARTS
+    sort(out)
+    used = 0
+    for i in range(out.size):
+        if i == 0 or out[i] != out[used - 1]:
+            out[used] = out[i]
+            used += 1
+    for i in range(used):
+        out[i] *= period
+    return out[:used]
 
 
 @nb.njit(cache=True, nogil=True)
@@ -46,7 +60,8 @@ def find_ends(heights, lines, walls, period, longest):
     first = tell_apart(angles, period)
     every = np.empty(2 + first.size * (1 + number))
     every[0], every[1], used = 0.0, period, 2 + first.size
-    every[2:used] = first
+    for i in range(first.size):
+        every[2 + i] = first[i]
     for k in range(number):
         for at in first:  # images matter only while that edge cuts
             if (at + delay[k] - begin[k] - 1e-9) % TURN < arc[k]:
@@ -58,8 +73,11 @@ def find_ends(heights, lines, walls, period, longest):
 @nb.njit(cache=True, nogil=True)
 def split(ends, longest):
     """Ends with others between them, evenly, so that none lies further than `longest` from the next."""
-    parts = np.maximum(1, np.ceil(np.diff(ends) / longest)).astype(np.int64)
-    out = np.empty(1 + parts.sum())
+    parts, number = np.empty(ends.size - 1, np.int64), 1
+    for p in range(parts.size):
+        parts[p] = max(1, math.ceil((ends[p + 1] - ends[p]) / longest))
+        number += parts[p]
+    out = np.empty(number)
     out[0], used = 0.0, 1
     for p in range(parts.size):
         for i in range(1, parts[p] + 1):
@@ -77,7 +95,9 @@ def lay_panels(ends, count, tables, edges, size):
     and weights along a piece of an edge, period).
     """
     lines, walls, law, gx, gw, period = edges
-    p, q = count.size, count.sum()
+    p, q, most = count.size, 0, 0
+    for n in count:
+        q, most = q + n, max(most, n)
     offset, panel = np.zeros(p, np.int64), np.empty(q, np.int64)
     angle, half, x, bary = np.empty(q), np.empty(q), np.empty(q), np.empty(q)
     k = 0
@@ -96,7 +116,7 @@ def lay_panels(ends, count, tables, edges, size):
     for i in range(q):
         if cut.first[i + 1] > cut.first[i]:
             cuts[panel[i]] = True
-    entries = LookBack(np.zeros(used, np.int64), np.zeros(used, np.bool_), np.zeros((used, count.max())))
+    entries = LookBack(np.zeros(used, np.int64), np.zeros(used, np.bool_), np.zeros((used, most)))
     look_back(angle, cut.first, cut.back[:used], PanelNodes(period, ends, offset, count, x, bary), needed, entries)
     return (angle, half, offset, cuts, needed, cut.now, cut.drag, cut.first, cut.matrix[:used], entries.source, entries.past,
             entries.rows)
