@@ -79,7 +79,7 @@ def test_work_and_energy_balance(robot, sides):
 
 
 def test_half_the_step_gives_a_quarter_of_the_error(robot, sides):
-    errors = [mill_side(robot, sides[0], replace(SETUP, steps=steps)).position_error for steps in (25, 50, 100, 400)]
+    errors = [mill_side(robot, sides[0], replace(SETUP, steps=steps)).position_error for steps in (25, 50, 100, 200)]
     first, second, third = (abs(e - errors[-1]) for e in errors[:3])
     assert 3.5 < first / second < 4.6 and 3.3 < second / third < 5.5
 

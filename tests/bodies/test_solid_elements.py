@@ -129,7 +129,7 @@ def test_patch_moves_rigidly_with_the_body_and_keeps_resultants(x, y):
 
 def test_patch_weights_change_smoothly():
     """The weights of a patch that slides over a mesh have no jump of their slope: face integrals, not nodes inside."""
-    at = np.linspace(0.07, 0.33, 131)
+    at = np.arange(0.07, 0.2, 0.002)  # half of a rail that is the same from both ends
     weights = np.array([Patch([x, 0.05, 0.06], [1, 0, 0], [0, 1, 0], 0.1, 0.05).averages(RAIL).toarray()[:, 0] for x in at])
     jumps = abs(np.diff(weights, 2, axis=0)).max()
     assert jumps < 40 * (at[1] - at[0]) ** 2 * abs(weights).max() / 0.05**2

@@ -71,7 +71,8 @@ def hidden(name: str) -> tuple[MillingProblem, float, float]:
     return problem, speed, depth_max
 
 
-ENGINES = [("after a flip", HillDeterminant()), ("45 degrees", HillDeterminant()), ("45 degrees", FloquetDeterminant()),
+ENGINES = [("after a flip", HillDeterminant()), ("45 degrees", HillDeterminant()),
+           pytest.param("45 degrees", FloquetDeterminant(), marks=pytest.mark.slow),
            pytest.param("after a flip", FloquetDeterminant(), marks=pytest.mark.slow)]
 
 

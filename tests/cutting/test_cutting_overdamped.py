@@ -35,7 +35,8 @@ def cut_on_a_damper(damper, helix=0.0):
 
 
 @pytest.mark.parametrize("damper", [2e3, pytest.param(3e3, marks=pytest.mark.slow), 8e3])
-@pytest.mark.parametrize("method", [pytest.param(PanelArnoldi(), marks=pytest.mark.slow), FloquetDeterminant(), Automatic()])
+@pytest.mark.parametrize("method", [pytest.param(PanelArnoldi(), marks=pytest.mark.slow), FloquetDeterminant(),
+                                    pytest.param(Automatic(), marks=pytest.mark.slow)])
 def test_limits_with_real_poles_are_those_of_semi_discretization(method, damper):
     cut = cut_on_a_damper(damper)
     if isinstance(method, FloquetDeterminant) and damper > 5e3:

@@ -30,7 +30,7 @@ def largest(result, place="tool"):
     return result.to_dict()["contour_error_m"][place]
 
 
-@pytest.mark.parametrize("feed", [3000, 12000, 30000])
+@pytest.mark.parametrize("feed", [3000, pytest.param(12000, marks=pytest.mark.slow), 30000])
 def test_a_straight_line_of_one_axis_has_no_contour_error(drives, feed):
     """The following error v/Kv is 0.8 mm, 3.3 mm and 8.3 mm; whatever it is, every point lies on the line."""
     result = run_drives(drives, path=gcode.parse(f"G1 X400 F{feed}").path)

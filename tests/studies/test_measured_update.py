@@ -42,7 +42,8 @@ def measured(machine, rng, noise=0.02):
                                                         + 1j * rng.normal(size=exact.values.shape)))
 
 
-@pytest.mark.parametrize("loss", [(0.04, 0.04), (0.0, 0.0), (0.1, 0.01)])
+@pytest.mark.parametrize("loss", [pytest.param((0.04, 0.04), marks=pytest.mark.slow),
+                                  pytest.param((0.0, 0.0), marks=pytest.mark.slow), (0.1, 0.01)])
 def test_damping_is_updated_with_the_stiffness_whatever_was_guessed(loss):
     truth, frf = slides(), measured(slides(), np.random.default_rng(0))
     result = update_machine(slides(loss, (5e5, 2.2e5)), [Measurement(frf=frf)])

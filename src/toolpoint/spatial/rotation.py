@@ -13,9 +13,9 @@ _TINY = 1e-8
 def skew(vector: ArrayLike) -> FloatArray:
     """Return the cross-product matrix [v] with [v] x = v x x, shape (..., 3, 3)."""
     v = np.asarray(vector, float)
-    zero = np.zeros(v.shape[:-1])
-    x, y, z = v[..., 0], v[..., 1], v[..., 2]
-    return np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(*v.shape[:-1], 3, 3)
+    result = np.zeros((*v.shape, 3))
+    result[..., 2, 1], result[..., 0, 2], result[..., 1, 0] = v[..., 0], v[..., 1], v[..., 2]
+    return result - np.swapaxes(result, -1, -2)
 
 
 def from_vector(vector: ArrayLike) -> FloatArray:

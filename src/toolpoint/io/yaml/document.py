@@ -6,8 +6,9 @@ import difflib
 import io
 import re
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 from pydantic import BaseModel, ValidationError
 from ruamel.yaml import YAML
@@ -20,6 +21,7 @@ from toolpoint.io.faults import Fault, FileFaults
 
 Key = tuple[str | int, ...]
 LARGEST_FILE = 2_000_000
+KEPT_TEXT = 100_000  # longer texts are parsed each time: their trees are not worth the memory
 MOST_PARTS = 50_000  # keys, values and list entries, each counted as often as aliases repeat it
 DEEPEST = 100  # brackets in brackets
 _TOO_DEEP = "lists or mappings nested too deeply to be read; a machine file needs five levels"
@@ -71,9 +73,8 @@ def parse(path: Path) -> Document:
         raise ToolpointError(f"{path}: not a text file in UTF-8 (byte {error.start}); save it as UTF-8") from None
     document = Document(path, text, {}, {}, [])
     _check_depth(path, text)
-    yaml = YAML(typ="safe", pure=True)
     try:
-        node = yaml.compose(io.StringIO(text))
+        node = _composed(text) if len(text) < KEPT_TEXT else _composed.__wrapped__(text)
     except MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
@@ -88,6 +89,12 @@ def parse(path: Path) -> Document:
         raise FileFaults(str(path), text, [Fault(1, 1, "", "not a machine file; it begins with 'toolpoint: 1'")])
     document.data = _plain(node, (), document, set())
     return document
+
+
+@lru_cache(maxsize=8)
+def _composed(text: str) -> Node | None:
+    """Return the tree of a text, which nobody changes: one file is read for its machine, its cut, its tool in turn."""
+    return cast("Node | None", YAML(typ="safe", pure=True).compose(io.StringIO(text)))
 
 
 def _check_depth(path: Path, text: str) -> None:

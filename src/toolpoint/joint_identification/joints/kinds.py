@@ -33,6 +33,7 @@ import numpy as np
 
 from toolpoint._check import FloatArray
 from toolpoint.spatial import transform as tf
+from toolpoint.spatial.rotation import skew
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz")
 _NAMED = {
@@ -187,21 +188,22 @@ def nearest_frame(span: FloatArray, ways: tuple[str, ...]) -> FloatArray:
         return np.eye(4)
     best: FloatArray = np.eye(4)
     least = np.inf
-    for axes in _axes_of(span):
-        point, cost = _nearest_place(outside, axes, units)
+    tried = np.array(_axes_of(span))
+    for axes, point, cost in zip(tried, *_nearest_places(outside, tried, units), strict=True):
         if cost < least - 1e-12:
             best, least = tf.transform(axes, point), cost
     return best
 
 
-def _nearest_place(outside: FloatArray, axes: FloatArray, units: FloatArray) -> tuple[FloatArray, float]:
-    """Return the point (3,) and the cost at which directions in these axes lie nearest to the subspace; linear in the point."""
-    moved = np.concatenate([axes @ units[:3], axes @ units[3:]])
+def _nearest_places(outside: FloatArray, axes: FloatArray, units: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the points (n, 3) and the costs (n,) at which directions in axes (n, 3, 3) lie nearest to the subspace; linear in
+    the point, so least squares, of all axes at once."""
+    moved = np.concatenate([axes @ units[:3], axes @ units[3:]], axis=1)
     # A point p adds p x d to the velocity of a direction that turns about d.
-    rows = np.concatenate([outside[:, :3] @ np.cross(np.eye(3), d).T for d in moved[3:].T])
-    right = -(outside @ moved).T.ravel()
-    point = np.linalg.lstsq(rows, right, rcond=1e-6)[0]
-    return point, float(((rows @ point - right) ** 2).sum())
+    rows = (outside[:, :3] @ skew(-np.swapaxes(moved[:, 3:], 1, 2))).reshape(len(axes), -1, 3)
+    right = -np.swapaxes(outside @ moved, 1, 2).reshape(len(axes), -1)
+    points = (np.linalg.pinv(rows, rcond=1e-6) @ right[..., None])[..., 0]
+    return points, (((rows @ points[..., None])[..., 0] - right) ** 2).sum(axis=1)
 
 
 def _axes_of(span: FloatArray) -> list[FloatArray]:

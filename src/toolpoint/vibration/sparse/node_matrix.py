@@ -92,7 +92,7 @@ class NodeMatrix:
 
         pattern = self.pattern
         # Writeable: a kernel is compiled a second time for what may not be written.
-        x = np.require(motion, float, "CW").reshape(pattern.node_count, WIDTH, -1)
+        x = np.require(motion, float, ["C", "W"]).reshape(pattern.node_count, WIDTH, -1)
         result = np.zeros_like(x)
         if self.blocks.ndim == 3:
             node_kernels.multiply(pattern.pointers, pattern.columns, pattern.entries, self.blocks, x, result)
