@@ -43,8 +43,8 @@ def fitted(frf, start=1.01):
     return fit(Problem(model, parameters, Targets(frf=frf)), limit=None)
 
 
-@pytest.mark.parametrize(("quantity", "noise"), [("receptance", 0.02), pytest.param("accelerance", 0.02, marks=pytest.mark.slow),
-                                                   ("accelerance", 0.2)])
+@pytest.mark.parametrize(("quantity", "noise"), [("receptance", 0.02), ("accelerance", 0.2),
+                                                 pytest.param("accelerance", 0.02, marks=pytest.mark.slow)])
 def test_intervals_hold_and_noise_alone_is_explained(quantity, noise):
     scores = []
     for seed in range(40):
