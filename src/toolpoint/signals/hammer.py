@@ -16,6 +16,7 @@ from toolpoint.signals.blocks import fit_block
 from toolpoint.signals.consistency import compare_hits
 from toolpoint.signals.estimators import Spectra, average, multiple_coherence, responses, scatter_of_hits
 from toolpoint.signals.hits import SHORT, Hit, HitRules, find_hits, judge_hits
+from toolpoint.signals.recorded_window import doubt_window
 from toolpoint.signals.ringing import choose_final, find_ringing
 from toolpoint.signals.windows import exponential, force
 from toolpoint.vibration.frf import Frf
@@ -23,7 +24,8 @@ from toolpoint.vibration.record import Record
 
 # Anti-aliasing filters ring for tens of samples around a pulse: cut off, that biases damping by some tenths of a per mille.
 RINGING = 40
-STANDS_OUT = 5.0
+STANDS_OUT = 6.0
+OUTERMOST = 0.02  # of the samples, at either end, that may be ringing or a bounce
 MOST_LOOKED_AT = 5  # hits whose ring-down decides about the window
 MOST_LISTED = 12  # hits whose reasons an error lists
 LEVEL = 0.95
@@ -155,7 +157,7 @@ def hammer_test(
                        np.array([spectra[i][1] for i in good]))
     level = np.sqrt(averages.force[:, 0, 0].real)
     decay = exponential(block, rate, final)[1]
-    notes = (*doubts, *dead, *_shortened(hits, block, rate, rules), *said,
+    notes = (*doubts, *doubt_window(hits, every, block), *dead, *_shortened(hits, block, rate, rules), *said,
              *_notes(averages.frequency, level, len(good), decay))
     scatter = scatter_of_hits([spectra[i] for i in good])
     coherence = multiple_coherence(averages)[:, :, None] if len(good) > 1 else None
@@ -267,14 +269,21 @@ def _offsets(part: FloatArray, force_at: int, hit: Hit) -> FloatArray:
     offsets = quiet.mean(axis=0) if before >= SHORT else part.mean(axis=0)
     after = part[hit.pulse - hit.start + RINGING:, force_at]
     if after.size >= RINGING:
-        offsets[force_at] = np.median(after)
+        offsets[force_at] = _usual(after).mean()
     return np.asarray(offsets, float)
+
+
+def _usual(values: FloatArray) -> FloatArray:
+    """Return the values without the outermost: of a force stored in steps coarser than its noise the median is a step, its mean
+    lies between."""
+    low, high = np.quantile(values, [OUTERMOST, 1 - OUTERMOST])
+    return values[(values >= low) & (values <= high)]
 
 
 def _ringing(struck: FloatArray, hit: Hit) -> tuple[int, int]:
     """Return first and last sample of the pulse with the ringing of the filters, as far as it stands out of the noise."""
     peak, pulse, width = hit.peak - hit.start, hit.pulse - hit.start, max(hit.pulse - hit.peak, 2)
-    noise = 1.4826 * float(np.median(np.abs(struck[pulse + RINGING:]))) if pulse + RINGING < struck.size else 0.0
+    noise = float(_usual(struck[pulse + RINGING:]).std()) if pulse + RINGING < struck.size else 0.0
     loud = np.flatnonzero(np.abs(struck) > STANDS_OUT * noise)
     first, last = min(peak - 4 * width, peak - RINGING, int(loud[0])), max(pulse + width, pulse + RINGING, int(loud[-1]) + 1)
     return max(first, 0), min(last, struck.size)

@@ -20,6 +20,7 @@ WINDOW, FEWEST = 0.006, 16  # of the lines in a window; at least so many
 NOISY, IN_A_ROW = 0.25, 4  # share of noise; windows in a row that end the band
 FEW = 5  # responses; more of them show a mode through more noise
 ROUGH, FAINT = 0.1, 0.05  # at the low end: noise above the first and accelerance below the second share
+CLEAR, HIDDEN = 0.1, 0.05  # noise in a window whose peak counts; noise of the receptance over the highest peak, at the end
 _POWER = {"receptance": 2, "mobility": 1, "accelerance": 0}
 
 
@@ -61,6 +62,35 @@ def usable_band(frf: Frf, excited: float | None = None) -> UsableBand:
     elif excited is not None and top < float(lines[-1]):
         notes += _force_note(excited, lines)
     return UsableBand(float(lines[starts[low]]) if low else float(lines[first]), min(end, top), tuple(notes))
+
+
+def find_compliant_band(frf: Frf, band: UsableBand) -> UsableBand:
+    """Return the band of a driving point for questions of compliance (limits of cuts), from the `usable_band` of its lines.
+
+    Its low end is where the noise of the receptance is a small part of the highest peak: soft modes far below fast ones are
+    faint in the accelerance, and lines between them, where noise hides the little that is there, do no harm.
+    """
+    lines = frf.frequency
+    first = int(np.searchsorted(lines, np.nextafter(0, 1)))
+    size = max(FEWEST, round(WINDOW * lines.size))
+    starts = np.arange(first, int(np.searchsorted(lines, band.high)) - size + 1, size)
+    if starts.size < 3:
+        return band
+    share, _ = _looked_at(frf, starts, size)
+    values = np.abs(frf.values.reshape(lines.size, -1)[:, 0]) / (2 * np.pi * np.maximum(lines, lines[first])) ** (
+        2 - _POWER[frf.quantity])
+    peak = np.array([values[start:start + size].max() for start in starts])
+    noise = share * np.array([np.sqrt((values[start:start + size] ** 2).mean()) for start in starts])
+    clear = share < CLEAR
+    if not clear.any():
+        return band
+    highest = int(np.argmax(np.where(clear, peak, 0.0)))
+    hidden = np.flatnonzero(noise[:highest] > HIDDEN * peak[highest])
+    low = float(lines[starts[int(hidden[-1]) + 1 if hidden.size else 0]])
+    kept = [note for note in band.notes if not note.startswith("lines below")]
+    notes = [f"lines below {low:.4g} Hz are left out: noise is more than {100 * HIDDEN:g} % of the highest peak of the "
+             "receptance there"] if hidden.size else []
+    return UsableBand(low, max(band.high, low), (*notes, *kept))
 
 
 def _force_note(excited: float | None, lines: FloatArray) -> tuple[str, ...]:

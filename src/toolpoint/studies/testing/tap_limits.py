@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import FloatArray, ToolpointWarning
-from toolpoint.cutting import MillingProblem, StabilityChart, stability
+from toolpoint.cutting import MillingProblem, PanelArnoldi, StabilityChart, stability
 from toolpoint.cutting.stability import method_named
 from toolpoint.studies.cuts.described_cut import build_problem
-from toolpoint.studies.cuts.tool_dynamics import ToolDynamics
 from toolpoint.studies.machines.tool_point import depth_limit
-from toolpoint.vibration import Frf
+from toolpoint.studies.testing.tap_dynamics import RATIO, SHIFT, SIZE, TappedTip
 
-DRAWS, CHARTED, FINE = 2000, 24, 400  # draws, speeds of the exact chart, speeds searched
+DRAWS, CHARTED, FINE, EVERY = 80, 36, 400, 4  # draws, speeds of the exact chart, speeds searched, of which draws see every ..
+MINIMA = 12  # of the rough chart, at which the exact one is looked at too
 COEFFICIENTS = 0.1  # standard deviation of cutting coefficients from a table
-SIZE, SHIFT = 0.05, 0.01  # assumed standard deviations of responses without scatter: magnitude, frequency
+EXACT = PanelArnoldi(first_only=True)
 BESIDE, IN_HAND, APART = 0.02, 0.1, 0.08  # speed and depth in hand; how far speeds to use lie apart
 DEEPER = 3
 SPEEDS, TRIED = 3, 6  # how many are given, how many are looked at for them
@@ -64,32 +64,26 @@ class TapLimits:
         return limit, (limit - error) * float(self.low[k]), (limit + error) * float(self.high[k]), float(self.chart.speeds[k])
 
 
-def chart_limits(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], values: Mapping[str, Any], *,
-                 speeds: tuple[float, float] | None, rng: np.random.Generator, progress: Progress) -> TapLimits:
-    """Return the limits of a cut on measured responses, with intervals and speeds to use.
-
-    `spread` : of every label of the dynamics the relative standard deviation of its driving point on each line, None where
-    nothing is known of it.
-    """
-    problem, cut, notes = build_problem(dynamics, values)
+def chart_limits(tip: TappedTip, values: Mapping[str, Any], *, speeds: tuple[float, float] | None, rng: np.random.Generator,
+                 progress: Progress) -> TapLimits:
+    """Return the limits of a cut on the modes of a tapped tip, with intervals and speeds to use."""
+    problem, cut, notes = build_problem(tip.dynamics(), values)
     ends = cut.speeds if speeds is None else speeds
     fine = np.linspace(*ends, FINE)
     progress("rough stability", 0, 1)
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", ToolpointWarning)  # of the rough chart; those of the exact one are kept
-        depth = DEEPER * depth_limit(problem)
-        rough = stability.chart(problem, fine, method_named("zero-order", "method"), depth_max=depth)
-    low, high = np.quantile(_ratios(dynamics, spread, rough, rng), [0.025, 0.975], axis=0)
-    least = fine[int(np.argmin(rough.limit))]
-    charted = np.unique(np.append(np.linspace(*ends, CHARTED), least))
+    depth = DEEPER * depth_limit(problem)
+    rough = _rough(problem, fine, depth)
+    progress(f"intervals of {DRAWS} draws", 0, 1)
+    low, high = np.quantile(_ratios(tip, problem, rough, depth, rng), [0.025, 0.975], axis=0)
+    charted = np.unique(np.append(np.linspace(*ends, CHARTED), _lowest_places(rough)))
     progress(f"exact stability at {charted.size} speeds", 0, 1)
-    chart = stability.chart(problem, charted, None, depth_max=depth)
-    notes += ["interval: scatter of the responses, taken as one factor for all lines (the widest case), and "
-              f"cutting coefficients known to {100 * COEFFICIENTS:.0f} % (assumed); not in it: clamping the tool anew, wear, "
-              "another feed"]
-    if any(part is None for part in spread.values()):
-        notes.append(f"no scatter of the responses is known: {100 * SIZE:.0f} % of their size and {100 * SHIFT:.0f} % of "
-                     "frequency are assumed")
+    chart = stability.chart(problem, charted, EXACT, depth_max=depth)
+    notes += ["interval: scatter of the hits in poles and sizes of the modes (one number for all sizes, the widest case), "
+              f"either sign of cross responses of modes that x and y share, and cutting coefficients known to "
+              f"{100 * COEFFICIENTS:.0f} % (assumed); not in it: clamping the tool anew, wear, another feed"]
+    if not tip.is_known:
+        notes.append(f"no scatter of the responses is known: {100 * SIZE:.0f} % of their size, {100 * SHIFT:.0f} % of "
+                     f"frequency and {100 * RATIO:.0f} % of damping are assumed")
     progress("speeds to use", 0, 1)
     picked, left_out = _speeds_to_use(problem, rough, low, depth)
     if left_out:
@@ -99,26 +93,31 @@ def chart_limits(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None]
                      tuple(dict.fromkeys([*notes, *chart.notes])), problem)
 
 
-def _ratios(dynamics: ToolDynamics, spread: Mapping[str, FloatArray | None], rough: StabilityChart, rng: np.random.Generator
-            ) -> FloatArray:
-    """Return drawn limits over the middle ones (n_draws, n_speeds).
+def _lowest_places(rough: StabilityChart) -> FloatArray:
+    """Return the speeds of the lowest local minima of a rough chart: the least limit lies at one of them."""
+    padded = np.concatenate([[np.inf], rough.limit, [np.inf]])
+    minima = np.flatnonzero((padded[1:-1] <= padded[:-2]) & (padded[1:-1] <= padded[2:]))
+    return rough.speeds[minima[np.argsort(rough.limit[minima], kind="stable")][:MINIMA]]
 
-    Limits go with the inverse of responses and coefficients; at every speed the responses scatter as at its chatter frequency,
-    by the direction that scatters more. Another frequency of the modes moves the chart along its speeds.
-    """
-    frf = dynamics.response
-    assert isinstance(frf, Frf)
-    points = rough.limit_points()
-    chatter = np.where(points < 0, frf.frequency[-1], rough.frequency[points])
-    known = [part for part in spread.values() if part is not None]
-    size = np.max([np.interp(chatter, frf.frequency, part) for part in known], axis=0) if known else np.zeros(chatter.size)
-    if len(known) < len(spread):
-        size = np.maximum(size, SIZE)
-    shifts = SHIFT * rng.standard_normal(DRAWS) if len(known) < len(spread) else np.zeros(DRAWS)
-    limit = np.minimum(rough.limit, rough.depth_max)
-    moved = np.array([np.interp(rough.speeds / (1 + shift), rough.speeds, limit) for shift in shifts]) / limit
-    factor = np.exp(size * rng.standard_normal((DRAWS, 1)) + COEFFICIENTS * rng.standard_normal((DRAWS, 1)))
-    return np.asarray(moved / factor)
+
+def _rough(problem: MillingProblem, speeds: FloatArray, depth: float) -> StabilityChart:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", ToolpointWarning)  # of the rough chart; those of the exact one are kept
+        return stability.chart(problem, speeds, method_named("zero-order", "method"), depth_max=depth)
+
+
+def _ratios(tip: TappedTip, problem: MillingProblem, rough: StabilityChart, depth: float, rng: np.random.Generator
+            ) -> FloatArray:
+    """Return drawn limits over the middle ones (n_draws, n_speeds): rough charts of tips and coefficients that may be true."""
+    some = rough.speeds[::EVERY]
+    middle = np.minimum(rough.limit, depth)[::EVERY]
+    ratios = []
+    for _ in range(DRAWS):
+        dynamics, law = tip.drawn(rng), problem.coefficients
+        kt, kn = np.exp(COEFFICIENTS * rng.standard_normal(2))
+        drawn = problem.changed(dynamics=dynamics.response, coefficients=replace(law, kt=law.kt * kt, kn=law.kn * kn))
+        ratios.append(np.minimum(_rough(drawn, some, 2 * depth).limit, 2 * depth) / middle)
+    return np.array([np.interp(rough.speeds, some, ratio) for ratio in ratios])
 
 
 def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatArray, depth: float
@@ -146,7 +145,7 @@ def _speeds_to_use(problem: MillingProblem, middle: StabilityChart, low: FloatAr
 
 
 def _checked(problem: MillingProblem, speed: float, low: float, depth: float) -> SpeedToUse:
-    chart = stability.chart(problem, speed * np.array([1 - BESIDE, 1.0, 1 + BESIDE]), None, depth_max=depth)
+    chart = stability.chart(problem, speed * np.array([1 - BESIDE, 1.0, 1 + BESIDE]), EXACT, depth_max=depth)
     k = int(np.argmin(chart.sure_limit))
     point = int(chart.limit_points()[k])
     chatter = float("nan") if point < 0 else float(chart.frequency[point])

@@ -9,16 +9,24 @@ from typing import Any
 
 import numpy as np
 
-from toolpoint._check import FloatArray, ToolpointError
+from toolpoint._check import FloatArray
 from toolpoint._notebook import NotebookText
 from toolpoint._rounding import text_below
-from toolpoint.modal_identification import Identification, without_window
+from toolpoint.modal_identification import Identification
 from toolpoint.signals.checks import driving_points
-from toolpoint.signals.usable_band import UsableBand, usable_band
+from toolpoint.signals.usable_band import UsableBand, find_compliant_band, usable_band
 from toolpoint.studies.cuts.tool_directions import along_positive_axes, check_driving_points, tool_directions
-from toolpoint.studies.cuts.tool_dynamics import ToolDynamics, separate_dynamics
 from toolpoint.studies.measured.hammer_study import HammerStudy
 from toolpoint.studies.measured.identification import identify_modes
+from toolpoint.studies.testing.tap_dynamics import (
+    MATTERS,
+    TappedModes,
+    TappedTip,
+    join_directions,
+    measure_misfit,
+    question_ends,
+    take_modes,
+)
 from toolpoint.studies.testing.tap_limits import Progress, TapLimits, chart_limits
 from toolpoint.studies.text_table import text_table
 from toolpoint.vibration import Frf
@@ -26,7 +34,9 @@ from toolpoint.vibration import Frf
 COLOURS = ("green", "amber", "red")
 ENOUGH = 3  # hits from which their scatter can be told
 PASSIVE = 0.9
-WIDE = 1.6  # upper over lower end of the interval of the least limit
+WIDE = 2.0  # upper over lower end of the interval of the least limit
+FORCES = (4.0, 2e4)  # N, between which blows of hand-held hammers lie
+STIFFNESSES = (2e5, 3e8)  # N/m, between which the static stiffness of tips of tools lies
 MODES = ("direction", "mode", "frequency Hz", "± Hz (95 %)", "damping %", "± % (95 %)", "")
 SPEEDS = ("rev/min", "depth mm", "removal %", "deeper chatters at Hz")
 
@@ -161,12 +171,11 @@ def study_tap(x: HammerStudy | Frf, y: HammerStudy | Frf | None = None, values: 
     directions = [_direction("x", x, tip, progress)]
     if y is not None:
         directions.append(_direction("y", y, None, progress))
-    dynamics = _dynamics(directions)
-    known = {"tool:+x": directions[0].spread, **({"tool:+y": directions[-1].spread} if y is not None else {})}
-    limits = chart_limits(dynamics, _on_lines(known, directions, dynamics), values or {}, speeds=speeds, rng=rng,
-                          progress=progress)
-    lights = [light for direction in directions for light in _lights_of(direction)]
-    lights.append(_direction_light(y is not None))
+    struck = _tip_of(directions)
+    limits = chart_limits(struck, values or {}, speeds=speeds, rng=rng, progress=progress)
+    parts = (struck.x,) if struck.y is None else (struck.x, struck.y)
+    lights = [light for direction, part in zip(directions, parts, strict=True) for light in _lights_of(direction, part)]
+    lights.append(_direction_light(struck, directions))
     sound = not any(light.colour == "red" for light in lights)
     return TapStudy(tuple(directions), limits, (*lights, _limit_light(limits, dict(values or {}), sound)))
 
@@ -175,36 +184,21 @@ def _direction(name: str, given: HammerStudy | Frf, tip: str | None, progress: P
     hits = given if isinstance(given, HammerStudy) else None
     frf = along_positive_axes(given.frf if isinstance(given, HammerStudy) else given)
     label = tool_directions(check_driving_points(frf, f"the test along {name}"), tip, "same", what=f"the test along {name}").x
-    band = usable_band(frf) if hits is None else hits.band
+    tip_alone = frf.selected([label], [label])
+    band = find_compliant_band(tip_alone, usable_band(frf) if hits is None else hits.band)
     progress(f"modes along {name}", 0, 1)
-    return TappedDirection(name, frf, frf.selected([label], [label]), band, identify_modes(frf, band=band.ends), hits)
+    return TappedDirection(name, frf, tip_alone, band, identify_modes(frf, band=band.ends), hits)
 
 
-def _dynamics(directions: list[TappedDirection]) -> ToolDynamics:
-    """Return the measured lines of the tip in the cutting plane, within the band that all directions share."""
-    low, high = max(d.band.low for d in directions), min(d.band.high for d in directions)
-    if not low < high:
-        raise ToolpointError("x and y share no band "
-                             f"({'; '.join(f'{d.name}: {d.band.low:g} .. {d.band.high:g} Hz' for d in directions)})"
-                             "; measure both alike")
-    # A window damps the responses: where one was needed its share is taken out by the modes that were identified.
-    parts = [d.tip if not d.tip.decay else without_window(d.tip.between(low, high), d.modes.modes) for d in directions]
-    names = {d.name: f"the tap along {d.name}" for d in directions}
-    return separate_dynamics(parts[0], parts[1] if len(parts) > 1 else None, band=(low, high), names=names)
+def _tip_of(directions: list[TappedDirection]) -> TappedTip:
+    parts = [take_modes(d.modes, d.tip, str(d.tip.outputs[0])) for d in directions]
+    notes = [f"along {d.name}: the modes of {d.tip.outputs[0]}, {d.tip.quantity}, {d.band.low:.4g} .. {d.band.high:.4g} Hz"
+             for d in directions]
+    return join_directions(parts[0], parts[1] if len(parts) > 1 else None, tuple(notes))
 
 
-def _on_lines(spread: Mapping[str, FloatArray | None], directions: list[TappedDirection], dynamics: ToolDynamics
-              ) -> dict[str, FloatArray | None]:
-    """Return the spreads on the lines of the dynamics."""
-    frf = dynamics.response
-    assert isinstance(frf, Frf)
-    lines = [d.tip.between(*d.band.ends).frequency for d in directions]
-    return {label: None if part is None else np.interp(frf.frequency, line, part)
-            for (label, part), line in zip(spread.items(), lines, strict=True)}
-
-
-def _lights_of(direction: TappedDirection) -> list[Light]:
-    return [_hits_light(direction), _response_light(direction), _modes_light(direction)]
+def _lights_of(direction: TappedDirection, part: TappedModes) -> list[Light]:
+    return [_hits_light(direction), _response_light(direction), _modes_light(direction, part)]
 
 
 def _hits_light(direction: TappedDirection) -> Light:
@@ -216,12 +210,26 @@ def _hits_light(direction: TappedDirection) -> Light:
     disputed = [doubt for doubt in study.doubts if "contradict" in doubt or "no majority" in doubt]
     if disputed:
         return Light(step, "red", disputed[0], f"strike again along {name}, at one spot and in one direction")
+    if windowed := [doubt for doubt in study.doubts if doubt.what == "window"]:
+        return Light(step, "red", windowed[0].why, windowed[0].remedy)
+    force = float(np.median([verdict.hit.force for verdict in study.verdicts if verdict.hit.accepted]))
+    if not FORCES[0] < force < FORCES[1]:
+        return Light(step, "red", f"{words}, of {force:.2g} N: no blow of a hand-held hammer",
+                     "check the sensitivity of the hammer and its unit (mV/N, V/N)")
     if study.used < ENOUGH:
         missing = ENOUGH - study.used
         return Light(step, "amber", f"{words}: scatter is hardly known", f"strike at least {missing} times more along {name}")
     if 2 * study.used < len(study.verdicts):
         return Light(step, "amber", f"{words}: most were refused", f"look at the reasons and strike again along {name}")
-    return Light(step, "green", words)
+    left = [doubt for doubt in study.doubts if doubt.what not in _lit(direction)]
+    if left:
+        return Light(step, "amber", str(left[0].within(words)), left[0].remedy)
+    return Light(step, "green", f"{words}, of {force:.3g} N")
+
+
+def _lit(direction: TappedDirection) -> set[str]:
+    """Return what other lights say of doubts: those of the driving point."""
+    return {str(direction.tip.outputs[0]), "one hit only"}
 
 
 def _response_light(direction: TappedDirection) -> Light:
@@ -246,22 +254,39 @@ def _response_light(direction: TappedDirection) -> Light:
     return Light(step, "green", f"passive ({100 * share:.0f} %), scatters by {100 * scatter:.2g} % at its peaks, {band}")
 
 
-def _modes_light(direction: TappedDirection) -> Light:
+def _modes_light(direction: TappedDirection, part: TappedModes) -> Light:
     step, identified = f"modes along {direction.name}", direction.modes
-    clear = len(identified.dominant)
-    words = (f"{identified.modes.count} modes, {clear} stand out, {int(identified.doubtful.sum())} doubtful; they explain "
-             f"{100 * identified.fit:.1f} %")
-    if clear == 0 or identified.fit < 0.8:
+    soft = part.compliance > MATTERS * part.compliance.max(initial=0.0)
+    fit = min(identified.fit, 1 - measure_misfit(identified, direction.tip, direction.band.ends))
+    words = (f"{identified.modes.count} modes, {len(identified.dominant)} stand out, {int(identified.doubtful.sum())} doubtful "
+             f"({int((identified.doubtful[part.vibrates] & soft).sum())} of them soft); they explain {100 * fit:.1f} %; "
+             f"static stiffness {part.stiffness / 1e6:.3g} N/um")
+    if len(identified.dominant) == 0 or fit < 0.8:
         return Light(step, "red", words, f"strike harder or with another tip along {direction.name}")
-    if identified.doubtful.any() or identified.fit < 0.97:
-        return Light(step, "amber", words, "")
+    stiff = part.stiffness
+    if not STIFFNESSES[0] < stiff < STIFFNESSES[1]:
+        return Light(step, "amber", f"the modes give a static stiffness of {stiff / 1e6:.3g} N/um, which no tip of a tool has",
+                     "check the sensitivities and their units (mV/N, mV/g, mV/(m/s^2))")
+    if ends := question_ends(direction.name, part, direction.band.ends):
+        return Light(step, "amber", ends[0].why, ends[0].remedy)
+    if (identified.doubtful[part.vibrates] & soft).any() or fit < 0.97:
+        return Light(step, "amber", words, f"strike more often along {direction.name}, or take longer records")
     return Light(step, "green", words)
 
 
-def _direction_light(both: bool) -> Light:
-    if both:
-        return Light("directions", "green", "x and y were struck; their cross response is taken as zero")
-    return Light("directions", "amber", "only x was struck: y is taken as alike", "strike along y too")
+def _direction_light(struck: TappedTip, directions: list[TappedDirection]) -> Light:
+    axes = [direction.tip.outputs[0].direction[1:] for direction in directions]
+    if axes == ["y", "x"]:
+        return Light("directions", "red", f"what is given along x was struck along {directions[0].tip.outputs[0]}, and along y "
+                     f"{directions[1].tip.outputs[0]}: x and y are exchanged", "change the files over, or correct the labels")
+    if struck.y is None:
+        return Light("directions", "amber", "only x was struck: y is taken as alike", "strike along y too")
+    if struck.turned:
+        shared = ", ".join(f"{frequency:.0f}" for frequency in struck.turned[:4])
+        return Light("directions", "amber", f"x and y share modes ({shared} Hz) that may be turned between them; their cross "
+                     "response was not measured: the interval holds for either sign",
+                     "strike along x with the sensor along y, and give all three to `toolpoint lobes --frf-x --frf-y --frf-xy`")
+    return Light("directions", "green", "x and y were struck and share no mode: their cross response is taken as zero")
 
 
 def _limit_light(limits: TapLimits, values: Mapping[str, Any], sound: bool) -> Light:

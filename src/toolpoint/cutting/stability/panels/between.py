@@ -76,6 +76,8 @@ def _crossing(a: Level, b: Level, look: Look) -> float | None:
     How far from the circle they cross is not asked: the growth falls steeply into a narrow band, and a tangent outside it
     knows nothing of that."""
     step = STEP * (b.depth - a.depth)
+    if not a.depth + step > a.depth:  # one depth looked at twice: nothing lies between
+        return None
     away = -1.0 if a.growth > 0 else 1.0  # growth counted positive beyond the circle as seen from here
     left = away * (look(a.depth + step).growth - a.growth) / step
     if left <= 0:
