@@ -7,14 +7,16 @@ import pytest
 
 from tapped_tools import GRAVITY, SLIPS, Tip, channels_of, random_tap, spoiled, strike, write
 from toolpoint import ToolpointError, io, studies
-from toolpoint.cutting import PanelArnoldi, stability
+from toolpoint._doubt import doubts_among
+from toolpoint.cutting import PanelArnoldi, ZeroOrder, stability
 from toolpoint.cutting.stability.panels.between import complete_levels
 from toolpoint.cutting.stability.panels.bumps import Level
 from toolpoint.signals.hammer import hammer_test, locate_hits
 from toolpoint.signals.recorded_window import doubt_window
 from toolpoint.signals.usable_band import find_compliant_band, usable_band
 from toolpoint.studies.cuts.described_cut import build_problem
-from toolpoint.studies.cuts.tool_dynamics import modal_dynamics
+from toolpoint.studies.cuts.tool_dynamics import modal_dynamics, response_dynamics
+from toolpoint.studies.cuts.uncertain_cut import Uncertainty, sample_charts
 from toolpoint.studies.testing.tap_dynamics import TappedModes, join_directions
 from toolpoint.vibration import Frf, Record
 from toolpoint.vibration.frequency_response import modal
@@ -186,3 +188,12 @@ def test_a_depth_that_is_looked_at_twice_is_no_stretch():
 
     levels = [look(depth) for depth in (0.5, 1.0, 1.0, 1.5)]
     assert {level.depth for level in complete_levels(levels, look)} >= {0.5, 1.0, 1.5}
+
+
+def test_certainty_on_measured_lines_is_doubted():
+    """The samples of a probability chart vary no measured line: its 95 % leaves their noise out."""
+    line = np.arange(50.0, 5000.0, 2.0)
+    problem = build_problem(response_dynamics(modal(SOFT_AND_FAST.modes, line)), CUT)[0]
+    chart = stability.chart(problem, np.array([9000.0, 10000.0]), ZeroOrder(), depth_max=0.01)
+    notes = sample_charts(problem, chart, Uncertainty(samples=2), method=ZeroOrder())[1]
+    assert [note.what for note in doubts_among(notes)] == ["probability"]

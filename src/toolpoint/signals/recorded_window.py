@@ -29,8 +29,8 @@ def doubt_window(hits: Sequence[Hit], records: Sequence[Record], block: int) -> 
     if not shares or np.median(shares) > DIED:
         return ()
     left = float(np.median(shares))
-    return (Doubt("window", f"the noise of the records dies away to {100 * left:.2g} % along them: the analyser has put an "
-                  "exponential window on them, whose damping is in the responses, so that limits come out too high",
+    return (Doubt("window", f"the noise of the records dies away to {max(100 * left, 1.0):.2g} % or less along them: the "
+                  "analyser has put an exponential window on them, whose damping is in the responses, so that limits come out too high",
                   "switch the window of the analyser off and strike again (what is needed is applied here, and taken out)",
                   figure=left),)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from toolpoint._check import ToolpointError, ToolpointWarning, fail
+from toolpoint._doubt import Doubt
 from toolpoint._notebook import NotebookText
 from toolpoint.cutting import MillingProblem, StabilityChart
 from toolpoint.cutting.advice.best_speed import Advice, from_chart, from_chatter_frequency, from_cuts, most_informative
@@ -97,7 +98,9 @@ def _parameters(problem: MillingProblem, uncertainty: Uncertainty) -> tuple[list
     parameters = coefficient_parameters(uncertainty.coefficients)
     notes = [f"Standard deviation of the cutting coefficients: {100 * uncertainty.coefficients:g} %."]
     if not isinstance(problem.dynamics, Modes):
-        return parameters, [*notes, "The dynamics are measured lines and are taken as exact; identify modes to vary them."]
+        return parameters, [*notes, Doubt(
+            "probability", "the dynamics are measured lines and are taken as exact: what noise and the scatter of hits do to "
+            "limits is not in it", "identify modes and give those (toolpoint identify FILE -m modes.h5), or use toolpoint tap")]
     seen = deviations_of(problem.dynamics)
     source = "assumed" if problem.dynamics.covariance is None else "measured"
     for name, given, column in (("frequencies", uncertainty.frequency, 0), ("damping ratios", uncertainty.damping, 1)):
