@@ -30,7 +30,7 @@ def doubt_window(hits: Sequence[Hit], records: Sequence[Record], block: int) -> 
         return ()
     left = float(np.median(shares))
     return (Doubt("window", f"the noise of the records dies away to {max(100 * left, 1.0):.2g} % or less along them: the "
-                  "analyser has put an exponential window on them, whose damping is in the responses, so that limits come out too high",
+                  "analyser has put an exponential window on them, whose damping makes limits come out too high",
                   "switch the window of the analyser off and strike again (what is needed is applied here, and taken out)",
                   figure=left),)
 
