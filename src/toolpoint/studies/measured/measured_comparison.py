@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from toolpoint._check import FloatArray, ToolpointError
@@ -13,6 +13,7 @@ from toolpoint.machine.pose.named_points import point_positions
 from toolpoint.modal_identification import identify, real_modes
 from toolpoint.studies.measured.model_correlation import ModelCorrelation, correlate, with_measured_points
 from toolpoint.studies.measured.point_pairing import PointPairing, pair_points
+from toolpoint.studies.measured.point_registration import register_anywhere
 from toolpoint.vibration import Frf, Modes
 from toolpoint.vibration.geometry import Geometry
 
@@ -99,7 +100,9 @@ def _correlated(machine: Machine, test: MeasuredTest, known: Mapping[str, str] |
     elif test.geometry is not None:
         measured = {d.point for d in test.modes.dofs}
         places = {name: at for name, at in test.geometry.points.items() if name in measured}
-        pairing = pair_points(places, point_positions(machine, pose), furthest, known=_named(known, places))
+        there = point_positions(machine, pose)
+        start, doubts = (None, ()) if known else register_anywhere(places, there, furthest)
+        pairing = replace(pair_points(places, there, furthest, known=_named(known, places), start=start), doubts=doubts)
     return correlate(machine, test.modes, pairing, frf=test.frf, pose=pose, lowest_mac=lowest_mac), machine
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from toolpoint._check import Array, FloatArray, fail
 from toolpoint._doubt import Doubt, mark_notes
@@ -24,6 +25,9 @@ from toolpoint.vibration import Frf, Modes, correlation, eigen, frequency_respon
 
 Point = str | int
 _BANDS = 4
+MANY_SINGLE = 0.34  # share of measured points without a point of the machine that is doubted
+CHANCE = 0.05  # pairs expected among random shapes above which MAC says little
+FAR = 1.4  # ratio of paired frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,8 +148,38 @@ def correlate_modes(points: PointPairing, measured: Modes, predicted: Modes, *, 
     inside = predicted.selected(kept)
     pairs = correlation.pair_modes(measured, inside, lowest_mac, frequency_shift=frequency_shift)
     values = correlation.mac(measured.shape, inside.shape)
-    result = ModelCorrelation(points, measured, inside, values, pairs, None, {}, {}, _bands(measured.frequency, None))
+    result = ModelCorrelation(points, measured, inside, values, pairs, None, {}, {}, _bands(measured.frequency, None),
+                              doubts=(*points.doubts, *_single_doubt(points), *_pair_doubts(measured, inside, pairs)))
     return _compared(result, mass()[kept]) if len(pairs.pairs) else result
+
+
+def _single_doubt(points: PointPairing) -> list[Doubt]:
+    share = len(points.single) / max(len(points.single) + len(points.pairs), 1)
+    if share < MANY_SINGLE:
+        return []
+    return [Doubt("points", f"{len(points.single)} of {len(points.single) + len(points.pairs)} have no point of the machine "
+                  "near: the frame may be wrong, or the geometry's unit", "give three known pairs", figure=share)]
+
+
+def _pair_doubts(measured: Modes, predicted: Modes, pairs: correlation.Pairing) -> list[Doubt]:
+    """Doubt pairs whose MAC so few Dofs reach by chance, and pairs of far frequencies.
+
+    The MAC of two random real shapes over n Dofs has the beta distribution of parameters 1/2, (n - 1)/2.
+    """
+    doubts = []
+    n = len(measured.dofs)
+    tries = measured.count * predicted.count
+    weak = [k for k, value in enumerate(pairs.values)
+            if n < 2 or tries * float(scipy.stats.beta.sf(min(value, 1.0), 0.5, (n - 1) / 2)) > CHANCE]
+    if weak:
+        doubts.append(Doubt("modes", f"{len(weak)} of {len(pairs.pairs)} pairs (MAC from {pairs.values[weak].min():.2f}) would "
+                            f"be found among random shapes too: {n} Dofs are too few", "measure more points"))
+    first, second = (modes.frequency[pairs.pairs[:, k]] for k, modes in ((0, measured), (1, predicted)))
+    far = np.abs(np.log(np.maximum(second, 1e-12) / np.maximum(first, 1e-12))) > np.log(FAR)
+    if far.any():
+        doubts.append(Doubt("modes", f"{int(far.sum())} of {far.size} pairs differ by more than {100 * (FAR - 1):.0f} % in "
+                            "frequency: alike in shape at these points only, or the machine is another", "look at the shapes, add points"))
+    return doubts
 
 
 def _compared(result: ModelCorrelation, mass: FloatArray) -> ModelCorrelation:

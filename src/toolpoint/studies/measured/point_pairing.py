@@ -23,13 +23,15 @@ ALIKE = 2.0
 
 @dataclass(frozen=True, eq=False)
 class PointPairing:
-    """Measured to model point, `distance` (m) of each, `transform` (4, 4) from test to model frame, points left single."""
+    """Measured to model point, `distance` (m) of each, `transform` (4, 4) from test to model frame, points left single;
+    doubts of the registration."""
 
     pairs: Mapping[str | int, str | int]
     distance: Mapping[str | int, float]
     transform: FloatArray
     single: tuple[str | int, ...]
     status: str
+    doubts: tuple[Doubt, ...] = ()
 
     def renamed(self, modes: Modes) -> Modes:
         """Return measured modes at the model's point names, directions turned into the model's frame; single points go."""
