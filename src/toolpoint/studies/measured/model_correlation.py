@@ -178,7 +178,8 @@ def _pair_doubts(measured: Modes, predicted: Modes, pairs: correlation.Pairing) 
     far = np.abs(np.log(np.maximum(second, 1e-12) / np.maximum(first, 1e-12))) > np.log(FAR)
     if far.any():
         doubts.append(Doubt("modes", f"{int(far.sum())} of {far.size} pairs differ by more than {100 * (FAR - 1):.0f} % in "
-                            "frequency: alike in shape at these points only, or the machine is another", "look at the shapes, add points"))
+                            "frequency: alike in shape at these points only, or the machine is another",
+                            "look at the shapes, add points"))
     return doubts
 
 
